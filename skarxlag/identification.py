@@ -1,0 +1,463 @@
+"""ARX-Laguerre identification: from windows to innovations."""
+
+from numbers import Integral, Real
+
+import numpy as np
+from sklearn.base import BaseEstimator, TransformerMixin
+from sklearn.utils import Bunch, check_scalar, gen_batches
+from sklearn.utils.multiclass import check_classification_targets
+from sklearn.utils.parallel import Parallel, delayed
+from sklearn.utils.validation import check_is_fitted, validate_data
+
+from .kernels import arx_laguerre
+from .kernels.laguerre import laguerre_matrices, settling_length
+from .kernels.least_squares import solve_sums
+from .kernels.pole_search import cross_spectra, search_poles
+from .kernels.scaling import unit_rms_windows
+
+#: Windows in one unit of parallel work: fixed, so that sums do not depend on the number of workers.
+_BATCH = 64
+
+
+class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
+    r"""Identify ARX-Laguerre models of windows and return what they cannot predict.
+
+    The one-step prediction of the output is linear in the states of Laguerre networks, one on the
+    output and one on each measured input (Eqs. 4 and 11 of Piltan and Kim 2019, as repaired):
+
+    .. math::
+
+        x(k+1) = A x(k) + b_y y(k) + b_u u(k), \qquad \hat y_c(k) = g_c^T x(k), \qquad
+        \varepsilon_c(k) = y(k) - \hat y_c(k).
+
+    The networks are shared; each condition c in `y` has coefficients :math:`g_c` of its own (a
+    residual bank), found by ridge least squares over the windows of that condition. Every window
+    is centred and divided by the root-mean-square of its output before anything else happens.
+
+    `Laguerre` in SysIdentPy is a polynomial basis; here it is this orthonormal filter network.
+
+    Parameters
+    ----------
+    order : int or sequence of int, default=32
+        Number N of Laguerre filters, at least 1: one for all channels or one for each, output
+        first.
+    pole : float, "optimise" or a sequence of these, default=0.3
+        Pole of the networks in (-1, 1): one for all channels or one for each, output first. At 0
+        the model is a plain ARX model. "optimise" searches the pole of least prediction error over
+        all models, from cross-spectra accumulated once; `partial_fit` searches on its first call
+        and keeps the poles.
+    alpha : float, default=1e-6
+        Ridge, at least 0, added to the sum of squares: the start :math:`P_0 = I/\alpha` of
+        recursive least squares on windows of unit root-mean-square.
+    healthy : label or None, default=None
+        None: one model for each condition in `y`. A label: one model, of that condition alone.
+    unit_rms : bool, default=True
+        Whether innovations are those of windows scaled to unit root-mean-square. False gives them
+        in the sensor's unit, for detection on physical amplitude.
+    transient : int or None, default=None
+        Samples dropped at the start of every window, where states still start from zero. None: the
+        settling length of the slowest network, at most half a window.
+    forgetting_factor : float, default=1.0
+        Weight in (0, 1] that a window keeps with each later window of its condition.
+    n_jobs : int or None, default=None
+        Threads that work on windows. Results do not depend on it.
+
+    Attributes
+    ----------
+    classes_ : ndarray of shape (n_models,)
+        The condition of each model, sorted; ["model"] when fitted without `y`.
+    coef_ : ndarray of shape (n_models, n_states)
+        Fourier coefficients, those of the output's network first.
+    orders_ : ndarray of shape (n_channels,)
+        Order of each channel's network.
+    poles_ : ndarray of shape (n_channels,)
+        Pole of each channel's network.
+    noise_level_ : ndarray of shape (n_models,)
+        Root-mean-square of a model's innovations on its own windows of unit root-mean-square.
+    sums_ : ndarray of shape (n_models, n_states + 1, n_states + 1)
+        Sums of squares and products that `partial_fit` adds to.
+    weights_ : ndarray of shape (n_models,)
+        Weighted number of samples in each model's sums.
+    n_features_in_ : int
+        Samples in a window; channels, when windows have several.
+    feature_names_in_ : ndarray of str
+        Column names, when fitted on a table.
+
+    See Also
+    --------
+    PIObserver : Turns innovations into residual levels.
+
+    References
+    ----------
+    F. Piltan and J.-M. Kim (2019), "Nonlinear Extended-state ARX-Laguerre PI Observer Fault
+    Diagnosis of Bearings", Applied Sciences 9(5), 888.
+
+    K. Bouzrara, T. Garna, J. Ragot and H. Messaoud (2012), "Decomposition of an ARX model on
+    Laguerre orthonormal bases", ISA Transactions 51, 848-860.
+
+    Examples
+    --------
+    A known system, recovered from its output and its input:
+
+    >>> import numpy as np
+    >>> from scipy.signal import lfilter
+    >>> rng = np.random.default_rng(0)
+    >>> u = rng.normal(size=12_000)
+    >>> y = lfilter([0, 0.5, 0.3], [1, -1.5, 0.7], u)   # y(k) = 1.5 y(k-1) - 0.7 y(k-2) + ...
+    >>> windows = np.stack([y.reshape(10, 1200), u.reshape(10, 1200)], axis=1)
+    >>> model = ARXLaguerre(order=2, pole=0.0).fit(windows)
+    >>> model.coef_.round(3)
+    array([[ 1.5, -0.7,  0.5,  0.3]])
+    >>> model.transform(windows).shape
+    (10, 1, 1198)
+    """
+
+    def __init__(
+        self,
+        *,
+        order=32,
+        pole=0.3,
+        alpha=1e-6,
+        healthy=None,
+        unit_rms=True,
+        transient=None,
+        forgetting_factor=1.0,
+        n_jobs=None,
+    ):
+        self.order = order
+        self.pole = pole
+        self.alpha = alpha
+        self.healthy = healthy
+        self.unit_rms = unit_rms
+        self.transient = transient
+        self.forgetting_factor = forgetting_factor
+        self.n_jobs = n_jobs
+
+    def fit(self, X, y=None):
+        """Identify the models.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows; of several channels the output is the first.
+        y : array-like of shape (n_windows,) or None, default=None
+            Condition of each window. None: all windows belong to one model.
+
+        Returns
+        -------
+        ARXLaguerre
+            The fitted estimator.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is out of its range, or `healthy` is not in `y`.
+        """
+        return self._identify(X, y, start_afresh=True)
+
+    def partial_fit(self, X, y=None):
+        """Add windows to the sums and solve again.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Further windows.
+        y : array-like of shape (n_windows,) or None, default=None
+            Their conditions; a condition not seen before gets a model.
+
+        Returns
+        -------
+        ARXLaguerre
+            The fitted estimator, with the coefficients of one `fit` on all windows so far.
+        """
+        return self._identify(X, y, start_afresh=not hasattr(self, "sums_"))
+
+    def _identify(self, X, y, *, start_afresh):
+        windows, labels = self._validate_windows(X, y, reset=start_afresh)
+        check_scalar(self.alpha, "alpha", Real, min_val=0)
+        check_scalar(
+            self.forgetting_factor,
+            "forgetting_factor",
+            Real,
+            min_val=0,
+            max_val=1,
+            include_boundaries="right",
+        )
+        scaled, _ = unit_rms_windows(windows)
+        classes, of_class = np.unique(labels, return_inverse=True)
+        if start_afresh:
+            self.orders_, given_poles = self._network_layout(scaled.shape[1])
+            if None in given_poles:
+                spectra = np.array(
+                    [cross_spectra(scaled[of_class == c]) for c in range(len(classes))]
+                )
+                given_poles = search_poles(spectra, self.orders_, given_poles, self.alpha)
+            self.poles_ = np.asarray(given_poles, dtype=np.float64)
+            self.classes_ = classes
+            n_sums = int(self.orders_.sum()) + 1
+            self.sums_ = np.zeros((len(classes), n_sums, n_sums))
+            self.weights_ = np.zeros(len(classes))
+        else:
+            self._make_room_for(classes)
+        n_transient = self._n_transient(scaled.shape[-1])
+        for c, name in enumerate(classes):
+            own = scaled[of_class == c]
+            fading = self.forgetting_factor ** np.arange(len(own) - 1, -1, -1.0)
+            model = int(np.flatnonzero(self.classes_ == name)[0])
+            kept = self.forgetting_factor ** len(own)
+            self.sums_[model] = kept * self.sums_[model] + self._sums(own, fading, n_transient)
+            self.weights_[model] = kept * self.weights_[model] + fading.sum() * (
+                scaled.shape[-1] - n_transient
+            )
+        coef, error = zip(*(solve_sums(s, self.alpha) for s in self.sums_), strict=True)
+        self.coef_ = np.array(coef)
+        self.noise_level_ = np.sqrt(np.array(error) / self.weights_)
+        return self
+
+    def _sums(self, windows, weights, n_transient):
+        parts = Parallel(n_jobs=self.n_jobs, prefer="threads")(
+            delayed(arx_laguerre.accumulate_sums)(
+                windows[batch], weights[batch], self.orders_, self.poles_, n_transient
+            )
+            for batch in gen_batches(len(windows), _BATCH)
+        )
+        return np.sum(parts, axis=0)
+
+    def _make_room_for(self, classes):
+        merged = np.union1d(self.classes_, classes)
+        if len(merged) == len(self.classes_):
+            return
+        place = np.searchsorted(merged, self.classes_)
+        sums = np.zeros((len(merged), *self.sums_.shape[1:]))
+        weights = np.zeros(len(merged))
+        sums[place], weights[place] = self.sums_, self.weights_
+        self.classes_, self.sums_, self.weights_ = merged, sums, weights
+
+    def transform(self, X):
+        """Innovations of every model on every window.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_models, n_samples - transient)
+            What each model could not predict; of windows of unit root-mean-square, or in the
+            sensor's unit where ``unit_rms=False``.
+        """
+        windows, _ = self._validate_windows(X, None, reset=False)
+        scaled, rms = unit_rms_windows(windows)
+        innovations = self._innovations(scaled)
+        if not self.unit_rms:
+            innovations *= rms[:, np.newaxis, np.newaxis]
+        return innovations.astype(windows.dtype, copy=False)
+
+    def _innovations(self, scaled):
+        n_transient = self._n_transient(scaled.shape[-1])
+        parts = Parallel(n_jobs=self.n_jobs, prefer="threads")(
+            delayed(arx_laguerre.innovations)(
+                scaled[batch], self.orders_, self.poles_, self.coef_, n_transient
+            )
+            for batch in gen_batches(len(scaled), _BATCH)
+        )
+        return np.concatenate(parts)
+
+    def state_space(self):
+        """The networks and the coefficients as one state-space model.
+
+        Returns
+        -------
+        Bunch
+            ``A`` of shape (n_states, n_states), ``b_y`` of shape (n_states,), ``b_u`` of shape
+            (n_states, n_inputs), shared by all models, and ``coef`` of shape (n_models, n_states).
+            All describe windows that are centred.
+        """
+        check_is_fitted(self)
+        n_states = int(self.orders_.sum())
+        A = np.zeros((n_states, n_states))
+        b = np.zeros((n_states, len(self.orders_)))
+        first = 0
+        for channel, (order, pole) in enumerate(zip(self.orders_, self.poles_, strict=True)):
+            block = slice(first, first + order)
+            A[block, block], b[block, channel] = laguerre_matrices(order, pole)
+            first += order
+        return Bunch(A=A, b_y=b[:, 0], b_u=b[:, 1:], coef=self.coef_)
+
+    def predict_output(self, X, *, free_run=False):
+        """Output of every model in the sensor's unit.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        free_run : bool, default=False
+            False: one-step prediction, from all measured samples before. True: simulation, which
+            sees the inputs, and of the output only the samples of the transient.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_models, n_samples - transient)
+            Predicted output, with the mean of the window's output.
+
+        Raises
+        ------
+        ValueError
+            If `free_run` is asked of a model that is unstable when it is fed its own output.
+        """
+        windows, _ = self._validate_windows(X, None, reset=False)
+        scaled, rms = unit_rms_windows(windows)
+        n_transient = self._n_transient(scaled.shape[-1])
+        if free_run:
+            self._check_free_run_is_stable()
+            predicted = np.stack(
+                [
+                    arx_laguerre.free_run(scaled, self.orders_, self.poles_, coef, n_transient)
+                    for coef in self.coef_
+                ],
+                axis=1,
+            )[..., n_transient:]
+        else:
+            predicted = scaled[:, :1, n_transient:] - self._innovations(scaled)
+        mean = np.mean(windows[:, 0].astype(np.float64), axis=-1)
+        return predicted * rms[:, np.newaxis, np.newaxis] + mean[:, np.newaxis, np.newaxis]
+
+    def _check_free_run_is_stable(self):
+        space = self.state_space()
+        for name, coef in zip(self.classes_, space.coef, strict=True):
+            radius = np.abs(np.linalg.eigvals(space.A + np.outer(space.b_y, coef))).max()
+            if radius >= 1:
+                raise ValueError(
+                    f"The model of condition {name!r} is unstable when it is fed its own output: "
+                    f"spectral radius {radius:.6g}, expected below 1. Use free_run=False, a lower "
+                    "order or a larger alpha."
+                )
+
+    def fit_percentage(self, X, *, free_run=False):
+        r"""How well each model reproduces each window, as system identification reports it.
+
+        :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)`, one minus the normalised
+        root-mean-square error: 100 is exact, 0 no better than the mean, negative is worse.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        free_run : bool, default=False
+            As in `predict_output`.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_models)
+            Percentages; 100 for a window whose output is constant.
+        """
+        predicted = self.predict_output(X, free_run=free_run)
+        windows, _ = self._validate_windows(X, None, reset=False)
+        output = windows[:, :1, -predicted.shape[-1] :].astype(np.float64)
+        mean = np.mean(windows[:, :1].astype(np.float64), axis=-1, keepdims=True)
+        peak = np.max(np.abs(windows[:, :1].astype(np.float64)), axis=-1, keepdims=True)
+        peak[peak == 0] = 1.0
+        error = np.linalg.norm((output - predicted) / peak, axis=-1)
+        spread = np.linalg.norm((output - mean) / peak, axis=-1)
+        constant = spread <= np.finfo(np.float64).eps * output.shape[-1]
+        return np.where(constant, 100.0, 100 * (1 - error / np.where(constant, 1.0, spread)))
+
+    def get_feature_names_out(self, input_features=None):
+        """Name of each model: its condition.
+
+        Parameters
+        ----------
+        input_features : ignored
+            Models are not named after samples.
+
+        Returns
+        -------
+        ndarray of str of shape (n_models,)
+            Names along axis 1 of what `transform` returns.
+        """
+        check_is_fitted(self)
+        return np.array([str(name) for name in self.classes_], dtype=object)
+
+    def set_output(self, *, transform=None):
+        """Accept the setting and keep returning arrays: innovations have three axes, tables two.
+
+        It is here so that ``Pipeline.set_output`` reaches the steps that do return tables.
+
+        Parameters
+        ----------
+        transform : {"default", "pandas", "polars"} or None, default=None
+            Ignored.
+
+        Returns
+        -------
+        ARXLaguerre
+            This estimator.
+        """
+        return self
+
+    def _validate_windows(self, X, y, *, reset):
+        if not reset:
+            check_is_fitted(self)
+        check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
+        if y is None:
+            X = validate_data(self, X, **check)
+            labels = np.full(len(X), "model")
+        else:
+            X, labels = validate_data(self, X, y, **check)
+            check_classification_targets(labels)
+        if X.ndim > 3:
+            raise ValueError(
+                f"X has shape {X.shape}, expected (n_windows, n_samples) or "
+                "(n_windows, 1 + n_inputs, n_samples)."
+            )
+        windows = X[:, np.newaxis] if X.ndim == 2 else X
+        if hasattr(self, "orders_") and not reset and windows.shape[1] != len(self.orders_):
+            raise ValueError(
+                f"X has windows of {windows.shape[1]} channels, but {type(self).__name__} was "
+                f"fitted on {len(self.orders_)}."
+            )
+        if self.healthy is not None and y is not None:
+            chosen = labels == self.healthy
+            if not np.any(chosen):
+                raise ValueError(
+                    f"healthy={self.healthy!r} is not among the conditions in y: "
+                    f"{np.unique(labels).tolist()}."
+                )
+            return windows[chosen], labels[chosen]
+        return windows, labels
+
+    def _network_layout(self, n_channels):
+        orders = self._by_channel("order", n_channels)
+        poles = self._by_channel("pole", n_channels)
+        for order in orders:
+            check_scalar(order, "order", Integral, min_val=1)
+        for pole in poles:
+            if pole != "optimise":
+                check_scalar(
+                    pole, "pole", Real, min_val=-1, max_val=1, include_boundaries="neither"
+                )
+        return np.array(orders, dtype=np.int64), [None if p == "optimise" else p for p in poles]
+
+    def _by_channel(self, name, n_channels):
+        value = getattr(self, name)
+        values = [value] * n_channels if isinstance(value, Real | str) else list(value)
+        if len(values) != n_channels:
+            raise ValueError(
+                f"{name}={value!r} has {len(values)} entries, but windows have {n_channels} "
+                "channels."
+            )
+        return values
+
+    def _n_transient(self, n_samples):
+        if self.transient is None:
+            settled = max(map(settling_length, self.orders_.tolist(), self.poles_.tolist()))
+            return min(settled, n_samples // 2)
+        check_scalar(self.transient, "transient", Integral, min_val=0, max_val=n_samples - 1)
+        return int(self.transient)
+
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.input_tags.three_d_array = True
+        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
+        return tags

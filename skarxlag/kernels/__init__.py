@@ -1,0 +1,1 @@
+"""Pure numerics on arrays; nothing in here knows of scikit-learn."""

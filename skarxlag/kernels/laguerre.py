@@ -1,0 +1,111 @@
+"""The orthonormal Laguerre filter network (Eqs. 4-6, 11-15 of the paper)."""
+
+import math
+
+import numpy as np
+from scipy.linalg import toeplitz
+
+from .compiled import compiled
+
+
+def laguerre_matrices(order, pole):
+    r"""State space of one Laguerre network, Eqs. (13)-(15).
+
+    :math:`x(k+1) = A x(k) + b s(k)` realises the filters
+    :math:`L_n(z) = \frac{\sqrt{1-\zeta^2}}{z-\zeta}\left(\frac{1-\zeta z}{z-\zeta}\right)^n`
+    for n = 0 .. order - 1. The corner exponent that the paper prints is off by one; here
+    :math:`A_{nj} = (-\zeta)^{n-j-1}(1-\zeta^2)` for n > j. The network is input-balanced:
+    :math:`A A^T + b b^T = I`.
+
+    Parameters
+    ----------
+    order : int
+        Number of filters N, at least 1.
+    pole : float
+        The shared pole :math:`\zeta`, in (-1, 1).
+
+    Returns
+    -------
+    A : ndarray of shape (order, order)
+        Lower triangular, `pole` on the diagonal.
+    b : ndarray of shape (order,)
+        Input vector.
+
+    Examples
+    --------
+    >>> A, b = laguerre_matrices(3, 0.5)
+    >>> A
+    array([[ 0.5  ,  0.   ,  0.   ],
+           [ 0.75 ,  0.5  ,  0.   ],
+           [-0.375,  0.75 ,  0.5  ]])
+    """
+    powers = (-pole) ** np.arange(order)
+    column = np.concatenate(([pole], (1 - pole**2) * powers[: order - 1]))
+    row = np.zeros(order)
+    row[0] = pole
+    return toeplitz(column, row), math.sqrt(1 - pole**2) * powers
+
+
+@compiled
+def advance(states, sample, pole):
+    """Take the states of one network from k to k + 1 in place, as a cascade of all-passes."""
+    before = states[0]
+    states[0] = pole * before + math.sqrt(1.0 - pole * pole) * sample
+    for n in range(1, states.shape[0]):
+        held = states[n]
+        states[n] = pole * held + before - pole * states[n - 1]
+        before = held
+
+
+def settling_length(order, pole):
+    r"""Samples until the states of a network have all but forgotten that they started from zero.
+
+    The group delay of the network at the frequency where it is longest,
+    :math:`N (1 + |\zeta|)/(1 - |\zeta|)`, rounded up.
+
+    Parameters
+    ----------
+    order : int
+        Number of filters N.
+    pole : float
+        The shared pole, in (-1, 1).
+
+    Returns
+    -------
+    int
+        Number of samples.
+
+    Examples
+    --------
+    >>> settling_length(64, 0.0), settling_length(32, -0.5)
+    (64, 96)
+    """
+    return math.ceil(order * (1 + abs(pole)) / (1 - abs(pole)))
+
+
+def laguerre_response(order, pole, frequency):
+    r"""Frequency response of the network.
+
+    Parameters
+    ----------
+    order : int
+        Number of filters N.
+    pole : float
+        The shared pole, in (-1, 1).
+    frequency : ndarray of shape (n_frequencies,)
+        Angular frequency in radians a sample.
+
+    Returns
+    -------
+    ndarray of shape (order, n_frequencies)
+        :math:`L_n(e^{j\omega})`, complex.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> bool(np.allclose(np.abs(laguerre_response(2, 0.0, np.array([0.3]))), 1.0))
+    True
+    """
+    z = np.exp(1j * np.asarray(frequency))
+    all_pass = (1 - pole * z) / (z - pole)
+    return math.sqrt(1 - pole**2) / (z - pole) * all_pass ** np.arange(order)[:, np.newaxis]

@@ -1,0 +1,41 @@
+"""Coefficients from the sums that one pass over the windows leaves."""
+
+import numpy as np
+from scipy import linalg
+
+
+def solve_sums(sums, alpha):
+    r"""Ridge least squares from :math:`\sum [x; y][x; y]^T`.
+
+    Minimises :math:`\sum (y - g^T x)^2 + \alpha |g|^2`: the recursion of Eq. (16), with its sign
+    and its missing X(k) repaired, ends at the same coefficients when it starts from
+    :math:`P_0 = I / \alpha`.
+
+    Parameters
+    ----------
+    sums : ndarray of shape (n_states + 1, n_states + 1)
+        Lower triangle of the sums, y last.
+    alpha : float
+        Ridge, at least 0. Where it is 0 and x does not excite every state, the coefficients of
+        least norm are returned.
+
+    Returns
+    -------
+    coef : ndarray of shape (n_states,)
+        The coefficients g.
+    error : float
+        The sum of squared prediction errors.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> solve_sums(np.array([[4.0, 0.0], [2.0, 1.0]]), alpha=0.0)
+    (array([0.5]), 0.0)
+    """
+    gram = np.tril(sums[:-1, :-1])
+    gram += np.tril(gram, -1).T
+    cross, power = sums[-1, :-1], sums[-1, -1]
+    ridged = gram + alpha * np.eye(len(gram))
+    coef = linalg.lstsq(ridged, cross)[0]
+    error = power - 2 * coef @ cross + coef @ gram @ coef
+    return coef, max(float(error), 0.0)

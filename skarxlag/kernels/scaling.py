@@ -1,0 +1,65 @@
+"""Centring and scaling of windows, safe for huge, tiny and constant ones."""
+
+import numpy as np
+
+#: A channel whose values differ by less than this times its largest value is rounding, not signal.
+ROUNDING = 8 * np.finfo(np.float64).eps
+
+
+def centred(signals):
+    """Take the mean off every row, and off rows that are constant everything.
+
+    Parameters
+    ----------
+    signals : ndarray of shape (..., n_samples)
+        Any finite values.
+
+    Returns
+    -------
+    unit : ndarray of shape (..., n_samples)
+        Centred rows divided by `peak`.
+    peak : ndarray of shape (..., 1)
+        Largest value of the row, in the unit of the signal; 1 where the row is zero.
+    """
+    signals = np.ascontiguousarray(signals, dtype=np.float64)
+    peak = np.max(np.abs(signals), axis=-1, keepdims=True)
+    peak[peak == 0] = 1.0
+    # Dividing in two steps: the reciprocal of a subnormal peak is infinite.
+    unit = signals / peak
+    unit -= unit.mean(axis=-1, keepdims=True)
+    unit[np.max(np.abs(unit), axis=-1) <= ROUNDING] = 0.0
+    return unit, peak
+
+
+def unit_rms_windows(windows):
+    """Windows centred by channel and divided by the root-mean-square of their output.
+
+    All channels of a window are divided by one number, so a linear model between them keeps its
+    coefficients.
+
+    Parameters
+    ----------
+    windows : ndarray of shape (n_windows, n_channels, n_samples)
+        Channel 0 is the output.
+
+    Returns
+    -------
+    scaled : ndarray of shape (n_windows, n_channels, n_samples)
+        Output of unit root-mean-square, or of zeros where it was constant.
+    rms : ndarray of shape (n_windows,)
+        What was divided by, in the unit of the output; 1 for a constant output.
+    """
+    unit, peak = centred(windows)
+    rms = np.sqrt(np.mean(unit[:, 0] ** 2, axis=-1))
+    rms[rms == 0] = 1.0
+    unit[:, 0] /= rms[:, np.newaxis]
+    ratio = peak[:, 1:] / peak[:, :1]
+    unit[:, 1:] *= ratio / rms[:, np.newaxis, np.newaxis]
+    return unit, rms * peak[:, 0, 0]
+
+
+def root_mean_square(signals):
+    """Root-mean-square over the last axis without overflow or underflow of the squares."""
+    peak = np.max(np.abs(signals), axis=-1, keepdims=True)
+    peak[peak == 0] = 1.0
+    return peak[..., 0] * np.sqrt(np.mean((signals / peak) ** 2, axis=-1))
