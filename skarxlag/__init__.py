@@ -1,3 +1,28 @@
-"""Model-based fault diagnosis of bearings across shaft speeds."""
+"""Model-based fault diagnosis of bearings across shaft speeds, as scikit-learn estimators."""
+
+from .identification import ARXLaguerre
+from .ladder import FaultDetector, ThresholdLadder
+from .model_selection import speed_splits
+from .observers import ExtendedStatePIObserver, PIObserver
+from .pipelines import make_alpio, make_diagnoser, make_extended_state_pio
+from .recording_table import load_recordings, read_recording_table
+from .recordings import read_recording
+from .signals import make_windows
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "ARXLaguerre",
+    "ExtendedStatePIObserver",
+    "FaultDetector",
+    "PIObserver",
+    "ThresholdLadder",
+    "load_recordings",
+    "make_alpio",
+    "make_diagnoser",
+    "make_extended_state_pio",
+    "make_windows",
+    "read_recording",
+    "read_recording_table",
+    "speed_splits",
+]

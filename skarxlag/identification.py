@@ -14,6 +14,7 @@ from .kernels.laguerre import laguerre_matrices, settling_length
 from .kernels.least_squares import solve_sums
 from .kernels.pole_search import cross_spectra, search_poles
 from .kernels.scaling import unit_rms_windows
+from .validation import check_input_names
 
 #: Windows in one unit of parallel work: fixed, so that sums do not depend on the number of workers.
 _BATCH = 64
@@ -368,8 +369,8 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
 
         Parameters
         ----------
-        input_features : ignored
-            Models are not named after samples.
+        input_features : array-like of str or None, default=None
+            Checked against what the estimator was fitted on; models are not named after it.
 
         Returns
         -------
@@ -377,6 +378,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             Names along axis 1 of what `transform` returns.
         """
         check_is_fitted(self)
+        check_input_names(self, input_features)
         return np.array([str(name) for name in self.classes_], dtype=object)
 
     def set_output(self, *, transform=None):

@@ -7,7 +7,6 @@ from .arx_laguerre import accumulate_sums
 from .laguerre import laguerre_response
 from .least_squares import solve_sums
 from .observer import adapt_switching_gain
-from .pole_search import frequency_grid
 from .scaling import root_mean_square
 
 #: Share of a window over which the switching gain is averaged, at its end, once it has settled.

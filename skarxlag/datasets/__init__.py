@@ -1,0 +1,6 @@
+"""The simulated rig, and fetchers of real rigs."""
+
+from .hit_sm import fetch_hit_sm
+from .uestc import fetch_uestc
+
+__all__ = ["fetch_hit_sm", "fetch_uestc"]

@@ -1,0 +1,112 @@
+"""What the fetchers of real rigs share: files of a repository, verified, cut into windows."""
+
+import hashlib
+import sys
+from http.client import HTTPException
+from pathlib import Path
+from urllib.parse import quote
+
+import numpy as np
+from scipy.io import loadmat
+from sklearn.datasets import fetch_file, get_data_home
+from sklearn.utils import Bunch
+
+from skarxlag.signals import stack_windows
+
+
+def fetch_files(checksums, folder, base_url, *, download_if_missing, n_retries, delay, verbose):
+    """Bring the files of a repository into a folder and verify every one.
+
+    Parameters
+    ----------
+    checksums : dict of str to str
+        SHA-256 in hexadecimal of every file, by its path in the repository.
+    folder : Path
+        Where the files are kept, laid out as in the repository.
+    base_url : str
+        URL of the root of the repository.
+    download_if_missing, n_retries, delay, verbose
+        As in the public fetchers.
+
+    Returns
+    -------
+    paths : list of Path
+        The files, in the order of `checksums`.
+
+    Raises
+    ------
+    OSError
+        If a file is missing or damaged and is not to be downloaded, or if its download fails.
+    """
+    paths = []
+    for number, (name, sha256) in enumerate(checksums.items(), start=1):
+        path = folder / name
+        paths.append(path)
+        if _is_intact(path, sha256):
+            continue
+        if not download_if_missing:
+            state = "is not the original (its SHA-256 differs)" if path.exists() else "is missing"
+            raise OSError(f"{path} {state} and download_if_missing is False")
+        url = f"{base_url.rstrip('/')}/{quote(name)}"
+        if verbose:
+            print(f"[{number}/{len(checksums)}] downloading {url}", file=sys.stderr, flush=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            fetch_file(
+                url,
+                folder=path.parent,
+                local_filename=path.name,
+                sha256=sha256,
+                n_retries=n_retries,
+                delay=delay,
+            )
+        except (OSError, HTTPException) as error:
+            raise OSError(f"{path} could not be fetched from {url}: {error}") from error
+    return paths
+
+
+def load_rig(paths, *, window_length, sampling_rate, description):
+    """Cut recordings named ``condition_rpm...mat``, one array in each, into a rig's Bunch.
+
+    The conditions stand in the order in which the paths bring them up, the healthy one first.
+    """
+    names = [path.stem for path in paths]
+    condition = np.array([name.split("_")[0] for name in names])
+    rpm = np.array([float(name.split("_")[1]) for name in names])
+    data, source, start = stack_windows(
+        [_read_signal(path) for path in paths], [str(path) for path in paths], window_length
+    )
+    return Bunch(
+        data=data,
+        target=condition[source],
+        target_names=list(dict.fromkeys(condition.tolist())),
+        rpm=rpm[source],
+        recording=np.array(names)[source],
+        start=start,
+        sampling_rate=float(sampling_rate),
+        filenames=[str(path) for path in paths],
+        DESCR=description,
+    )
+
+
+def rig_folder(data_home, name):
+    """Folder of a rig below the data home of scikit-learn."""
+    return Path(get_data_home(data_home)) / name
+
+
+def _is_intact(path, sha256):
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest() == sha256
+
+
+def _read_signal(path):
+    # The signal goes by another name in every file; beside it there are only single numbers
+    # and texts.
+    (signal,) = (
+        values
+        for values in loadmat(path).values()
+        if isinstance(values, np.ndarray) and values.dtype.kind == "f" and values.size > 1
+    )
+    return signal.ravel()

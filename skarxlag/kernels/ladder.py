@@ -1,0 +1,131 @@
+"""Thresholds, rungs and confidences of the ladder (Eqs. 23-32)."""
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.special import log_softmax
+
+#: Natural logarithms that stand for a level of zero and for no bound above.
+_LOG_ZERO, _LOG_INFINITE = -745.0, 745.0
+#: Nepers that a level on a cut scores less on the rung above it.
+_TIE = 1e-9
+
+
+def false_alarm_threshold(levels, rate, margin_db):
+    """Level that a healthy window exceeds with at most the stated probability.
+
+    The order statistic ceil((n + 1)(1 - rate)) of n healthy levels: for exchangeable windows a
+    further one exceeds it with probability at most `rate` (conformal prediction). With fewer than
+    1 / rate - 1 levels it is the largest, and the probability 1 / (n + 1).
+
+    Parameters
+    ----------
+    levels : ndarray of shape (n_windows,)
+        Healthy levels.
+    rate : float
+        False-alarm rate, in (0, 1).
+    margin_db : float
+        Margin in dB on the threshold.
+
+    Returns
+    -------
+    float
+        The threshold, in the unit of the levels.
+
+    Examples
+    --------
+    >>> false_alarm_threshold(np.arange(1.0, 100.0), rate=0.05, margin_db=0.0)
+    95.0
+    """
+    n = len(levels)
+    rank = min(int(np.ceil((n + 1) * (1 - rate))), n)
+    return float(np.sort(levels)[rank - 1] * 10 ** (margin_db / 20))
+
+
+def log_level(levels):
+    """Natural logarithm of levels, finite at 0."""
+    levels = np.asarray(levels, dtype=np.float64)
+    return np.log(levels, out=np.full(levels.shape, _LOG_ZERO), where=levels > 0)
+
+
+def rung_scores(levels, cuts):
+    """Signed log distance of levels to the bounds of each rung, positive inside.
+
+    Rung i holds the levels in (cuts[i-1], cuts[i]], Eq. (32) with the rule for equality that it
+    does not have.
+
+    Parameters
+    ----------
+    levels : ndarray of shape (n_windows,)
+        Residual levels, at least 0.
+    cuts : ndarray of shape (n_rungs - 1,)
+        Thresholds between neighbouring rungs, ascending.
+
+    Returns
+    -------
+    ndarray of shape (n_windows, n_rungs)
+        Scores in nepers.
+
+    Examples
+    --------
+    >>> rung_scores(np.array([1.0, 4.0]), np.array([2.0])).round(3)
+    array([[ 0.693, -0.693],
+           [-0.693,  0.693]])
+    """
+    level = log_level(levels)[:, np.newaxis]
+    bounds = np.concatenate([[_LOG_ZERO - 1], log_level(cuts), [_LOG_INFINITE]])
+    return np.minimum(level - bounds[:-1] - _TIE, bounds[1:] - level)
+
+
+def relative_scores(levels):
+    """How far each residual of a window lies below the geometric mean of all, in nepers.
+
+    Parameters
+    ----------
+    levels : ndarray of shape (n_windows, n_models)
+        Residual levels, at least 0.
+
+    Returns
+    -------
+    ndarray of shape (n_windows, n_models)
+        Scores; what is common to all models cancels.
+
+    Examples
+    --------
+    >>> relative_scores(np.array([[1.0, 4.0], [10.0, 40.0]])).round(3)
+    array([[ 0.693, -0.693],
+           [ 0.693, -0.693]])
+    """
+    level = log_level(levels)
+    return level.mean(axis=1, keepdims=True) - level
+
+
+def confidence_scale(scores, target):
+    r"""Factor :math:`\beta` with which softmax of the scores states the right confidence.
+
+    Maximises the likelihood of the targets, smoothed as Platt (1999) does: a class of n windows
+    counts as (n + 1)/(n + 2) certain, so that the factor stays finite when no score errs.
+
+    Parameters
+    ----------
+    scores : ndarray of shape (n_windows, n_classes)
+        Larger is likelier.
+    target : ndarray of shape (n_windows,)
+        Column of the right class.
+
+    Returns
+    -------
+    float
+        The factor, above 0.
+    """
+    n_classes = scores.shape[1]
+    if n_classes == 1:
+        return 1.0
+    counts = np.bincount(target, minlength=n_classes)
+    doubt = 1 / (counts[target] + 2)
+    wanted = np.repeat((doubt / (n_classes - 1))[:, np.newaxis], n_classes, axis=1)
+    wanted[np.arange(len(target)), target] = 1 - doubt
+
+    def loss(log_factor):
+        return -np.mean(np.sum(wanted * log_softmax(np.exp(log_factor) * scores, axis=1), axis=1))
+
+    return float(np.exp(minimize_scalar(loss, bounds=(-10, 10), method="bounded").x))

@@ -1,0 +1,103 @@
+"""The three diagnosers: identify, observe, decide."""
+
+from sklearn.pipeline import Pipeline
+
+from .identification import ARXLaguerre
+from .ladder import ThresholdLadder
+from .observers import ExtendedStatePIObserver, PIObserver
+
+
+def _diagnoser(identify, observe, healthy, memory):
+    steps = [
+        ("identify", identify),
+        ("observe", observe),
+        ("decide", ThresholdLadder(healthy=healthy)),
+    ]
+    return Pipeline(steps, memory=memory)
+
+
+def make_alpio(*, healthy=None, memory=None, n_jobs=None):
+    """The paper's baseline: ARX-Laguerre bank, linear observer, power of the error.
+
+    Parameters
+    ----------
+    healthy : label or None, default=None
+        The healthy condition, for the detection threshold.
+    memory : str, joblib.Memory or None, default=None
+        Where a search over observer gains keeps the identification, as in
+        `sklearn.pipeline.Pipeline`.
+    n_jobs : int or None, default=None
+        Threads that work on windows.
+
+    Returns
+    -------
+    sklearn.pipeline.Pipeline
+        Steps "identify", "observe" and "decide".
+
+    Examples
+    --------
+    >>> [name for name, _ in make_alpio().steps]
+    ['identify', 'observe', 'decide']
+    """
+    return _diagnoser(ARXLaguerre(n_jobs=n_jobs), PIObserver(n_jobs=n_jobs), healthy, memory)
+
+
+def make_extended_state_pio(*, healthy=None, memory=None, n_jobs=None):
+    """The paper's proposal, repaired: extended-state observer, sliding surface, adapted gain.
+
+    Parameters
+    ----------
+    healthy : label or None, default=None
+        The healthy condition, for the detection threshold.
+    memory : str, joblib.Memory or None, default=None
+        Where a search over observer gains keeps the identification, as in
+        `sklearn.pipeline.Pipeline`.
+    n_jobs : int or None, default=None
+        Threads that work on windows.
+
+    Returns
+    -------
+    sklearn.pipeline.Pipeline
+        Steps "identify", "observe" and "decide".
+
+    Examples
+    --------
+    >>> make_extended_state_pio()["observe"].evaluation
+    'switching_gain'
+    """
+    observer = ExtendedStatePIObserver(n_jobs=n_jobs)
+    return _diagnoser(ARXLaguerre(n_jobs=n_jobs), observer, healthy, memory)
+
+
+def make_diagnoser(*, healthy=None, memory=None, n_jobs=None):
+    """What we recommend: plain ARX bank of high order, whiteness of what it leaves.
+
+    Parameters
+    ----------
+    healthy : label or None, default=None
+        The healthy condition, for the detection threshold.
+    memory : str, joblib.Memory or None, default=None
+        Where a search over observer gains keeps the identification, as in
+        `sklearn.pipeline.Pipeline`.
+    n_jobs : int or None, default=None
+        Threads that work on windows.
+
+    Returns
+    -------
+    sklearn.pipeline.Pipeline
+        Steps "identify", "observe" and "decide".
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.signal import lfilter
+    >>> noise = np.random.default_rng(0).normal(size=(40, 1200))
+    >>> X = np.concatenate(
+    ...     [lfilter([1], [1, -0.9], noise[:20]), lfilter([1], [1, 0.9], noise[20:])]
+    ... )
+    >>> y = np.repeat(["healthy", "worn"], 20)
+    >>> make_diagnoser().fit(X, y).predict(1e6 * X[[0, 39]])
+    array(['healthy', 'worn'], dtype='<U7')
+    """
+    observer = PIObserver(pole=0.0, evaluation="whiteness", n_jobs=n_jobs)
+    return _diagnoser(ARXLaguerre(order=64, pole=0.0, n_jobs=n_jobs), observer, healthy, memory)

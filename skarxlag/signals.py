@@ -1,0 +1,115 @@
+"""Windows of a recording: the rows that every estimator of the package works on."""
+
+from numbers import Integral
+
+import numpy as np
+from sklearn.utils import check_array, check_scalar
+
+
+def make_windows(recording, window_length=1200, *, hop=None):
+    r"""Cut a recording into windows of equal length.
+
+    Window :math:`w` holds the samples
+    :math:`w h, \ldots, w h + L - 1` of the recording, with length :math:`L` and hop :math:`h`, so
+    :math:`1 + \lfloor (n_\mathrm{samples} - L) / h \rfloor` windows fit. The tail that does not
+    fill a window is left out.
+
+    Parameters
+    ----------
+    recording : array-like of shape (n_samples,) or (n_channels, n_samples)
+        Real, finite samples in any unit. Of several channels the first is the output and the
+        others are the inputs.
+    window_length : int, default=1200
+        Samples in a window, at least 1. The default is the length that the estimators' defaults
+        are meant for.
+    hop : int, default=None
+        Samples from the start of one window to the start of the next, at least 1. None takes
+        `window_length`: windows neither overlap nor leave gaps.
+
+    Returns
+    -------
+    windows : ndarray of shape (n_windows, window_length) or \
+            (n_windows, n_channels, window_length)
+        A fresh C-contiguous array in time order. float32 stays float32, everything else becomes
+        float64.
+
+    Raises
+    ------
+    ValueError
+        If the recording is shorter than one window, is not numeric, is complex, holds NaN or
+        infinity or has more than two dimensions, or if `window_length` or `hop` is below 1.
+    TypeError
+        If `window_length` or `hop` is not an integer, or the recording is a single number.
+
+    Examples
+    --------
+    >>> from skarxlag.signals import make_windows
+    >>> make_windows([0, 1, 2, 3, 4, 5, 6], 3)
+    array([[0., 1., 2.],
+           [3., 4., 5.]])
+    >>> make_windows([0, 1, 2, 3, 4, 5, 6], 3, hop=2).shape
+    (3, 3)
+    """
+    check_scalar(window_length, "window_length", Integral, min_val=1)
+    hop = window_length if hop is None else check_scalar(hop, "hop", Integral, min_val=1)
+    signal = check_array(
+        recording,
+        dtype=[np.float64, np.float32],
+        ensure_2d=False,
+        input_name="recording",
+        estimator="make_windows",
+    )
+    n_samples = signal.shape[-1]
+    if n_samples < window_length:
+        raise ValueError(
+            f"recording has {n_samples} samples, fewer than window_length={window_length}; "
+            f"its shape is {signal.shape}, expected (n_samples,) or (n_channels, n_samples)"
+        )
+    windows = np.lib.stride_tricks.sliding_window_view(signal, window_length, axis=-1)
+    # Windows become the rows; without the copy they would be a read-only view of the recording.
+    return np.moveaxis(windows[..., ::hop, :], -2, 0).copy(order="C")
+
+
+def stack_windows(recordings, names, window_length=1200, *, hop=None):
+    """Cut several recordings and stack their windows, one recording after another.
+
+    Parameters
+    ----------
+    recordings : sequence of arrays
+        As in :func:`make_windows`, all with the same number of channels.
+    names : sequence of str
+        What an error calls each recording.
+    window_length, hop : int
+        As in :func:`make_windows`.
+
+    Returns
+    -------
+    windows : ndarray
+        The windows of all recordings, in time order within each.
+    source : ndarray of int, shape (n_windows,)
+        Which recording each window was cut from.
+    start : ndarray of int, shape (n_windows,)
+        Index of the window's first sample in its recording.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As in :func:`make_windows`, with the name of the recording in front.
+
+    Examples
+    --------
+    >>> from skarxlag.signals import stack_windows
+    >>> windows, source, start = stack_windows([[1, 2, 3, 4], [5, 6, 7]], ["a", "b"], 2)
+    >>> source, start
+    (array([0, 0, 1]), array([0, 2, 0]))
+    """
+    stacked = []
+    for recording, name in zip(recordings, names, strict=True):
+        try:
+            stacked.append(make_windows(recording, window_length, hop=hop))
+        except (TypeError, ValueError) as error:
+            raise type(error)(f"{name}: {error}") from error
+    counts = [len(windows) for windows in stacked]
+    step = window_length if hop is None else hop
+    start = np.concatenate([np.arange(count) * step for count in counts])
+    return np.concatenate(stacked), np.repeat(np.arange(len(counts)), counts), start

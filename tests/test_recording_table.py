@@ -1,0 +1,193 @@
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.io import savemat, wavfile
+
+from skarxlag.recording_table import load_recordings, read_recording_table
+
+RNG = np.random.default_rng(0)
+# Multiples of 2**-10, which a decimal text holds exactly.
+SIGNALS = {
+    name: RNG.integers(-3000, 3000, size=n) / 1024 for name, n in (("a", 11), ("b", 9), ("c", 8))
+}
+GOOD = """\
+path,condition,rpm,sampling_rate,channel
+a.npy,normal,300,50e3,
+sub/b.mat,ball,400.5,50000,y
+c.csv,inner race,300,50000.0,1
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    np.save(tmp_path / "a.npy", SIGNALS["a"])
+    (tmp_path / "sub").mkdir()
+    savemat(tmp_path / "sub" / "b.mat", {"y": SIGNALS["b"], "u": -SIGNALS["b"]})
+    pd.DataFrame({"t": range(8), "y": SIGNALS["c"]}).to_csv(tmp_path / "c.csv", index=False)
+    wavfile.write(tmp_path / "d.wav", 50_000, RNG.normal(size=7))
+    return tmp_path
+
+
+def write(folder, text):
+    (folder / "table.csv").write_text(text, encoding="utf-8")
+    return folder / "table.csv"
+
+
+def test_table(folder):
+    table = read_recording_table(str(write(folder, GOOD)))
+    for signal, expected in zip(table.recordings, SIGNALS.values(), strict=True):
+        np.testing.assert_array_equal(signal, expected)
+    assert table.condition.tolist() == ["normal", "ball", "inner race"]
+    assert table.rpm.tolist() == [300, 400.5, 300]
+    assert table.recording == ["a.npy", "sub/b.mat", "c.csv"]
+    assert table.sampling_rate == 50_000
+    assert table.filenames == [str(folder / name) for name in ("a.npy", "sub/b.mat", "c.csv")]
+
+
+def test_condition_and_speed_are_optional(folder):
+    table = read_recording_table(write(folder, "path,sampling_rate\na.npy,5\n"))
+    assert table.condition is None
+    assert table.rpm is None
+    rig = load_recordings(folder / "table.csv", window_length=4)
+    assert rig.target is None
+    assert rig.rpm is None
+    assert rig.target_names == []
+    assert rig.data.shape == (2, 4)
+
+
+def test_paths_may_be_absolute(folder, tmp_path_factory):
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    text = f"path,sampling_rate\n{folder / 'a.npy'},5\n"
+    (signal,) = read_recording_table(write(elsewhere, text)).recordings
+    np.testing.assert_array_equal(signal, SIGNALS["a"])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "\ufeff" + GOOD,
+        GOOD.replace(",", " , "),
+        GOOD.replace("\n", "\n\n"),
+        GOOD + "\n,,,,\n",
+        GOOD.rstrip(),
+        GOOD.replace("\n", "\r\n"),
+    ],
+)
+def test_spelling_of_the_table_does_not_matter(folder, text):
+    table = read_recording_table(write(folder, text))
+    assert len(table.recordings) == 3
+    assert table.condition.tolist() == ["normal", "ball", "inner race"]
+
+
+def test_conditions_are_texts(folder):
+    text = "path,condition,sampling_rate\na.npy,NA,50e3\nd.wav,1,50e3\n"
+    assert read_recording_table(write(folder, text)).condition.tolist() == ["NA", "1"]
+
+
+def test_several_channels(folder):
+    text = "path,sampling_rate,channel\nsub/b.mat,5,u; y\n"
+    table = read_recording_table(write(folder, text))
+    np.testing.assert_array_equal(table.recordings[0], [-SIGNALS["b"], SIGNALS["b"]])
+    rig = load_recordings(folder / "table.csv", window_length=4)
+    np.testing.assert_array_equal(rig.data[1], [-SIGNALS["b"][4:8], SIGNALS["b"][4:8]])
+
+
+def test_one_file_may_hold_several_recordings(folder):
+    text = "path,sampling_rate,channel\nsub/b.mat,5,u\nsub/b.mat,5,y\na.npy,5,\n"
+    table = read_recording_table(write(folder, text))
+    assert table.recording == ["sub/b.mat:u", "sub/b.mat:y", "a.npy"]
+
+
+@pytest.mark.parametrize("text", ["path\nd.wav\n", "path,sampling_rate\nd.wav,\na.npy,50e3\n"])
+def test_wav_states_its_sampling_rate(folder, text):
+    assert read_recording_table(write(folder, text)).sampling_rate == 50_000
+
+
+def test_rig(folder):
+    rig = load_recordings(write(folder, GOOD), window_length=4)
+    assert rig.target_names == ["normal", "ball", "inner race"]
+    assert rig.target.tolist() == ["normal"] * 2 + ["ball"] * 2 + ["inner race"] * 2
+    assert rig.rpm.tolist() == [300, 300, 400.5, 400.5, 300, 300]
+    assert rig.recording.tolist() == ["a.npy"] * 2 + ["sub/b.mat"] * 2 + ["c.csv"] * 2
+    assert rig.start.tolist() == [0, 4] * 3
+    assert rig.data.dtype == rig.rpm.dtype == np.float64
+    assert rig.sampling_rate == 50_000
+    assert str(folder / "table.csv") in rig.DESCR
+    expected = [signal[k : k + 4] for signal in SIGNALS.values() for k in (0, 4)]
+    np.testing.assert_array_equal(rig.data, expected)
+
+
+def test_hop(folder):
+    rig = load_recordings(write(folder, GOOD), window_length=4, hop=2)
+    assert rig.start.tolist() == [0, 2, 4, 6, 0, 2, 4, 0, 2, 4]
+    np.testing.assert_array_equal(rig.data[1], SIGNALS["a"][2:6])
+
+
+def test_default_window_length_is_1200(folder):
+    np.save(folder / "a.npy", np.zeros(2500))
+    assert load_recordings(write(folder, "path,sampling_rate\na.npy,5\n")).data.shape == (2, 1200)
+
+
+def test_healthy_condition(folder):
+    rig = load_recordings(write(folder, GOOD), window_length=4, healthy="inner race")
+    assert rig.target_names == ["inner race", "normal", "ball"]
+    with pytest.raises(ValueError, match=r"healthy='worn' is not a condition of .*table.csv"):
+        load_recordings(folder / "table.csv", window_length=4, healthy="worn")
+
+
+def test_recording_shorter_than_a_window_is_named(folder):
+    with pytest.raises(ValueError, match=r"b.mat: recording has 9 samples.*window_length=10"):
+        load_recordings(write(folder, GOOD), window_length=10)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("sub/b.mat", "b.mat", r"line 3: .*b.mat: no such file"),
+        ("sub/b.mat", "", r"line 3: path is empty"),
+        ("sub/b.mat", "d.mp3", r"line 3: .*d.mp3: unknown suffix"),
+        ("50000,y", "50000,", r"line 3: .*b.mat: several channels.*'y', 'u'"),
+        ("50000,y", "50000,x", r"line 3: .*b.mat: no channel 'x'"),
+        ("50000,y", "50000,y;", r"line 3: .*b.mat: no channel ''"),
+        ("50000,y", "50000,y;u", r"different numbers of channels: 1 in line 2, 2 in line 3"),
+        (
+            ",50000,",
+            ",20000,",
+            r"different sampling rates \(Hz\): 50000 in line 2, 20000 in line 3",
+        ),
+        (",50000,", ",,", r"line 3: sampling_rate is missing and .*b.mat does not state it"),
+        (",50000,", ",fast,", r"line 3: sampling_rate is 'fast', expected a positive number"),
+        (",50000,", ",-1,", r"line 3: sampling_rate is '-1', expected a positive number"),
+        ("c.csv,inner race,300,50000.0,1", "d.wav,x,1,1,", r"line 4: .* 1 Hz .*d.wav .* 50000 Hz"),
+        ("400.5", "", r"line 3: rpm is empty"),
+        ("400.5", "0", r"line 3: rpm is '0', expected a positive number"),
+        ("400.5", "nan", r"line 3: rpm is 'nan', expected a positive number"),
+        ("400.5", "quick", r"line 3: rpm is 'quick', expected a positive number"),
+        ("ball", " ", r"line 3: condition is empty"),
+        ("c.csv,inner race,300,50000.0,1", "a.npy,x,1,1,", r"line 4: a.npy is listed a second"),
+        ("condition", "conditon", r"columns \['path', 'conditon'.*expected 'path' and any of"),
+        ("path,", "file,", r"columns \['file'.*expected 'path'"),
+        ("path,", "path,path,", r"columns \['path', 'path.1'.*expected 'path' and any of"),
+        ("50e3,\n", "50e3,,,,\n", r"cannot be read as a csv table"),
+        ("50000,y", "50000,y,u", r"cannot be read as a csv table .*line 3"),
+        (GOOD, "path,condition\n", r"lists no recording"),
+        (GOOD, "path,condition\n\n,\n", r"lists no recording"),
+        (GOOD, "", r"cannot be read as a csv table"),
+    ],
+)
+def test_errors_name_the_table_and_the_line(folder, old, new, message):
+    assert old in GOOD
+    path = write(folder, GOOD.replace(old, new, 1))
+    with pytest.raises((ValueError, FileNotFoundError), match=rf"table\.csv.*({message})"):
+        read_recording_table(path)
+
+
+def test_missing_table(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"none.csv: no such file"):
+        read_recording_table(tmp_path / "none.csv")
+
+
+def test_table_that_is_no_text(tmp_path):
+    (tmp_path / "table.csv").write_bytes(b"\xff\xfe\x00\x93NUMPY")
+    with pytest.raises(ValueError, match=r"table.csv: cannot be read as a csv table"):
+        read_recording_table(tmp_path / "table.csv")

@@ -1,0 +1,119 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from skarxlag.signals import make_windows, stack_windows
+
+
+@pytest.mark.parametrize("n_samples", [6, 7, 11, 12])
+@pytest.mark.parametrize("window_length", [1, 5, 6])
+@pytest.mark.parametrize("hop", [None, 1, 2, 5, 9])
+@pytest.mark.parametrize("n_channels", [None, 1, 3])
+def test_windows_are_slices_of_the_recording(n_samples, window_length, hop, n_channels):
+    shape = (n_samples,) if n_channels is None else (n_channels, n_samples)
+    recording = np.random.default_rng(0).normal(size=shape)
+    starts = range(0, n_samples - window_length + 1, hop or window_length)
+    expected = np.stack([recording[..., s : s + window_length] for s in starts])
+    np.testing.assert_array_equal(make_windows(recording, window_length, hop=hop), expected)
+
+
+def test_default_length_is_1200_and_the_tail_is_left_out():
+    windows = make_windows(np.arange(2 * 1200 + 1199))
+    assert windows.shape == (2, 1200)
+    assert windows[-1, -1] == 2399
+
+
+@pytest.mark.parametrize("shape", [(12,), (2, 12)])
+@pytest.mark.parametrize(
+    ("dtype", "expected"),
+    [("f4", "f4"), ("f8", "f8"), ("i2", "f8"), ("u1", "f8"), ("f2", "f8"), (">f8", "f8")],
+)
+def test_windows_are_fresh_contiguous_and_writable(shape, dtype, expected):
+    recording = np.arange(np.prod(shape)).reshape(shape).astype(dtype)
+    before = recording.copy()
+    recording.flags.writeable = False
+    windows = make_windows(recording, 4)
+    assert windows.dtype == np.dtype(expected)
+    assert windows.flags.c_contiguous
+    windows[:] = -1
+    np.testing.assert_array_equal(recording, before)
+
+
+@pytest.mark.parametrize("layout", ["every second sample", "fortran", "reversed", "read-only"])
+def test_memory_layout_does_not_matter(layout):
+    plain = np.random.default_rng(0).normal(size=(3, 40))
+    if layout == "every second sample":
+        recording = np.repeat(plain, 2, axis=1)[:, ::2]
+    elif layout == "fortran":
+        recording = np.asfortranarray(plain)
+    elif layout == "reversed":
+        recording = plain[:, ::-1].copy()[:, ::-1]
+    else:
+        recording = plain.copy()
+        recording.flags.writeable = False
+    assert layout == "read-only" or not recording.flags.c_contiguous
+    np.testing.assert_array_equal(make_windows(recording, 8), make_windows(plain, 8))
+    np.testing.assert_array_equal(make_windows(recording[1], 8), make_windows(plain[1], 8))
+
+
+def test_memory_mapped_recording(tmp_path):
+    np.save(tmp_path / "signal.npy", np.arange(10.0))
+    mapped = np.load(tmp_path / "signal.npy", mmap_mode="r")
+    windows = make_windows(mapped, 5)
+    assert type(windows) is np.ndarray
+    np.testing.assert_array_equal(windows, np.arange(10.0).reshape(2, 5))
+
+
+def test_lists_and_series_are_recordings():
+    expected = [[0, 1], [2, 3]]
+    np.testing.assert_array_equal(make_windows([0, 1, 2, 3], 2), expected)
+    np.testing.assert_array_equal(make_windows(pd.Series([0, 1, 2, 3]), 2), expected)
+
+
+@pytest.mark.parametrize(
+    ("recording", "message"),
+    [
+        (np.zeros(4), r"recording has 4 samples, fewer than window_length=5"),
+        (np.zeros((100, 2)), r"has 2 samples.*\(100, 2\), expected .*\(n_channels, n_samples\)"),
+        (np.zeros((2, 3, 10)), "dim 3"),
+        (np.zeros(10, dtype=complex), "[Cc]omplex"),
+        (["a"] * 10, "could not convert string"),
+        (np.array([np.nan] * 10), "recording contains NaN"),
+        (np.array([np.inf] * 10), "recording contains infinity"),
+        (np.zeros(0), "0 sample"),
+    ],
+)
+def test_bad_recordings_are_refused(recording, message):
+    with pytest.raises(ValueError, match=message):
+        make_windows(recording, 5)
+
+
+def test_a_single_number_is_no_recording():
+    with pytest.raises(TypeError, match="got scalar"):
+        make_windows(3.0, 5)
+
+
+@pytest.mark.parametrize("name", ["window_length", "hop"])
+@pytest.mark.parametrize(
+    ("value", "error"), [(0, ValueError), (-3, ValueError), (2.0, TypeError), ("2", TypeError)]
+)
+def test_bad_lengths_are_refused_by_name(name, value, error):
+    with pytest.raises(error, match=name):
+        make_windows(np.zeros(10), **{"window_length": 2, name: value})
+
+
+@pytest.mark.parametrize("hop", [None, 2])
+def test_stacked_windows_know_where_they_were_cut(hop):
+    rng = np.random.default_rng(0)
+    recordings = [rng.normal(size=(2, n)) for n in (10, 3, 8)]
+    windows, source, start = stack_windows(recordings, ["a", "b", "c"], 3, hop=hop)
+    for window, i, k in zip(windows, source, start, strict=True):
+        np.testing.assert_array_equal(window, recordings[i][:, k : k + 3])
+    expected = [(i, k) for i, n in enumerate((10, 3, 8)) for k in range(0, n - 2, hop or 3)]
+    assert list(zip(source.tolist(), start.tolist(), strict=True)) == expected
+
+
+@pytest.mark.parametrize(("length", "error"), [(5, ValueError), (1.5, TypeError)])
+def test_stacking_names_the_recording(length, error):
+    with pytest.raises(error, match="short one: "):
+        stack_windows([[1, 2, 3]], ["short one"], length)
