@@ -1,6 +1,7 @@
 """The simulated rig, and fetchers of real rigs."""
 
 from .hit_sm import fetch_hit_sm
+from .simulated import simulate_rig
 from .uestc import fetch_uestc
 
-__all__ = ["fetch_hit_sm", "fetch_uestc"]
+__all__ = ["fetch_hit_sm", "fetch_uestc", "simulate_rig"]

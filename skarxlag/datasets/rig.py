@@ -1,0 +1,243 @@
+"""What the simulated rig emits: each defect, and the background of a recording."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import oaconvolve
+from sklearn.utils import check_scalar
+
+from skarxlag.datasets.bearing import BearingGeometry, contact_speed
+from skarxlag.datasets.strikes import impact_velocity, simulate_strikes, transit_time
+from skarxlag.datasets.torque import DriveTorque, simulate_torque
+from skarxlag.datasets.transmission import (
+    TransmissionPaths,
+    friction_response,
+    impulse_response,
+)
+
+__all__ = ["LOCATIONS", "Rig", "background", "defect_emission"]
+
+LOCATIONS = ("outer", "inner", "ball")
+METRES_PER_MICROMETRE = 1e-6
+
+# Least and largest value of each number, and which of the two are allowed.
+RANGES = {
+    "sampling_rate": (0, np.inf, "neither"),
+    "slip": (0, 0.1, "both"),
+    "load_distribution": (0, np.inf, "neither"),
+    "impact_level": (0, np.inf, "left"),
+    "entry_ratio": (0, np.inf, "left"),
+    "friction_level": (0, np.inf, "left"),
+    "rubbing_level": (0, np.inf, "left"),
+    "asperity_um": (0, np.inf, "neither"),
+    "noise_level": (0, np.inf, "left"),
+}
+
+
+@dataclass(frozen=True)
+class Rig:
+    """The physical parameters of the simulated rig.
+
+    `skarxlag.datasets.simulate_rig` documents each of them, with unit, default and source.
+
+    Parameters
+    ----------
+    sampling_rate : float
+        In Hz.
+    bearing : BearingGeometry
+        The bearing.
+    paths : TransmissionPaths
+        Paths from the bearing to the sensor.
+    torque : DriveTorque
+        Make-up of the drive torque.
+    torque_leak : sequence of float
+        In V/(N m).
+    slip, load_distribution, entry_ratio : float
+        Dimensionless.
+    impact_level, friction_level : float
+        In V/(m/s).
+    rubbing_level : float
+        In V/(m/s)/mm.
+    asperity_um : float
+        In micrometres.
+    noise_level : float
+        In V.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a parameter is out of its range or of another type.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skarxlag.datasets.bearing import SKF_6205
+    >>> from skarxlag.datasets.rig import Rig, background, defect_emission
+    >>> from skarxlag.datasets.torque import DriveTorque
+    >>> from skarxlag.datasets.transmission import TransmissionPaths
+    >>> rig = Rig(sampling_rate=250e3, bearing=SKF_6205, paths=TransmissionPaths(),
+    ...           torque=DriveTorque(), torque_leak=(0.1, -0.1), slip=0.01,
+    ...           load_distribution=0.5, impact_level=0.5, entry_ratio=0.3, friction_level=0.02,
+    ...           rubbing_level=0.01, asperity_um=5.0, noise_level=5e-4)
+    >>> generators = {name: np.random.default_rng(seed) for seed, name in enumerate(
+    ...     ("friction", "torque", "noise", "strikes", "rubbing"))}
+    >>> healthy, torque = background(rig, 500.0, 24_000, generators.get)
+    >>> faulty = healthy + defect_emission(rig, 500.0, "outer", 3.0, 24_000, generators.get)
+    >>> bool(faulty.std() > healthy.std())
+    True
+    """
+
+    sampling_rate: float
+    bearing: BearingGeometry
+    paths: TransmissionPaths
+    torque: DriveTorque
+    torque_leak: tuple
+    slip: float
+    load_distribution: float
+    impact_level: float
+    entry_ratio: float
+    friction_level: float
+    rubbing_level: float
+    asperity_um: float
+    noise_level: float
+
+    def __post_init__(self):
+        for name, (least, largest, included) in RANGES.items():
+            check_scalar(
+                getattr(self, name),
+                name,
+                (int, float, np.integer, np.floating),
+                min_val=least,
+                max_val=largest,
+                include_boundaries=included,
+            )
+            if np.isnan(getattr(self, name)):
+                raise ValueError(f"{name} must be a number, got nan.")
+        for name, expected in (
+            ("bearing", BearingGeometry),
+            ("paths", TransmissionPaths),
+            ("torque", DriveTorque),
+        ):
+            if not isinstance(getattr(self, name), expected):
+                raise TypeError(
+                    f"{name} must be a {expected.__name__}, got {getattr(self, name)!r}."
+                )
+        try:
+            leak = np.asarray(self.torque_leak, dtype=float)
+        except (TypeError, ValueError):
+            leak = np.array(np.nan)
+        if leak.ndim != 1 or not np.all(np.isfinite(leak)):
+            raise ValueError(
+                "torque_leak must be a sequence of finite numbers in V/(N m), "
+                f"got {self.torque_leak!r}."
+            )
+
+
+def _friction_at_sensor(rig, rpm, location, n_samples, rng):
+    """Friction emission of one place, of an RMS equal to the gain of its path."""
+    path = getattr(rig.paths, location)
+    contact_time = rig.asperity_um * METRES_PER_MICROMETRE / contact_speed(rig.bearing, rpm)
+    response = path.gain * friction_response(path, rig.sampling_rate, contact_time)
+    source = rng.standard_normal(n_samples + len(response) - 1)
+    return oaconvolve(source, response, mode="valid")
+
+
+def _strikes_at_sensor(rig, rpm, location, crack_mm, n_samples, rng):
+    path = getattr(rig.paths, location)
+    response = path.gain * impulse_response(path, rig.sampling_rate)
+    transit = transit_time(rig.bearing, rpm, crack_mm)
+    # What struck before the recording still rings in it.
+    lead = len(response) - 1
+    times, load = simulate_strikes(
+        rig.bearing,
+        rpm,
+        location,
+        duration=n_samples / rig.sampling_rate,
+        before=lead / rig.sampling_rate + transit,
+        slip=rig.slip,
+        load_distribution=rig.load_distribution,
+        rng=rng,
+    )
+    peak = rig.impact_level * impact_velocity(rig.bearing, rpm, crack_mm)
+    train = np.zeros(n_samples + lead)
+    for delay, strength in ((0.0, rig.entry_ratio * peak), (transit, peak)):
+        index = np.floor((times + delay) * rig.sampling_rate).astype(int) + lead
+        inside = (index >= 0) & (index < len(train))
+        np.add.at(train, index[inside], strength * load[inside])
+    return oaconvolve(train, response, mode="valid")
+
+
+def defect_emission(rig, rpm, location, crack_mm, n_samples, generator):
+    r"""Emission of one defect at the sensor: its strikes, and rubbing at its crack.
+
+    .. math:: y_d = h_d * s_d + c\,w_d\,v\,(g_d * \xi_d)
+
+    in the symbols of `skarxlag.datasets.simulate_rig`.
+
+    Parameters
+    ----------
+    rig : Rig
+        The physical parameters.
+    rpm : float
+        Speed of the shaft, in revolutions per minute.
+    location : {"outer", "inner", "ball"}
+        Where the defect is.
+    crack_mm : float
+        Width of the crack along the rolling direction, in mm.
+    n_samples : int
+        Number of samples.
+    generator : callable
+        From the name of a stream ("strikes", "rubbing") to a `numpy.random.Generator`.
+
+    Returns
+    -------
+    emission : ndarray of shape (n_samples,)
+        In V.
+    """
+    strikes = _strikes_at_sensor(rig, rpm, location, crack_mm, n_samples, generator("strikes"))
+    rubbing = _friction_at_sensor(rig, rpm, location, n_samples, generator("rubbing"))
+    return strikes + rig.rubbing_level * crack_mm * contact_speed(rig.bearing, rpm) * rubbing
+
+
+def background(rig, rpm, n_samples, generator):
+    r"""What a recording holds with or without a defect.
+
+    .. math::
+
+        y_0(k) = \sum_l b\,v\,(g_l * \xi'_l)(k)
+        + \sum_{i \ge 1} \beta_i\, u(k - i) + \sigma\eta(k)
+
+    in the symbols of `skarxlag.datasets.simulate_rig`.
+
+    Parameters
+    ----------
+    rig : Rig
+        The physical parameters.
+    rpm : float
+        Speed of the shaft, in revolutions per minute.
+    n_samples : int
+        Number of samples.
+    generator : callable
+        From the name of a stream ("friction", "torque", "noise") to a
+        `numpy.random.Generator`.
+
+    Returns
+    -------
+    emission : ndarray of shape (n_samples,)
+        Friction, torque leak and sensor noise, in V.
+    torque : ndarray of shape (n_samples,)
+        Drive torque in N m.
+    """
+    rng = generator("friction")
+    friction = sum(
+        _friction_at_sensor(rig, rpm, location, n_samples, rng) for location in LOCATIONS
+    )
+    emission = rig.friction_level * contact_speed(rig.bearing, rpm) * friction
+    n_lags = len(rig.torque_leak)
+    torque = simulate_torque(
+        rig.torque, rpm, n_samples + n_lags, rig.sampling_rate, generator("torque")
+    )
+    if n_lags:
+        emission += np.convolve(torque[:-1], rig.torque_leak, mode="valid")
+    emission += rig.noise_level * generator("noise").standard_normal(n_samples)
+    return emission, torque[n_lags:]

@@ -1,0 +1,101 @@
+"""Drive torque of the simulated rig: the measured input."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["DriveTorque", "simulate_torque"]
+
+
+@dataclass(frozen=True)
+class DriveTorque:
+    """Make-up of the drive torque.
+
+    Parameters
+    ----------
+    mean : float, default=2.0
+        Mean load in N m. Chosen: the rated torque of a four-pole motor of some 0.37 kW.
+    shaft_ripple : float, default=0.02
+        Ripple once a turn, amplitude relative to `mean`. Chosen: slight misalignment.
+    mesh_ripple : float, default=0.01
+        Ripple of the gear mesh, amplitude relative to `mean`. Chosen.
+    gear_teeth : int, default=25
+        Teeth of the gear on the shaft, the order of the mesh ripple. Chosen.
+    electrical_ripple : float, default=0.01
+        Ripple of the motor, amplitude relative to `mean`. Chosen.
+    electrical_order : float, default=12.0
+        Its periods in a turn: six times the supply frequency, the lowest torque harmonic of
+        an inverter-fed three-phase motor, here with two pole pairs.
+    fluctuation : float, default=0.02
+        Broadband fluctuation, white, RMS in N m. Chosen: 1 % of the mean load.
+
+    Raises
+    ------
+    ValueError
+        If a value is negative or not finite.
+
+    Examples
+    --------
+    >>> from skarxlag.datasets.torque import DriveTorque
+    >>> DriveTorque(mean=3.0).mean
+    3.0
+    """
+
+    mean: float = 2.0
+    shaft_ripple: float = 0.02
+    mesh_ripple: float = 0.01
+    gear_teeth: int = 25
+    electrical_ripple: float = 0.01
+    electrical_order: float = 12.0
+    fluctuation: float = 0.02
+
+    def __post_init__(self):
+        for name, value in vars(self).items():
+            if not np.isfinite(value) or value < 0:
+                raise ValueError(f"{name} must be finite and not negative, got {value!r}.")
+
+
+def simulate_torque(torque, rpm, n_samples, sampling_rate, rng):
+    r"""Drive torque over time.
+
+    .. math:: u(t) = M \left(1 + \sum_i r_i \cos(2\pi o_i f_r t + \phi_i)\right) + \sigma \xi(t)
+
+    with the mean load M, the shaft rate :math:`f_r`, ripples :math:`r_i` of orders
+    :math:`o_i` (1, gear teeth, electrical order) and random phases, and white fluctuation.
+
+    Parameters
+    ----------
+    torque : DriveTorque
+        Make-up of the torque.
+    rpm : float
+        Speed of the shaft, in revolutions per minute.
+    n_samples : int
+        Number of samples.
+    sampling_rate : float
+        In Hz.
+    rng : numpy.random.Generator
+        Source of randomness.
+
+    Returns
+    -------
+    torque : ndarray of shape (n_samples,)
+        In N m.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skarxlag.datasets.torque import DriveTorque, simulate_torque
+    >>> u = simulate_torque(DriveTorque(), 300.0, 50_000, 250e3, np.random.default_rng(0))
+    >>> round(float(u.mean()), 2)
+    2.0
+    """
+    turns = rpm / 60 * np.arange(n_samples) / sampling_rate
+    ripples = (
+        (torque.shaft_ripple, 1),
+        (torque.mesh_ripple, torque.gear_teeth),
+        (torque.electrical_ripple, torque.electrical_order),
+    )
+    relative = np.ones(n_samples)
+    for (ripple, order), phase in zip(ripples, rng.uniform(0, 2 * np.pi, 3), strict=True):
+        relative += ripple * np.cos(2 * np.pi * order * turns + phase)
+    return torque.mean * relative + torque.fluctuation * rng.standard_normal(n_samples)

@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+
+from skarxlag.datasets.bearing import (
+    SKF_6205,
+    BearingGeometry,
+    contact_speed,
+    defect_frequencies,
+    strike_rate,
+)
+
+# Rexnord ZA-2115, the bearing of the IMS run-to-failure data, inches turned into mm.
+REXNORD_ZA2115 = BearingGeometry(
+    n_elements=16, element_diameter=0.331 * 25.4, pitch_diameter=2.815 * 25.4, contact_angle=15.17
+)
+
+
+def test_multiples_of_the_shaft_rate_are_those_published_with_the_cwru_data():
+    frequencies = defect_frequencies(SKF_6205, 60.0)
+    published = {"outer": 3.5848, "inner": 5.4152, "cage": 0.39828, "spin": 4.7135 / 2}
+    # The published figures carry four to five digits.
+    for name, value in published.items():
+        assert frequencies[name] == pytest.approx(value, rel=1e-4)
+
+
+def test_frequencies_at_2000_rpm_are_those_published_with_the_ims_data():
+    frequencies = defect_frequencies(REXNORD_ZA2115, 2000.0)
+    published = {"outer": 236.4, "inner": 296.9, "spin": 139.9, "cage": 14.7}
+    for name, value in published.items():
+        assert frequencies[name] == pytest.approx(value, abs=0.1)
+
+
+def test_the_elements_pass_the_two_rings_n_times_a_turn_together():
+    frequencies = defect_frequencies(REXNORD_ZA2115, 1234.0)
+    assert frequencies["outer"] + frequencies["inner"] == pytest.approx(16 * 1234.0 / 60)
+
+
+def test_a_ball_strikes_both_rings_in_a_turn():
+    spin = defect_frequencies(SKF_6205, 500.0)["spin"]
+    assert strike_rate(SKF_6205, 500.0, "ball") == 2 * spin
+    assert strike_rate(SKF_6205, 500.0, "inner") == defect_frequencies(SKF_6205, 500.0)["inner"]
+
+
+def test_frequencies_take_an_array_of_speeds():
+    outer = defect_frequencies(SKF_6205, np.array([300.0, 600.0]))["outer"]
+    assert outer[1] == 2 * outer[0]
+
+
+@pytest.mark.parametrize("surface", ["outer", "inner", "element"])
+def test_contact_speed_is_the_same_along_every_surface(surface):
+    bearing, rpm = SKF_6205, 450.0
+    frequencies = defect_frequencies(bearing, rpm)
+    # Turns a second of the contact point relative to the surface, and the surface's diameter.
+    rate, diameter = {
+        "outer": (frequencies["cage"], bearing.pitch_diameter + bearing.element_diameter),
+        "inner": (
+            rpm / 60 - frequencies["cage"],
+            bearing.pitch_diameter - bearing.element_diameter,
+        ),
+        "element": (frequencies["spin"], bearing.element_diameter),
+    }[surface]
+    assert contact_speed(bearing, rpm) == pytest.approx(np.pi * diameter * 1e-3 * rate)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"n_elements": 1}, "n_elements .* got 1"),
+        ({"n_elements": 8.5}, "n_elements .* got 8.5"),
+        ({"element_diameter": 40.0}, "element_diameter .* 40.0"),
+        ({"element_diameter": -1.0}, "element_diameter .* -1.0"),
+        ({"pitch_diameter": np.inf}, "pitch_diameter .* inf"),
+        ({"pitch_diameter": "40"}, "pitch_diameter .* '40'"),
+        ({"contact_angle": 90.0}, "contact_angle .* 90.0"),
+    ],
+)
+def test_impossible_dimensions_are_refused(changes, message):
+    dimensions = {"n_elements": 8, "element_diameter": 10.0, "pitch_diameter": 40.0}
+    with pytest.raises(ValueError, match=message):
+        BearingGeometry(**(dimensions | changes))

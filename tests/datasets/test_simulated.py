@@ -1,0 +1,179 @@
+"""The simulated rig as a data set: layout, reproducibility, errors."""
+
+import numpy as np
+import pytest
+from sklearn.utils import Bunch
+
+from skarxlag.datasets.simulated import simulate_rig
+
+TABLE_1 = ["Normal", "IR", "OR", "Ball", "IR-Ball", "OR-Ball", "IR-OR", "IR-OR-Ball"]
+SMALL = {"rpm": 500, "crack_mm": 3, "n_samples": 6000}
+
+
+@pytest.fixture(scope="module")
+def default_rig():
+    return simulate_rig()
+
+
+def select(rig, **columns):
+    rows = np.ones(len(rig.target), dtype=bool)
+    for name, value in columns.items():
+        rows &= rig[name] == value
+    return rig.data[rows]
+
+
+def test_default_is_table_1(default_rig):
+    rig = default_rig
+    assert isinstance(rig, Bunch)
+    # Four normal recordings, and seven faults at four speeds with two cracks, 100 windows each.
+    assert rig.data.shape == (100 * (4 + 7 * 4 * 2), 2, 1200)
+    assert rig.data.dtype == np.float64
+    assert rig.target_names == TABLE_1
+    assert rig.sampling_rate == 250e3
+    assert np.unique(rig.rpm).tolist() == [300, 400, 450, 500]
+    assert np.unique(rig.crack_mm).tolist() == [0, 3, 6]
+    for rpm in (300, 400, 450, 500):
+        assert len(select(rig, rpm=rpm, target="Normal", crack_mm=0)) == 100
+        for condition, crack in ((c, w) for c in TABLE_1[1:] for w in (3, 6)):
+            assert len(select(rig, rpm=rpm, target=condition, crack_mm=crack)) == 100
+
+
+def test_windows_lie_in_time_order_in_one_recording_after_another(default_rig):
+    rig = default_rig
+    assert len(np.unique(rig.recording)) == 60
+    starts = rig.start.reshape(60, 100)
+    np.testing.assert_array_equal(starts, np.tile(np.arange(0, 120_000, 1200), (60, 1)))
+    for name in ("recording", "target", "rpm", "crack_mm"):
+        column = rig[name].reshape(60, 100)
+        assert np.all(column == column[:, :1])
+    assert rig.recording[0] == "Normal_300rpm"
+    assert rig.recording[-1] == "IR-OR-Ball_500rpm_6mm"
+
+
+def test_scale_is_that_of_an_amplified_sensor_and_a_small_motor(default_rig):
+    emission, torque = default_rig.data[:, 0], default_rig.data[:, 1]
+    assert np.all(np.isfinite(default_rig.data))
+    recordings = emission.reshape(60, -1)
+    rms = recordings.std(axis=1)
+    assert 1e-3 < rms.min() < rms.max() < 0.1
+    assert np.abs(emission).max() < 10.0
+    # The mean torque does not pass: the leak sums to zero.
+    assert np.all(np.abs(recordings.mean(axis=1)) < 0.02 * rms)
+    np.testing.assert_allclose(torque.reshape(60, -1).mean(axis=1), 2.0, rtol=0.02)
+
+
+def test_description_says_that_it_is_simulated_and_what_is_in_it():
+    description = simulate_rig(**SMALL, conditions=["Normal", "Ball"]).DESCR
+    for text in ("Simulated rig", "Not a measurement", "Normal, Ball", "500 rpm", "0, 3 mm", "V"):
+        assert text in description
+
+
+def test_window_length_only_cuts():
+    coarse, fine = (
+        simulate_rig(**SMALL, conditions="IR", window_length=length) for length in (1200, 500)
+    )
+    assert fine.data.shape == (12, 2, 500)
+    for channel in range(2):
+        np.testing.assert_array_equal(
+            fine.data[:, channel].ravel(), coarse.data[:, channel].ravel()
+        )
+    assert fine.start.tolist() == list(range(0, 6000, 500))
+
+
+def test_n_samples_is_the_length_of_a_recording():
+    assert simulate_rig(**(SMALL | {"n_samples": 2400}), conditions="OR").data.shape[0] == 2
+
+
+def test_conditions_come_in_the_order_of_the_table():
+    rig = simulate_rig(**SMALL, conditions=("OR", "Normal"))
+    assert rig.target_names == ["Normal", "OR"]
+    assert rig.target[[0, -1]].tolist() == ["Normal", "OR"]
+
+
+def test_return_X_y():
+    data, target = simulate_rig(**SMALL, conditions=["Normal", "IR"], return_X_y=True)
+    rig = simulate_rig(**SMALL, conditions=["Normal", "IR"])
+    np.testing.assert_array_equal(data, rig.data)
+    np.testing.assert_array_equal(target, rig.target)
+
+
+def test_random_state_decides_everything_random():
+    draws = [simulate_rig(**SMALL, conditions="Ball", random_state=seed).data for seed in (1, 1, 2)]
+    np.testing.assert_array_equal(draws[0], draws[1])
+    assert not np.any(draws[0] == draws[2])
+    state = np.random.RandomState(1)
+    from_state = simulate_rig(**SMALL, conditions="Ball", random_state=state).data
+    np.testing.assert_array_equal(from_state, draws[0])
+    assert not np.any(simulate_rig(**SMALL, conditions="Ball", random_state=state).data == draws[0])
+
+
+def test_a_recording_does_not_depend_on_what_else_is_generated(default_rig):
+    alone = simulate_rig(rpm=450, crack_mm=6, conditions="IR-Ball").data
+    among = select(default_rig, rpm=450, crack_mm=6, target="IR-Ball")
+    np.testing.assert_array_equal(alone, among)
+
+
+def test_recordings_are_independent_of_one_another():
+    # Without defects, whose emission single and compound recordings share.
+    rig = simulate_rig(rpm=(400, 500), impact_level=0.0, rubbing_level=0.0)
+    emission = rig.data[:, 0].reshape(30, -1)
+    fluctuation = np.diff(rig.data[:, 1].reshape(30, -1))
+    for signals in (emission, fluctuation):
+        correlation = np.corrcoef(signals) - np.eye(30)
+        assert np.abs(correlation).max() < 0.1
+
+
+def test_compound_faults_are_superpositions():
+    quiet = {"friction_level": 0.0, "noise_level": 0.0, "torque_leak": ()}
+    rig = simulate_rig(rpm=(300, 500), crack_mm=(3, 6), n_samples=12_000, **quiet)
+    for rpm, crack in ((300, 3), (300, 6), (500, 3), (500, 6)):
+        single = {
+            name: select(rig, rpm=rpm, crack_mm=crack, target=name)[:, 0]
+            for name in ("IR", "OR", "Ball")
+        }
+        for compound in ("IR-Ball", "OR-Ball", "IR-OR", "IR-OR-Ball"):
+            together = select(rig, rpm=rpm, crack_mm=crack, target=compound)[:, 0]
+            expected = sum(single[name] for name in compound.split("-"))
+            assert np.abs(expected).max() > 1e-3
+            np.testing.assert_allclose(together, expected, rtol=0, atol=1e-15)
+    assert np.all(select(rig, target="Normal")[:, 0] == 0)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "error", "message"),
+    [
+        ({"rpm": 0}, ValueError, "rpm .* got 0"),
+        ({"rpm": (300, 300)}, ValueError, r"rpm .* repeat .* \(300, 300\)"),
+        ({"rpm": ()}, ValueError, r"rpm .* \(\)"),
+        ({"rpm": "fast"}, ValueError, "rpm .* 'fast'"),
+        ({"crack_mm": np.nan}, ValueError, "crack_mm .* nan"),
+        ({"crack_mm": (3, 8)}, ValueError, r"crack_mm .* 7.94 mm, got \(3, 8\)"),
+        ({"conditions": ["IR", "Cage"]}, ValueError, "conditions .* 'Cage'"),
+        ({"conditions": ["IR", "IR"]}, ValueError, "conditions must be distinct"),
+        ({"conditions": []}, ValueError, r"conditions .* got \[\]"),
+        ({"n_samples": 1000}, ValueError, "n_samples .* window_length=1200, got 1000"),
+        ({"n_samples": 0}, ValueError, "n_samples == 0"),
+        ({"n_samples": 1200.0}, TypeError, "n_samples"),
+        ({"window_length": 0}, ValueError, "window_length == 0"),
+        ({"sampling_rate": 0.0}, ValueError, "sampling_rate == 0"),
+        ({"sampling_rate": 100e3}, ValueError, "sampling_rate / 2 = 50000 Hz"),
+        ({"bearing": "6205"}, TypeError, "bearing must be a BearingGeometry, got '6205'"),
+        ({"paths": (1,)}, TypeError, "paths must be a TransmissionPaths"),
+        ({"torque": 2.0}, TypeError, "torque must be a DriveTorque, got 2.0"),
+        ({"torque_leak": 0.1}, ValueError, "torque_leak .* got 0.1"),
+        ({"torque_leak": (np.inf,)}, ValueError, "torque_leak .*inf"),
+        ({"torque_leak": ("a",)}, ValueError, "torque_leak .*'a'"),
+        ({"slip": 0.2}, ValueError, "slip == 0.2"),
+        ({"load_distribution": 0.0}, ValueError, "load_distribution == 0"),
+        ({"impact_level": -1.0}, ValueError, "impact_level == -1"),
+        ({"entry_ratio": np.inf}, ValueError, "entry_ratio == inf"),
+        ({"friction_level": np.nan}, ValueError, "friction_level .* nan"),
+        ({"rubbing_level": "high"}, TypeError, "rubbing_level"),
+        ({"asperity_um": 0.0}, ValueError, "asperity_um == 0"),
+        ({"noise_level": -1e-3}, ValueError, "noise_level == -0.001"),
+        ({"random_state": "seed"}, ValueError, "seed"),
+    ],
+)
+def test_bad_input_is_refused_by_name_and_value(parameters, error, message):
+    with pytest.raises(error, match=message):
+        simulate_rig(**parameters)
