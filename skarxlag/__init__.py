@@ -1,5 +1,6 @@
 """Model-based fault diagnosis of bearings across shaft speeds, as scikit-learn estimators."""
 
+from .cepstral import CepstralResidual
 from .identification import ARXLaguerre
 from .ladder import FaultDetector, ThresholdLadder
 from .model_selection import speed_splits
@@ -13,6 +14,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "ARXLaguerre",
+    "CepstralResidual",
     "ExtendedStatePIObserver",
     "FaultDetector",
     "PIObserver",

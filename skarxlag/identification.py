@@ -50,8 +50,10 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
     alpha : float, default=1e-6
         Ridge, at least 0, added to the sum of squares: the start :math:`P_0 = I/\alpha` of
         recursive least squares on windows of unit root-mean-square.
+    bank : bool, default=True
+        Whether each condition in `y` has a model of its own. False: one model of all windows.
     healthy : label or None, default=None
-        None: one model for each condition in `y`. A label: one model, of that condition alone.
+        A condition in `y`: identify one model, of its windows alone.
     unit_rms : bool, default=True
         Whether innovations are those of windows scaled to unit root-mean-square. False gives them
         in the sensor's unit, for detection on physical amplitude.
@@ -66,7 +68,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
     Attributes
     ----------
     classes_ : ndarray of shape (n_models,)
-        The condition of each model, sorted; ["model"] when fitted without `y`.
+        The condition of each model, sorted; ["model"] for one model of all windows.
     coef_ : ndarray of shape (n_models, n_states)
         Fourier coefficients, those of the output's network first.
     orders_ : ndarray of shape (n_channels,)
@@ -119,6 +121,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         order=32,
         pole=0.3,
         alpha=1e-6,
+        bank=True,
         healthy=None,
         unit_rms=True,
         transient=None,
@@ -128,6 +131,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         self.order = order
         self.pole = pole
         self.alpha = alpha
+        self.bank = bank
         self.healthy = healthy
         self.unit_rms = unit_rms
         self.transient = transient
@@ -174,7 +178,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         return self._identify(X, y, start_afresh=not hasattr(self, "sums_"))
 
     def _identify(self, X, y, *, start_afresh):
-        windows, labels = self._validate_windows(X, y, reset=start_afresh)
+        windows, labels = self._windows_by_model(*self._validate_windows(X, y, reset=start_afresh))
         check_scalar(self.alpha, "alpha", Real, min_val=0)
         check_scalar(
             self.forgetting_factor,
@@ -404,10 +408,9 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
         if y is None:
             X = validate_data(self, X, **check)
-            labels = np.full(len(X), "model")
         else:
-            X, labels = validate_data(self, X, y, **check)
-            check_classification_targets(labels)
+            X, y = validate_data(self, X, y, **check)
+            check_classification_targets(y)
         if X.ndim > 3:
             raise ValueError(
                 f"X has shape {X.shape}, expected (n_windows, n_samples) or "
@@ -419,15 +422,21 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
                 f"X has windows of {windows.shape[1]} channels, but {type(self).__name__} was "
                 f"fitted on {len(self.orders_)}."
             )
-        if self.healthy is not None and y is not None:
-            chosen = labels == self.healthy
+        return windows, y
+
+    def _windows_by_model(self, windows, y):
+        """Windows that models are identified on, and the name of each one's model."""
+        if self.healthy is not None:
+            chosen = np.zeros(len(windows), dtype=bool) if y is None else y == self.healthy
             if not np.any(chosen):
+                conditions = None if y is None else np.unique(y).tolist()
                 raise ValueError(
-                    f"healthy={self.healthy!r} is not among the conditions in y: "
-                    f"{np.unique(labels).tolist()}."
+                    f"healthy={self.healthy!r} is not among the conditions in y: {conditions}."
                 )
-            return windows[chosen], labels[chosen]
-        return windows, labels
+            return windows[chosen], y[chosen]
+        if y is None or not self.bank:
+            return windows, np.full(len(windows), "model")
+        return windows, y
 
     def _network_layout(self, n_channels):
         orders = self._by_channel("order", n_channels)

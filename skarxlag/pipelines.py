@@ -1,16 +1,17 @@
-"""The three diagnosers: identify, observe, decide."""
+"""The three diagnosers, from windows to conditions."""
 
 from sklearn.pipeline import Pipeline
 
+from .cepstral import CepstralResidual
 from .identification import ARXLaguerre
 from .ladder import ThresholdLadder
 from .observers import ExtendedStatePIObserver, PIObserver
 
 
-def _diagnoser(identify, observe, healthy, memory):
+def _observing(observer, healthy, memory):
     steps = [
-        ("identify", identify),
-        ("observe", observe),
+        ("identify", ARXLaguerre(n_jobs=observer.n_jobs)),
+        ("observe", observer),
         ("decide", ThresholdLadder(healthy=healthy)),
     ]
     return Pipeline(steps, memory=memory)
@@ -39,7 +40,7 @@ def make_alpio(*, healthy=None, memory=None, n_jobs=None):
     >>> [name for name, _ in make_alpio().steps]
     ['identify', 'observe', 'decide']
     """
-    return _diagnoser(ARXLaguerre(n_jobs=n_jobs), PIObserver(n_jobs=n_jobs), healthy, memory)
+    return _observing(PIObserver(n_jobs=n_jobs), healthy, memory)
 
 
 def make_extended_state_pio(*, healthy=None, memory=None, n_jobs=None):
@@ -65,19 +66,22 @@ def make_extended_state_pio(*, healthy=None, memory=None, n_jobs=None):
     >>> make_extended_state_pio()["observe"].evaluation
     'switching_gain'
     """
-    observer = ExtendedStatePIObserver(n_jobs=n_jobs)
-    return _diagnoser(ARXLaguerre(n_jobs=n_jobs), observer, healthy, memory)
+    return _observing(ExtendedStatePIObserver(n_jobs=n_jobs), healthy, memory)
 
 
 def make_diagnoser(*, healthy=None, memory=None, n_jobs=None):
-    """What we recommend: plain ARX bank of high order, whiteness of what it leaves.
+    """What we recommend: cepstral residuals of what one model of all conditions leaves.
+
+    The model takes out what all conditions share, and what measured inputs explain;
+    `CepstralResidual` compares the rest with each condition and discounts what a change of speed
+    does to it.
 
     Parameters
     ----------
     healthy : label or None, default=None
         The healthy condition, for the detection threshold.
     memory : str, joblib.Memory or None, default=None
-        Where a search over observer gains keeps the identification, as in
+        Where a search over later steps keeps the identification, as in
         `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on windows.
@@ -85,7 +89,7 @@ def make_diagnoser(*, healthy=None, memory=None, n_jobs=None):
     Returns
     -------
     sklearn.pipeline.Pipeline
-        Steps "identify", "observe" and "decide".
+        Steps "identify", "compare" and "decide".
 
     Examples
     --------
@@ -99,5 +103,9 @@ def make_diagnoser(*, healthy=None, memory=None, n_jobs=None):
     >>> make_diagnoser().fit(X, y).predict(1e6 * X[[0, 39]])
     array(['healthy', 'worn'], dtype='<U7')
     """
-    observer = PIObserver(pole=0.0, evaluation="whiteness", n_jobs=n_jobs)
-    return _diagnoser(ARXLaguerre(order=64, pole=0.0, n_jobs=n_jobs), observer, healthy, memory)
+    steps = [
+        ("identify", ARXLaguerre(order=8, bank=False, n_jobs=n_jobs)),
+        ("compare", CepstralResidual(n_jobs=n_jobs)),
+        ("decide", ThresholdLadder(healthy=healthy)),
+    ]
+    return Pipeline(steps, memory=memory)

@@ -1,6 +1,56 @@
 """Checks that several estimators share."""
 
 import numpy as np
+from sklearn.utils.validation import check_is_fitted, validate_data
+
+
+def validate_innovations(estimator, X, y=None, *, reset):
+    """Check innovations and note how many models they came from.
+
+    Parameters
+    ----------
+    estimator : estimator
+        Gets or has `n_models_`: the number of models, 0 where plain windows stand for the
+        innovations of one model that predicts nothing.
+    X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+        Innovations.
+    y : array-like of shape (n_windows,) or None, default=None
+        Conditions, where the estimator wants them.
+    reset : bool
+        True in `fit`.
+
+    Returns
+    -------
+    X : ndarray of shape (n_windows, n_models, n_samples)
+        Innovations.
+    y : ndarray of shape (n_windows,) or None
+        Conditions.
+
+    Raises
+    ------
+    ValueError
+        If X has another number of dimensions than it may have, or had in `fit`.
+    """
+    if not reset:
+        check_is_fitted(estimator)
+    check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
+    if y is None:
+        X = validate_data(estimator, X, **check)
+    else:
+        X, y = validate_data(estimator, X, y, **check)
+    if X.ndim > 3:
+        raise ValueError(
+            f"X has shape {X.shape}, expected innovations of shape (n_windows, n_models, "
+            "n_samples) or windows of shape (n_windows, n_samples)."
+        )
+    if reset:
+        estimator.n_models_ = X.shape[1] if X.ndim == 3 else 0
+    elif (X.ndim == 3) != (estimator.n_models_ > 0):
+        raise ValueError(
+            f"X has {X.ndim} dimensions, but {type(estimator).__name__} was fitted on "
+            f"{3 if estimator.n_models_ else 2}."
+        )
+    return (X if X.ndim == 3 else X[:, np.newaxis]), y
 
 
 def check_input_names(estimator, input_features):

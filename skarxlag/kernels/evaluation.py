@@ -1,13 +1,10 @@
 """Residual evaluation: one number for each signal (Eqs. 21 and 22, and the innovations test)."""
 
 import numpy as np
-from scipy.fft import dct
 
-from .arx_laguerre import accumulate_sums
-from .laguerre import laguerre_response
-from .least_squares import solve_sums
 from .observer import adapt_switching_gain
 from .scaling import root_mean_square
+from .spectra import cepstrum
 
 #: Share of a window over which the switching gain is averaged, at its end, once it has settled.
 _SETTLED = 0.5
@@ -62,65 +59,29 @@ def settled_level(gain):
     return np.where(silent, 0.0, level)
 
 
-def log_spectrum(signals, order, pole, alpha, frequency):
-    r"""Log power spectrum of each signal by the Laguerre network identified on it alone.
-
-    :math:`-\log|1 - \sum_n g_n L_n(e^{j\omega})|^2`, without the constant that the innovations'
-    power adds.
-
-    Parameters
-    ----------
-    signals : ndarray of shape (n_signals, n_samples)
-        Signals of unit root-mean-square.
-    order : int
-        Number of filters.
-    pole : float
-        Their pole.
-    alpha : float
-        Ridge.
-    frequency : ndarray of shape (n_frequencies,)
-        Radians a sample.
-
-    Returns
-    -------
-    ndarray of shape (n_signals, n_frequencies)
-        Natural logarithm of power, up to a constant.
-    """
-    orders, poles, one = np.array([order]), np.array([float(pole)]), np.ones(1)
-    n_transient = min(order, signals.shape[-1] // 2)
-    filters = laguerre_response(order, pole, frequency)
-    coef = np.empty((len(signals), order))
-    for row, signal in enumerate(signals):
-        sums = accumulate_sums(signal[np.newaxis, np.newaxis], one, orders, poles, n_transient)
-        coef[row] = solve_sums(sums, alpha)[0]
-    prediction_error_filter = 1 - coef @ filters
-    tiny = np.finfo(np.float64).tiny
-    return -np.log(np.maximum(np.abs(prediction_error_filter) ** 2, tiny))
-
-
-def cepstral_distance(log_spectra, exponent):
+def cepstral_norm(log_spectra, exponent):
     r"""Weighted cepstral norm :math:`\sum_{n \ge 1} n^p d_n^2` of log spectra.
 
-    d is the orthonormal DCT-II over frequency. Coefficient 0, the gain, is left out; p = 1 is
+    d are the cosine coefficients over frequency. Coefficient 0, the gain, is left out; p = 1 is
     Martin's metric between autoregressive models (Martin 2000).
 
     Parameters
     ----------
-    log_spectra : ndarray of shape (..., n_frequencies)
+    log_spectra : ndarray of shape (n_signals, n_frequencies)
         Log spectra at the midpoints of equal cells.
     exponent : float
         The exponent p, at least 0.
 
     Returns
     -------
-    ndarray of shape (...)
+    ndarray of shape (n_signals,)
         The norm; 0 for a white spectrum, whatever its power.
 
     Examples
     --------
-    >>> cepstral_distance(np.full(8, 3.0), exponent=0.5).round(12)
-    array(0.)
+    >>> cepstral_norm(np.full((1, 8), 3.0), exponent=0.5).round(12)
+    array([0.])
     """
-    cepstrum = dct(log_spectra, type=2, norm="ortho", axis=-1)[..., 1:]
-    weights = np.arange(1.0, cepstrum.shape[-1] + 1) ** exponent
-    return np.sum(weights * cepstrum**2, axis=-1)
+    coefficients = cepstrum(log_spectra)
+    weights = np.arange(1.0, coefficients.shape[-1] + 1) ** exponent
+    return np.sum(weights * coefficients**2, axis=-1)

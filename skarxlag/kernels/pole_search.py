@@ -9,6 +9,7 @@ import numpy as np
 from scipy import linalg, optimize
 
 from .laguerre import laguerre_response
+from .spectra import frequency_grid
 
 #: Frequencies on (0, pi); a Laguerre network of order N resolves no more than N details there.
 N_FREQUENCIES = 1024
@@ -16,11 +17,6 @@ N_FREQUENCIES = 1024
 LARGEST_POLE = 0.98
 _GRID = np.linspace(-0.9, 0.9, 13)
 _N_TAPS = 64
-
-
-def frequency_grid(n_frequencies=N_FREQUENCIES):
-    """Midpoints of equal cells on (0, pi), in radians a sample."""
-    return (np.arange(n_frequencies) + 0.5) * np.pi / n_frequencies
 
 
 def cross_spectra(windows):

@@ -1,0 +1,190 @@
+"""What all observers share: validation, residual evaluation, trajectories."""
+
+from numbers import Integral, Real
+
+import numpy as np
+from sklearn.base import BaseEstimator, TransformerMixin
+from sklearn.utils import Bunch, check_scalar, gen_batches
+from sklearn.utils.parallel import Parallel, delayed
+from sklearn.utils.validation import check_is_fitted
+
+from .kernels import evaluation as evaluate
+from .kernels import observer
+from .kernels.scaling import root_mean_square
+from .kernels.spectra import autoregressive_log_spectrum, frequency_grid
+from .validation import check_input_names, validate_innovations
+
+_EVALUATIONS = ("power", "switching_gain", "whiteness")
+#: Windows in one unit of parallel work.
+_BATCH = 64
+#: Cells of (0, pi) on which a log spectrum is taken.
+_N_FREQUENCIES = 256
+
+
+class Observer(TransformerMixin, BaseEstimator):
+    """Innovations to residual levels, for any observer that is a recursion on them.
+
+    A subclass certifies its gains in `_certify`, and names them in `_loop_constants` and
+    `_small_signal_gains`.
+    """
+
+    def fit(self, X, y=None):
+        """Certify that the observer is stable.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations, or windows, which are the innovations of a model that predicts nothing.
+        y : ignored
+            Here by convention.
+
+        Returns
+        -------
+        estimator
+            The fitted observer.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is out of its range or the gains are unstable; the message has the
+            numbers.
+        """
+        validate_innovations(self, X, reset=True)
+        self._check_parameters()
+        self._certify()
+        return self
+
+    def transform(self, X):
+        """One residual level for each window and model.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_models) or (n_windows, 2 * n_models)
+            Residual levels; then, with ``fault_estimate=True``, the levels of the fault estimates.
+        """
+        innovations, _ = validate_innovations(self, X, reset=False)
+        parts = Parallel(n_jobs=self.n_jobs, prefer="threads")(
+            delayed(self._levels)(innovations[batch])
+            for batch in gen_batches(len(innovations), _BATCH)
+        )
+        return np.concatenate(parts).astype(innovations.dtype, copy=False)
+
+    def _levels(self, innovations):
+        n_windows, n_models, _ = innovations.shape
+        error, fault_estimate = self._observe(innovations)
+        if self.evaluation == "power":
+            level = root_mean_square(error)
+        elif self.evaluation == "switching_gain":
+            surface = evaluate.sliding_surface(error, self.sliding_slope)
+            level = evaluate.settled_level(evaluate.switching_gain(surface, self.adaptation_step))
+        else:
+            level = self._whiteness(error)
+        levels = level.reshape(n_windows, n_models)
+        if self.fault_estimate:
+            estimated = root_mean_square(fault_estimate).reshape(n_windows, n_models)
+            levels = np.concatenate([levels, estimated], axis=1)
+        return levels
+
+    def _observe(self, innovations):
+        signals = innovations.reshape(-1, innovations.shape[-1]).astype(np.float64)
+        return observer.observe(signals, *self._loop_constants())
+
+    def _whiteness(self, error):
+        spectra = autoregressive_log_spectrum(error, self.spectrum_order, _N_FREQUENCIES)
+        spectra -= 2 * np.log(np.abs(self._response(frequency_grid(_N_FREQUENCIES))))
+        return evaluate.cepstral_norm(spectra, self.quefrency_exponent)
+
+    def _response(self, frequency):
+        """Small-signal response from innovations to the output error."""
+        pole, kp, ki = self._small_signal_gains()
+        z = np.exp(1j * frequency)
+        if ki == 0:
+            return (z - pole) / (z - pole + kp)
+        return (z - pole) * (z - 1) / ((z - pole + kp) * (z - 1) + ki)
+
+    def observe(self, X):
+        r"""Trajectories, for looking at them.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations.
+
+        Returns
+        -------
+        Bunch
+            Arrays shaped like X, in its unit: ``error`` e; ``fault_estimate``, the estimate before
+            each sample; ``sliding_surface`` :math:`S = \lambda e + (e(k) - e(k-1))`;
+            ``switching_gain`` K_s; ``residual``, :math:`r = K_s\,\mathrm{sgn}(S)` or, with a
+            boundary layer, :math:`r = K_s\,\mathrm{sat}(S / (\phi K_s))`.
+        """
+        innovations, _ = validate_innovations(self, X, reset=False)
+        shape = np.shape(X)
+        error, fault_estimate = self._observe(innovations)
+        surface = evaluate.sliding_surface(error, self.sliding_slope)
+        gain = evaluate.switching_gain(surface, self.adaptation_step)
+        layer = self.boundary_layer * gain
+        saturated = np.divide(surface, layer, out=np.sign(surface), where=layer > 0)
+        trajectories = {
+            "error": error,
+            "fault_estimate": fault_estimate,
+            "sliding_surface": surface,
+            "switching_gain": gain,
+            "residual": gain * np.clip(saturated, -1, 1),
+        }
+        return Bunch(**{name: path.reshape(shape) for name, path in trajectories.items()})
+
+    def get_feature_names_out(self, input_features=None):
+        """Names of the levels: model and evaluation.
+
+        Parameters
+        ----------
+        input_features : array-like of str or None, default=None
+            Names of the models, as `ARXLaguerre.get_feature_names_out` gives them.
+
+        Returns
+        -------
+        ndarray of str
+            One name a column of what `transform` returns.
+        """
+        check_is_fitted(self)
+        names = check_input_names(self, input_features)
+        if self.n_models_ == 0:
+            prefixes = [""]
+        elif names is None:
+            prefixes = [f"model{c}_" for c in range(self.n_models_)]
+        else:
+            prefixes = [f"{name}_" for name in names]
+        kinds = [self.evaluation] + ["fault_estimate"] * self.fault_estimate
+        return np.array([prefix + kind for kind in kinds for prefix in prefixes], dtype=object)
+
+    def _check_parameters(self):
+        check_scalar(self.pole, "pole", Real, min_val=-1, max_val=1, include_boundaries="neither")
+        check_scalar(self.kp, "kp", Real)
+        if self.evaluation not in _EVALUATIONS:
+            raise ValueError(
+                f"evaluation == {self.evaluation!r}, must be one of {', '.join(_EVALUATIONS)}."
+            )
+        check_scalar(self.sliding_slope, "sliding_slope", Real, min_val=0)
+        check_scalar(
+            self.adaptation_step,
+            "adaptation_step",
+            Real,
+            min_val=0,
+            max_val=1,
+            include_boundaries="right",
+        )
+        check_scalar(self.boundary_layer, "boundary_layer", Real, min_val=0)
+        check_scalar(self.spectrum_order, "spectrum_order", Integral, min_val=1)
+        check_scalar(self.quefrency_exponent, "quefrency_exponent", Real, min_val=0)
+
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.input_tags.three_d_array = True
+        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
+        return tags
