@@ -5,58 +5,64 @@ from numbers import Integral, Real
 import numpy as np
 from scipy import linalg
 from sklearn.base import BaseEstimator, TransformerMixin
-from sklearn.utils import check_scalar, gen_batches
+from sklearn.utils import check_scalar
 from sklearn.utils.multiclass import check_classification_targets
-from sklearn.utils.parallel import Parallel, delayed
 from sklearn.utils.validation import check_is_fitted
 
-from .kernels.drift import shift_drift, shrunk_scatter, smooth_drift, whitened
-from .kernels.spectra import autoregressive_log_spectrum, band_impulsiveness, cepstrum
+from .kernels.drift import raised_noise, scaled_frequency, smooth_variance, whitened
+from .kernels.spectra import autoregressive_log_spectrum, band_steadiness, cepstrum
+from .parallel import map_batches
 from .validation import check_input_names, validate_innovations
 
 #: Cells of (0, pi) on which log spectra are taken.
 _N_FREQUENCIES = 256
 #: Segments of the short-time spectrum start this share of a segment apart.
 _OVERLAP = 8
-#: Windows in one unit of parallel work.
-_BATCH = 64
 
 
 class CepstralResidual(TransformerMixin, BaseEstimator):
     r"""Distance of a window's innovations from those of each condition, with speed discounted.
 
     Two log spectra of the innovations are taken: their colour, by the autoregressive model
-    identified on the window itself, and the impulsiveness of each band, the logarithm of its
-    median over its mean power. Both become cepstra d, without the gain. The residual of condition
-    c is the Mahalanobis distance
+    identified on the window itself, and the steadiness of each band, the logarithm of its median
+    over its mean power. Both become cepstra d, without the gain. The residual of condition c is
+    the Mahalanobis distance
 
     .. math::
 
-        r_c^2 = \tfrac{1}{\dim d}\,(d - \bar d_c)^T (S_w + S_v + S_s)^{-1} (d - \bar d_c),
+        r_c^2 = \tfrac{1}{\dim d}\,(d - \bar d_c)^T (S_w + S_v + S_s + S_n)^{-1} (d - \bar d_c)
 
-    where :math:`\bar d_c` is the mean over the training windows of c; :math:`S_w` their scatter
-    within conditions, shrunk to its diagonal; :math:`S_v = \mathrm{diag}(c\,n^{-2} + f)` the
-    smooth drift of a log spectrum when speed changes, common to all conditions; and :math:`S_s`
-    what moves when all of it shifts along the frequency axis, as all that follows the shaft does.
-    Only :math:`\bar d_c`, :math:`S_w` and :math:`S_s` are calibrated, at the training speed.
+    with :math:`\bar d_c` the mean over the training windows of c and :math:`S_w` the covariance of
+    the training windows about these means. The rest is what a change of speed may do, to all
+    conditions alike: :math:`S_v = \mathrm{diag}(c\,n^{-2} + f)` is smooth drift over frequency and
+    drift of any other kind; :math:`S_s` the change when the frequency axis is scaled, as for all
+    that follows the shaft; :math:`S_n` the change when the noise floor rises. :math:`S_s` and
+    :math:`S_n` are computed from the mean spectra of the conditions. All of it is calibrated at
+    the training speed.
 
     A model's own log spectrum enters d and :math:`\bar d_c` alike and cancels, so one model for
     all conditions serves as well as a bank.
 
     Parameters
     ----------
-    spectrum_order : int, default=64
+    spectrum_order : int, default=128
         Order of the autoregressive model of a window, at least 1; at most half a window is used.
+    n_coefficients : int, default=64
+        Cosine coefficients of the colour that are kept, from 1 to 255.
     segment : int, default=128
-        Samples in a segment of the short-time spectrum that tells impulsiveness, at least 4; at
-        most a window is used.
-    drift : float, default=0.1
-        The constant c of the smooth drift in squared nepers of power, at least 0: 0.1 is what
-        one bearing's log spectrum drifts by when its speed changes by 3 to 30 %.
-    floor : float, default=0.03
-        The constant f of the drift that is not smooth, in squared nepers of power, above 0.
-    shift : float, default=0.1
-        Share at which the drift by a shift of frequency counts, at least 0.
+        Samples in a segment of the short-time spectrum that tells steadiness, at least 4; at most
+        a window is used.
+    smooth_drift : float, default=0.1
+        The constant c in squared nepers of power, at least 0: what the log spectrum of one
+        bearing drifts by when its speed changes by 3 to 30 %.
+    rough_drift : float, default=0.03
+        The constant f in squared nepers of power, above 0.
+    frequency_drift : float, default=0.2
+        Weight of :math:`S_s`, at least 0: the mean square change when frequency is scaled by
+        :math:`e^{\pm 0.1}`.
+    noise_drift : float, default=0.5
+        Weight of :math:`S_n`, at least 0: the mean square change when white noise is added 20 and
+        26 dB below the mean power.
     n_jobs : int or None, default=None
         Threads that work on windows. Results do not depend on it.
 
@@ -64,9 +70,9 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
     ----------
     classes_ : ndarray of shape (n_classes,)
         Conditions, sorted.
-    references_ : ndarray of shape (n_classes, n_coefficients)
+    references_ : ndarray of shape (n_classes, n_features)
         Mean cepstra :math:`\bar d_c`, in coordinates in which the covariance is the identity.
-    whitener_ : ndarray of shape (n_coefficients, n_coefficients)
+    whitener_ : ndarray of shape (n_features, n_features)
         Lower triangular W with W W' the inverse of the covariance.
     n_models_ : int
         Models that the innovations came from; 0 for plain windows.
@@ -84,9 +90,6 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
     R. J. Martin (2000), "A metric for ARMA processes", IEEE Transactions on Signal Processing
     48(4), 1164-1170.
 
-    J. Schaefer and K. Strimmer (2005), "A shrinkage approach to large-scale covariance matrix
-    estimation", Statistical Applications in Genetics and Molecular Biology 4(1), 32.
-
     Examples
     --------
     >>> import numpy as np
@@ -101,18 +104,22 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
     def __init__(
         self,
         *,
-        spectrum_order=64,
+        spectrum_order=128,
+        n_coefficients=64,
         segment=128,
-        drift=0.1,
-        floor=0.03,
-        shift=0.1,
+        smooth_drift=0.1,
+        rough_drift=0.03,
+        frequency_drift=0.2,
+        noise_drift=0.5,
         n_jobs=None,
     ):
         self.spectrum_order = spectrum_order
+        self.n_coefficients = n_coefficients
         self.segment = segment
-        self.drift = drift
-        self.floor = floor
-        self.shift = shift
+        self.smooth_drift = smooth_drift
+        self.rough_drift = rough_drift
+        self.frequency_drift = frequency_drift
+        self.noise_drift = noise_drift
         self.n_jobs = n_jobs
 
     def fit(self, X, y):
@@ -147,19 +154,50 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
                 f"X has the innovations of {n_models} models, expected 1 or one for each of the "
                 f"{n_classes} conditions in y."
             )
-        log_spectra = self._log_spectra(X)
-        own = [s[np.arange(len(X)), target % n_models] for s in log_spectra]
-        means = [np.stack([s[target == c].mean(axis=0) for c in range(n_classes)]) for s in own]
-        references = np.concatenate([cepstrum(m) for m in means], axis=1)
-        cepstra = np.concatenate([cepstrum(s) for s in own], axis=1)
-        covariance = shrunk_scatter(cepstra - references[target])
-        shifts = np.concatenate([shift_drift(m) for m in means], axis=1)
-        covariance += self.shift * shifts.T @ shifts / len(shifts)
-        covariance += np.diag(
-            np.concatenate([smooth_drift(m.shape[1] - 1, self.drift, self.floor) for m in means])
-        )
+        own = (np.arange(len(X)), target % n_models)
+        colour, steadiness = (log_spectra[own] for log_spectra in self._log_spectra(X))
+        means = [_class_means(log_spectra, target) for log_spectra in (colour, steadiness)]
+        references = self._cepstra(*means)
+        scatter = self._cepstra(colour, steadiness) - references[target]
+        covariance = scatter.T @ scatter / len(scatter) + self._drift(*means)
         self.whitener_ = np.linalg.cholesky(linalg.inv(covariance))
         self.references_ = whitened(references, self.whitener_)
+        return self
+
+    def adapt(self, X, y):
+        """Move all references by what windows of known condition at a new speed have moved.
+
+        A change of speed moves the cepstra of all conditions much alike. Healthy windows, which a
+        user often has at every speed, tell by how much.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations at the new speed.
+        y : array-like of shape (n_windows,)
+            Their conditions, among `classes_`; commonly all healthy.
+
+        Returns
+        -------
+        CepstralResidual
+            This transformer, for use at the new speed. Adapting again starts from where it is.
+
+        Raises
+        ------
+        ValueError
+            If a condition was not in `fit`.
+        """
+        check_is_fitted(self)
+        X, y = validate_innovations(self, X, y, reset=False)
+        unknown = np.setdiff1d(y, self.classes_)
+        if len(unknown) > 0:
+            raise ValueError(
+                f"y has conditions that were not in fit: {unknown.tolist()}, expected among "
+                f"{self.classes_.tolist()}."
+            )
+        target = np.searchsorted(self.classes_, y)
+        rows = self._rows(X)[np.arange(len(X)), target % X.shape[1]]
+        self.references_ = self.references_ + np.mean(rows - self.references_[target], axis=0)
         return self
 
     def transform(self, X):
@@ -176,26 +214,47 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
             Mahalanobis distances, a root mean square over coefficients.
         """
         X, _ = validate_innovations(self, X, reset=False)
-        parts = Parallel(n_jobs=self.n_jobs, prefer="threads")(
-            delayed(self._distances)(X[batch]) for batch in gen_batches(len(X), _BATCH)
-        )
-        return np.concatenate(parts).astype(X.dtype, copy=False)
+        rows = self._rows(X)
+        distances = np.sqrt(np.mean((rows - self.references_) ** 2, axis=-1))
+        return distances.astype(X.dtype, copy=False)
 
-    def _distances(self, X):
-        n_windows, n_models, _ = X.shape
-        cepstra = np.concatenate(
-            [cepstrum(s.reshape(n_windows * n_models, -1)) for s in self._log_spectra(X)], axis=1
-        )
-        rows = whitened(cepstra, self.whitener_).reshape(n_windows, n_models, -1)
-        return np.sqrt(np.mean((rows - self.references_) ** 2, axis=-1))
+    def _rows(self, X):
+        """Whitened cepstra of shape (n_windows, n_models, n_features)."""
+        flat = [s.reshape(-1, s.shape[-1]) for s in self._log_spectra(X)]
+        return whitened(self._cepstra(*flat), self.whitener_).reshape(*X.shape[:2], -1)
 
     def _log_spectra(self, X):
-        """Colour and impulsiveness, each of shape (n_windows, n_models, n_frequencies)."""
-        signals = X.reshape(-1, X.shape[-1]).astype(np.float64)
+        """Colour and steadiness, each of shape (n_windows, n_models, n_frequencies)."""
         segment = min(self.segment, X.shape[-1])
-        colour = autoregressive_log_spectrum(signals, self.spectrum_order, _N_FREQUENCIES)
-        impulsiveness = band_impulsiveness(signals, segment, max(segment // _OVERLAP, 1))
-        return [s.reshape(*X.shape[:2], -1) for s in (colour, impulsiveness)]
+
+        def of_batch(batch):
+            signals = X[batch].reshape(-1, X.shape[-1]).astype(np.float64)
+            return (
+                autoregressive_log_spectrum(signals, self.spectrum_order, _N_FREQUENCIES),
+                band_steadiness(signals, segment, max(segment // _OVERLAP, 1)),
+            )
+
+        parts = zip(*map_batches(of_batch, len(X), self.n_jobs), strict=True)
+        return [np.concatenate(part).reshape(*X.shape[:2], -1) for part in parts]
+
+    def _cepstra(self, colour, steadiness):
+        kept = cepstrum(colour)[:, : self.n_coefficients]
+        return np.concatenate([kept, cepstrum(steadiness)], axis=1)
+
+    def _drift(self, colour, steadiness):
+        """Covariance of what a change of speed may do to mean log spectra."""
+        shifted = self._cepstra(scaled_frequency(colour), scaled_frequency(steadiness))
+        noise = raised_noise(colour)
+        noisy = self._cepstra(noise, np.zeros((len(noise), steadiness.shape[1])))
+        smooth = [
+            smooth_variance(n, self.smooth_drift, self.rough_drift)
+            for n in (self.n_coefficients, steadiness.shape[1] - 1)
+        ]
+        return (
+            np.diag(np.concatenate(smooth))
+            + self.frequency_drift * shifted.T @ shifted / len(shifted)
+            + self.noise_drift * noisy.T @ noisy / len(noisy)
+        )
 
     def get_feature_names_out(self, input_features=None):
         """Names of the residuals: their conditions.
@@ -216,10 +275,13 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
 
     def _check_parameters(self):
         check_scalar(self.spectrum_order, "spectrum_order", Integral, min_val=1)
+        check_scalar(
+            self.n_coefficients, "n_coefficients", Integral, min_val=1, max_val=_N_FREQUENCIES - 1
+        )
         check_scalar(self.segment, "segment", Integral, min_val=4)
-        check_scalar(self.drift, "drift", Real, min_val=0)
-        check_scalar(self.floor, "floor", Real, min_val=0, include_boundaries="neither")
-        check_scalar(self.shift, "shift", Real, min_val=0)
+        check_scalar(self.rough_drift, "rough_drift", Real, min_val=0, include_boundaries="neither")
+        for name in ("smooth_drift", "frequency_drift", "noise_drift"):
+            check_scalar(getattr(self, name), name, Real, min_val=0)
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()
@@ -227,3 +289,7 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
         tags.input_tags.three_d_array = True
         tags.transformer_tags.preserves_dtype = ["float64", "float32"]
         return tags
+
+
+def _class_means(rows, target):
+    return np.stack([rows[target == c].mean(axis=0) for c in range(target.max() + 1)])

@@ -1,23 +1,20 @@
 """ARX-Laguerre identification: from windows to innovations."""
 
-from numbers import Integral, Real
+from numbers import Integral
 
 import numpy as np
 from sklearn.base import BaseEstimator, TransformerMixin
-from sklearn.utils import Bunch, check_scalar, gen_batches
+from sklearn.utils import Bunch, check_scalar
 from sklearn.utils.multiclass import check_classification_targets
-from sklearn.utils.parallel import Parallel, delayed
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from .kernels import arx_laguerre
 from .kernels.laguerre import laguerre_matrices, settling_length
 from .kernels.least_squares import solve_sums
 from .kernels.pole_search import cross_spectra, search_poles
-from .kernels.scaling import unit_rms_windows
-from .validation import check_input_names
-
-#: Windows in one unit of parallel work: fixed, so that sums do not depend on the number of workers.
-_BATCH = 64
+from .kernels.scaling import fit_percentage, unit_rms_windows
+from .parallel import map_batches
+from .validation import check_input_names, check_networks, check_real
 
 
 class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
@@ -179,22 +176,23 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
 
     def _identify(self, X, y, *, start_afresh):
         windows, labels = self._windows_by_model(*self._validate_windows(X, y, reset=start_afresh))
-        check_scalar(self.alpha, "alpha", Real, min_val=0)
-        check_scalar(
+        check_real(self.alpha, "alpha", min_val=0)
+        check_real(
             self.forgetting_factor,
             "forgetting_factor",
-            Real,
             min_val=0,
             max_val=1,
             include_boundaries="right",
         )
         scaled, _ = unit_rms_windows(windows)
         classes, of_class = np.unique(labels, return_inverse=True)
+        # A constant output says nothing of the model, whatever the inputs do meanwhile.
+        alive = np.any(scaled[:, 0] != 0, axis=-1)
         if start_afresh:
-            self.orders_, given_poles = self._network_layout(scaled.shape[1])
+            self.orders_, given_poles = check_networks(self.order, self.pole, scaled.shape[1])
             if None in given_poles:
                 spectra = np.array(
-                    [cross_spectra(scaled[of_class == c]) for c in range(len(classes))]
+                    [cross_spectra(scaled[alive & (of_class == c)]) for c in range(len(classes))]
                 )
                 given_poles = search_poles(spectra, self.orders_, given_poles, self.alpha)
             self.poles_ = np.asarray(given_poles, dtype=np.float64)
@@ -208,6 +206,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         for c, name in enumerate(classes):
             own = scaled[of_class == c]
             fading = self.forgetting_factor ** np.arange(len(own) - 1, -1, -1.0)
+            fading *= alive[of_class == c]
             model = int(np.flatnonzero(self.classes_ == name)[0])
             kept = self.forgetting_factor ** len(own)
             self.sums_[model] = kept * self.sums_[model] + self._sums(own, fading, n_transient)
@@ -216,19 +215,26 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             )
         coef, error = zip(*(solve_sums(s, self.alpha) for s in self.sums_), strict=True)
         self.coef_ = np.array(coef)
-        self.noise_level_ = np.sqrt(np.array(error) / self.weights_)
+        counted = np.where(self.weights_ > 0, self.weights_, 1.0)
+        self.noise_level_ = np.sqrt(np.array(error) / counted)
         return self
 
     def _sums(self, windows, weights, n_transient):
-        parts = Parallel(n_jobs=self.n_jobs, prefer="threads")(
-            delayed(arx_laguerre.accumulate_sums)(
+        parts = map_batches(
+            lambda batch: arx_laguerre.accumulate_sums(
                 windows[batch], weights[batch], self.orders_, self.poles_, n_transient
-            )
-            for batch in gen_batches(len(windows), _BATCH)
+            ),
+            len(windows),
+            self.n_jobs,
         )
         return np.sum(parts, axis=0)
 
     def _make_room_for(self, classes):
+        if (self.classes_.dtype.kind in "biuf") != (classes.dtype.kind in "biuf"):
+            raise ValueError(
+                f"y has the conditions {classes.tolist()}, expected labels of the type of those "
+                f"so far: {self.classes_.tolist()}."
+            )
         merged = np.union1d(self.classes_, classes)
         if len(merged) == len(self.classes_):
             return
@@ -261,11 +267,12 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
 
     def _innovations(self, scaled):
         n_transient = self._n_transient(scaled.shape[-1])
-        parts = Parallel(n_jobs=self.n_jobs, prefer="threads")(
-            delayed(arx_laguerre.innovations)(
+        parts = map_batches(
+            lambda batch: arx_laguerre.innovations(
                 scaled[batch], self.orders_, self.poles_, self.coef_, n_transient
-            )
-            for batch in gen_batches(len(scaled), _BATCH)
+            ),
+            len(scaled),
+            self.n_jobs,
         )
         return np.concatenate(parts)
 
@@ -334,16 +341,17 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             radius = np.abs(np.linalg.eigvals(space.A + np.outer(space.b_y, coef))).max()
             if radius >= 1:
                 raise ValueError(
-                    f"The model of condition {name!r} is unstable when it is fed its own output: "
-                    f"spectral radius {radius:.6g}, expected below 1. Use free_run=False, a lower "
-                    "order or a larger alpha."
+                    f"The model of condition {str(name)!r} is unstable when it is fed its own "
+                    f"output: spectral radius {radius:.6g}, expected below 1. Use free_run=False, "
+                    "a lower order or a larger alpha."
                 )
 
     def fit_percentage(self, X, *, free_run=False):
         r"""How well each model reproduces each window, as system identification reports it.
 
-        :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)`, one minus the normalised
-        root-mean-square error: 100 is exact, 0 no better than the mean, negative is worse.
+        :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)` over the samples after the transient, one
+        minus the normalised root-mean-square error: 100 is exact, 0 no better than the mean,
+        negative is worse.
 
         Parameters
         ----------
@@ -359,14 +367,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         """
         predicted = self.predict_output(X, free_run=free_run)
         windows, _ = self._validate_windows(X, None, reset=False)
-        output = windows[:, :1, -predicted.shape[-1] :].astype(np.float64)
-        mean = np.mean(windows[:, :1].astype(np.float64), axis=-1, keepdims=True)
-        peak = np.max(np.abs(windows[:, :1].astype(np.float64)), axis=-1, keepdims=True)
-        peak[peak == 0] = 1.0
-        error = np.linalg.norm((output - predicted) / peak, axis=-1)
-        spread = np.linalg.norm((output - mean) / peak, axis=-1)
-        constant = spread <= np.finfo(np.float64).eps * output.shape[-1]
-        return np.where(constant, 100.0, 100 * (1 - error / np.where(constant, 1.0, spread)))
+        return fit_percentage(windows[:, :1, -predicted.shape[-1] :], predicted)
 
     def get_feature_names_out(self, input_features=None):
         """Name of each model: its condition.
@@ -437,28 +438,6 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         if y is None or not self.bank:
             return windows, np.full(len(windows), "model")
         return windows, y
-
-    def _network_layout(self, n_channels):
-        orders = self._by_channel("order", n_channels)
-        poles = self._by_channel("pole", n_channels)
-        for order in orders:
-            check_scalar(order, "order", Integral, min_val=1)
-        for pole in poles:
-            if pole != "optimise":
-                check_scalar(
-                    pole, "pole", Real, min_val=-1, max_val=1, include_boundaries="neither"
-                )
-        return np.array(orders, dtype=np.int64), [None if p == "optimise" else p for p in poles]
-
-    def _by_channel(self, name, n_channels):
-        value = getattr(self, name)
-        values = [value] * n_channels if isinstance(value, Real | str) else list(value)
-        if len(values) != n_channels:
-            raise ValueError(
-                f"{name}={value!r} has {len(values)} entries, but windows have {n_channels} "
-                "channels."
-            )
-        return values
 
     def _n_transient(self, n_samples):
         if self.transient is None:

@@ -1,11 +1,8 @@
 """Calibrated decisions on residual levels: the threshold ladder and the fault detector."""
 
-from numbers import Real
-
 import numpy as np
 from scipy.special import softmax
 from sklearn.base import BaseEstimator, ClassifierMixin, OutlierMixin
-from sklearn.utils import check_scalar
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
 
@@ -16,6 +13,7 @@ from .kernels.ladder import (
     rung_scores,
 )
 from .kernels.scaling import root_mean_square
+from .validation import check_real
 
 
 class ThresholdLadder(ClassifierMixin, BaseEstimator):
@@ -363,12 +361,7 @@ class FaultDetector(OutlierMixin, BaseEstimator):
 
 
 def _check_alarm(false_alarm_rate, margin_db):
-    check_scalar(
-        false_alarm_rate,
-        "false_alarm_rate",
-        Real,
-        min_val=0,
-        max_val=1,
-        include_boundaries="neither",
+    check_real(
+        false_alarm_rate, "false_alarm_rate", min_val=0, max_val=1, include_boundaries="neither"
     )
-    check_scalar(margin_db, "margin_db", Real)
+    check_real(margin_db, "margin_db")

@@ -1,7 +1,7 @@
 """Cross-validation splits across shaft speeds."""
 
 import numpy as np
-from sklearn.utils import check_consistent_length, column_or_1d
+from sklearn.utils import check_array, check_consistent_length, column_or_1d
 
 
 def speed_splits(rpm, *, train_rpm=None, recording=None, same_speed=False):
@@ -30,8 +30,8 @@ def speed_splits(rpm, *, train_rpm=None, recording=None, same_speed=False):
     Raises
     ------
     ValueError
-        If there are not two speeds, `train_rpm` is not in `rpm`, or `same_speed` is asked for
-        without `recording`.
+        If there are not two speeds, `train_rpm` is not in `rpm`, `same_speed` is asked for
+        without `recording`, or halves leave no window at a speed.
 
     Examples
     --------
@@ -40,7 +40,7 @@ def speed_splits(rpm, *, train_rpm=None, recording=None, same_speed=False):
     [0 1] [2]
     [0 1] [3]
     """
-    rpm = column_or_1d(rpm)
+    rpm = column_or_1d(check_array(rpm, ensure_2d=False, input_name="rpm"))
     speeds = np.unique(rpm)
     if same_speed and recording is None:
         raise ValueError("same_speed=True needs `recording`, to split each recording in time.")
@@ -49,12 +49,18 @@ def speed_splits(rpm, *, train_rpm=None, recording=None, same_speed=False):
     if train_rpm is not None and train_rpm not in speeds:
         raise ValueError(f"train_rpm={train_rpm!r} is not in rpm, which has {speeds.tolist()}.")
     first, second = _halves(rpm, recording)
-    return [
+    splits = [
         (np.flatnonzero(first & (rpm == train)), np.flatnonzero(second & (rpm == test)))
         for train in (speeds if train_rpm is None else [train_rpm])
         for test in speeds
         if same_speed or test != train
     ]
+    if not all(len(train) and len(test) for train, test in splits):
+        raise ValueError(
+            "Halves of each `recording` leave no window at some speed, expected recordings of at "
+            "least two windows."
+        )
+    return splits
 
 
 def _halves(rpm, recording):

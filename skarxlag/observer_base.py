@@ -1,22 +1,20 @@
 """What all observers share: validation, residual evaluation, trajectories."""
 
-from numbers import Integral, Real
+from numbers import Integral
 
 import numpy as np
 from sklearn.base import BaseEstimator, TransformerMixin
-from sklearn.utils import Bunch, check_scalar, gen_batches
-from sklearn.utils.parallel import Parallel, delayed
+from sklearn.utils import Bunch, check_scalar
 from sklearn.utils.validation import check_is_fitted
 
 from .kernels import evaluation as evaluate
 from .kernels import observer
 from .kernels.scaling import root_mean_square
 from .kernels.spectra import autoregressive_log_spectrum, frequency_grid
-from .validation import check_input_names, validate_innovations
+from .parallel import map_batches
+from .validation import check_input_names, check_real, validate_innovations
 
 _EVALUATIONS = ("power", "switching_gain", "whiteness")
-#: Windows in one unit of parallel work.
-_BATCH = 64
 #: Cells of (0, pi) on which a log spectrum is taken.
 _N_FREQUENCIES = 256
 
@@ -68,9 +66,8 @@ class Observer(TransformerMixin, BaseEstimator):
             Residual levels; then, with ``fault_estimate=True``, the levels of the fault estimates.
         """
         innovations, _ = validate_innovations(self, X, reset=False)
-        parts = Parallel(n_jobs=self.n_jobs, prefer="threads")(
-            delayed(self._levels)(innovations[batch])
-            for batch in gen_batches(len(innovations), _BATCH)
+        parts = map_batches(
+            lambda batch: self._levels(innovations[batch]), len(innovations), self.n_jobs
         )
         return np.concatenate(parts).astype(innovations.dtype, copy=False)
 
@@ -164,24 +161,23 @@ class Observer(TransformerMixin, BaseEstimator):
         return np.array([prefix + kind for kind in kinds for prefix in prefixes], dtype=object)
 
     def _check_parameters(self):
-        check_scalar(self.pole, "pole", Real, min_val=-1, max_val=1, include_boundaries="neither")
-        check_scalar(self.kp, "kp", Real)
+        check_real(self.pole, "pole", min_val=-1, max_val=1, include_boundaries="neither")
+        check_real(self.kp, "kp")
         if self.evaluation not in _EVALUATIONS:
             raise ValueError(
                 f"evaluation == {self.evaluation!r}, must be one of {', '.join(_EVALUATIONS)}."
             )
-        check_scalar(self.sliding_slope, "sliding_slope", Real, min_val=0)
-        check_scalar(
+        check_real(self.sliding_slope, "sliding_slope", min_val=0)
+        check_real(
             self.adaptation_step,
             "adaptation_step",
-            Real,
             min_val=0,
             max_val=1,
             include_boundaries="right",
         )
-        check_scalar(self.boundary_layer, "boundary_layer", Real, min_val=0)
+        check_real(self.boundary_layer, "boundary_layer", min_val=0)
         check_scalar(self.spectrum_order, "spectrum_order", Integral, min_val=1)
-        check_scalar(self.quefrency_exponent, "quefrency_exponent", Real, min_val=0)
+        check_real(self.quefrency_exponent, "quefrency_exponent", min_val=0)
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()

@@ -1,12 +1,10 @@
 """Proportional-integral observers: from innovations to residual levels."""
 
-from numbers import Real
-
 import numpy as np
-from sklearn.utils import check_scalar
 
 from .kernels import observer
 from .observer_base import Observer
+from .validation import check_real
 
 
 class PIObserver(Observer):
@@ -116,7 +114,7 @@ class PIObserver(Observer):
         self.n_jobs = n_jobs
 
     def _certify(self):
-        check_scalar(self.ki, "ki", Real, min_val=0)
+        check_real(self.ki, "ki", min_val=0)
         self.closed_loop_ = observer.loop_matrix(self.pole, self.kp, self.ki)
         a = self.pole - self.kp
         states = self.closed_loop_ if self.ki > 0 else self.closed_loop_[:1, :1]
@@ -258,11 +256,11 @@ class ExtendedStatePIObserver(Observer):
         self.n_jobs = n_jobs
 
     def _certify(self):
-        check_scalar(self.ki_a, "ki_a", Real)
-        check_scalar(self.ki_b, "ki_b", Real)
+        check_real(self.ki_a, "ki_a")
+        check_real(self.ki_b, "ki_b")
         for name in ("gain", "exponent"):
-            check_scalar(getattr(self, name), name, Real, min_val=0, include_boundaries="neither")
-        check_scalar(self.saturation, "saturation", Real, min_val=0)
+            check_real(getattr(self, name), name, min_val=0, include_boundaries="neither")
+        check_real(self.saturation, "saturation", min_val=0)
         largest = self.gain * (1 + float(self.saturation) ** self.exponent)
         self.closed_loops_ = np.array(
             [observer.loop_matrix(self.pole, self.kp, self.ki_a, g) for g in (self.gain, largest)]

@@ -1,6 +1,10 @@
-"""Checks that several estimators share."""
+"""Checks of what estimators are given."""
+
+import math
+from numbers import Integral, Real
 
 import numpy as np
+from sklearn.utils import check_scalar
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 
@@ -85,3 +89,72 @@ def check_input_names(estimator, input_features):
             f"({estimator.n_features_in_}), got {len(input_features)}"
         )
     return input_features
+
+
+def check_real(value, name, **bounds):
+    """Check a real parameter, which must be finite.
+
+    Parameters
+    ----------
+    value : object
+        What the user gave.
+    name : str
+        The parameter's name, for the message.
+    **bounds
+        Passed to `sklearn.utils.check_scalar`.
+
+    Raises
+    ------
+    TypeError
+        If it is not a real number.
+    ValueError
+        If it is out of bounds, infinite or NaN.
+    """
+    check_scalar(value, name, Real, **bounds)
+    if not math.isfinite(value):
+        raise ValueError(f"{name} == {value}, must be finite.")
+
+
+def check_networks(order, pole, n_channels):
+    """Order and pole of each channel's Laguerre network.
+
+    Parameters
+    ----------
+    order : int or sequence of int
+        One for all channels or one for each.
+    pole : float, "optimise" or a sequence of these
+        One for all channels or one for each.
+    n_channels : int
+        Channels of a window.
+
+    Returns
+    -------
+    orders : ndarray of int of shape (n_channels,)
+        Orders.
+    poles : list of float or None
+        Poles, None where one is to be searched for.
+
+    Raises
+    ------
+    ValueError
+        If there is not one entry for each channel or an entry is out of range.
+    """
+    orders = _one_for_each("order", order, n_channels)
+    poles = _one_for_each("pole", pole, n_channels)
+    for entry in orders:
+        check_scalar(entry, "order", Integral, min_val=1)
+    for entry in poles:
+        if not isinstance(entry, str):
+            check_real(entry, "pole", min_val=-1, max_val=1, include_boundaries="neither")
+        elif entry != "optimise":
+            raise ValueError(f"pole == {entry!r}, must be in (-1, 1) or 'optimise'.")
+    return np.array(orders), [None if isinstance(entry, str) else entry for entry in poles]
+
+
+def _one_for_each(name, value, n_channels):
+    entries = [value] * n_channels if np.ndim(value) == 0 else list(value)
+    if len(entries) != n_channels:
+        raise ValueError(
+            f"{name}={value!r} has {len(entries)} entries, but windows have {n_channels} channels."
+        )
+    return entries

@@ -1,47 +1,16 @@
-"""How far cepstra scatter within a condition, and how far a change of speed moves them."""
+"""How a change of speed moves the cepstra of log spectra: three priors."""
 
 import numpy as np
 
 from .compiled import compiled
-from .spectra import cepstrum
 
-#: Relative shifts of frequency that a change of speed may cause, as natural logarithms.
-_LOG_SHIFTS = np.array([-0.25, -0.12, -0.05, -0.02, 0.02, 0.05, 0.12, 0.25])
-
-
-def shrunk_scatter(deviations):
-    r"""Covariance of centred rows, shrunk to its diagonal (Schaefer and Strimmer 2005).
-
-    The share of the diagonal is :math:`\sum_{i \ne j} \mathrm{Var}(s_{ij}) / \sum_{i \ne j}
-    s_{ij}^2`, which minimises the expected squared error.
-
-    Parameters
-    ----------
-    deviations : ndarray of shape (n_rows, n_features)
-        Rows less the mean of their condition.
-
-    Returns
-    -------
-    ndarray of shape (n_features, n_features)
-        Positive semi-definite.
-
-    Examples
-    --------
-    >>> shrunk_scatter(np.array([[1.0, 1.0], [-1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]]))
-    array([[1., 0.],
-           [0., 1.]])
-    """
-    n_rows = len(deviations)
-    scatter = deviations.T @ deviations / n_rows
-    squares = deviations**2
-    variance = (squares.T @ squares / n_rows - scatter**2) / n_rows
-    between = ~np.eye(len(scatter), dtype=bool)
-    size = np.sum(scatter[between] ** 2)
-    share = np.clip(np.sum(variance[between]) / size, 0.0, 1.0) if size > 0 else 1.0
-    return (1 - share) * scatter + share * np.diag(np.diag(scatter))
+#: Relative shift of frequency by which all that a log spectrum shows is moved, both ways.
+_LOG_SHIFT = 0.1
+#: Levels of white noise that is added, in dB of the mean power.
+_NOISE_DB = (-20.0, -26.0)
 
 
-def smooth_drift(n_coefficients, drift, floor):
+def smooth_variance(n_coefficients, smooth, rough):
     r"""Variance by which a change of speed moves each cosine coefficient of a log spectrum.
 
     :math:`c\,n^{-2} + f`: drift is smooth over frequency, and no coefficient is free of it.
@@ -50,7 +19,7 @@ def smooth_drift(n_coefficients, drift, floor):
     ----------
     n_coefficients : int
         Number of coefficients, n = 1, 2, ...
-    drift, floor : float
+    smooth, rough : float
         The constants c and f, in squared nepers of power.
 
     Returns
@@ -60,38 +29,73 @@ def smooth_drift(n_coefficients, drift, floor):
 
     Examples
     --------
-    >>> smooth_drift(3, drift=0.36, floor=0.01)
+    >>> smooth_variance(3, smooth=0.36, rough=0.01)
     array([0.37, 0.1 , 0.05])
     """
-    return drift / np.arange(1.0, n_coefficients + 1) ** 2 + floor
+    return smooth / np.arange(1.0, n_coefficients + 1) ** 2 + rough
 
 
-def shift_drift(log_spectra):
-    r"""Changes of cepstra when all that log spectra show moves along the frequency axis.
+def scaled_frequency(log_spectra):
+    r"""Changes of log spectra when all that they show moves along the frequency axis.
 
-    What follows the shaft moves with speed, what the structure rings at does not: neither is
-    known, so both the shift and no shift must be likely.
+    What follows the shaft moves with speed, what the structure rings at does not; which is which
+    is not known.
 
     Parameters
     ----------
     log_spectra : ndarray of shape (n_spectra, n_frequencies)
-        Mean log spectrum of each condition.
+        Log spectra at the midpoints of equal cells.
 
     Returns
     -------
-    ndarray of shape (8 * n_spectra, n_frequencies - 1)
-        One change of cepstrum a row: frequency multiplied by exp of -0.25 to 0.25.
+    ndarray of shape (2 * n_spectra, n_frequencies)
+        Changes when frequency is multiplied by :math:`e^{0.1}` and by :math:`e^{-0.1}`; the last
+        value is held beyond the band.
+
+    Examples
+    --------
+    >>> scaled_frequency(np.zeros((1, 4)))
+    array([[0., 0., 0., 0.],
+           [0., 0., 0., 0.]])
     """
-    n_frequencies = log_spectra.shape[1]
-    cells = np.arange(n_frequencies) + 0.5
-    moved = np.array(
+    cells = np.arange(log_spectra.shape[1]) + 0.5
+    return np.array(
         [
             np.interp(cells * np.exp(shift), cells, log_spectrum) - log_spectrum
+            for shift in (_LOG_SHIFT, -_LOG_SHIFT)
             for log_spectrum in log_spectra
-            for shift in _LOG_SHIFTS
         ]
     )
-    return cepstrum(moved)
+
+
+def raised_noise(log_spectra):
+    r"""Changes of log spectra when white noise is added, 20 and 26 dB below their mean power.
+
+    What a bearing emits grows with speed, what the sensor adds does not: valleys fill or empty.
+
+    Parameters
+    ----------
+    log_spectra : ndarray of shape (n_spectra, n_frequencies)
+        Log spectra, natural logarithms of power.
+
+    Returns
+    -------
+    ndarray of shape (2 * n_spectra, n_frequencies)
+        Changes, at least 0.
+
+    Examples
+    --------
+    >>> raised_noise(np.zeros((1, 2))).round(4)
+    array([[0.01  , 0.01  ],
+           [0.0025, 0.0025]])
+    """
+    mean = np.log(np.mean(np.exp(log_spectra), axis=1, keepdims=True))
+    return np.concatenate(
+        [
+            np.logaddexp(log_spectra, mean + level * np.log(10) / 10) - log_spectra
+            for level in _NOISE_DB
+        ]
+    )
 
 
 @compiled

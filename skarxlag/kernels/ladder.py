@@ -37,7 +37,8 @@ def false_alarm_threshold(levels, rate, margin_db):
     95.0
     """
     n = len(levels)
-    rank = min(int(np.ceil((n + 1) * (1 - rate))), n)
+    # (n + 1)(1 - rate) may be a whole number but for rounding.
+    rank = min(int(np.ceil((n + 1) * (1 - rate) - 1e-9)), n)
     return float(np.sort(levels)[rank - 1] * 10 ** (margin_db / 20))
 
 

@@ -80,7 +80,7 @@ def settling_length(order, pole):
     >>> settling_length(64, 0.0), settling_length(32, -0.5)
     (64, 96)
     """
-    return math.ceil(order * (1 + abs(pole)) / (1 - abs(pole)))
+    return math.ceil(order * (1 + abs(pole)) / (1 - abs(pole)) - 1e-9)
 
 
 def laguerre_response(order, pole, frequency):

@@ -30,18 +30,18 @@ def cross_spectra(windows):
     Returns
     -------
     ndarray of shape (n_channels, n_channels, N_FREQUENCIES)
-        Entry (a, b) is the sum of S_a conj(S_b).
+        Entry (a, b) is the sum of S_a conj(S_b), a mean over each cell; its mean over the
+        frequencies is the sum over time of s_a s_b.
     """
-    n_samples = windows.shape[-1]
-    # An odd multiple of the spacing is a midpoint of the cells: a transform of 4 times as many
-    # points as midpoints, or the next multiple that holds the window, has all of them.
-    times = max(1, -(-n_samples // (2 * N_FREQUENCIES)))
-    length = 4 * N_FREQUENCIES * times
-    spectra = np.zeros((windows.shape[1], windows.shape[1], N_FREQUENCIES), dtype=complex)
-    midpoints = slice(times, 2 * N_FREQUENCIES * times, 2 * times)
+    n_channels, n_samples = windows.shape[1:]
+    # Enough points within each cell that no lag of the window is aliased on another.
+    times = -(-n_samples // N_FREQUENCIES)
+    spectra = np.zeros((n_channels, n_channels, N_FREQUENCIES), dtype=complex)
     for window in windows:
-        transform = np.fft.rfft(window, length)[:, midpoints]
-        spectra += transform[:, np.newaxis] * transform.conj()
+        # Midpoints of n cells are the odd frequencies of a transform of 4 n points.
+        transform = np.fft.rfft(window, 4 * N_FREQUENCIES * times)[:, 1::2]
+        products = transform[:, np.newaxis] * transform.conj()
+        spectra += products.reshape(n_channels, n_channels, N_FREQUENCIES, times).mean(axis=-1)
     return spectra
 
 
@@ -55,7 +55,7 @@ def fit_spectrum(spectrum, orders, poles, alpha):
     orders, poles : sequence of length n_channels
         The networks.
     alpha : float
-        Ridge, as a share of the power of the output.
+        Ridge, added to the sum of squares.
 
     Returns
     -------
@@ -79,7 +79,8 @@ def fit_spectrum(spectrum, orders, poles, alpha):
         gram[:, channel == other] = (states @ filters[channel == other].conj().T).real
         if other == 0:
             cross = states.sum(axis=1).real
-    coef = linalg.lstsq(gram + alpha * np.eye(n_states), cross)[0]
+    ridge = alpha * spectrum.shape[-1] / power * np.eye(n_states)
+    coef = linalg.lstsq(gram + ridge, cross)[0]
     return coef, float(1 - 2 * coef @ cross + coef @ gram @ coef)
 
 
@@ -117,7 +118,8 @@ def search_poles(spectra, orders, poles, alpha):
     """Poles of least prediction error, one channel after another.
 
     For every free channel the closed form of the unrestricted impulse response and a coarse grid
-    start a bounded scalar search; with several free channels the round is made twice.
+    start a bounded scalar search; with several free channels the round is made twice, and a simplex
+    search moves all of them together at the end.
 
     Parameters
     ----------
@@ -128,7 +130,7 @@ def search_poles(spectra, orders, poles, alpha):
     poles : sequence of float or None, of length n_channels
         Given poles, None where one is to be found.
     alpha : float
-        Ridge, as a share of the power of the output.
+        Ridge, added to the sum of squares.
 
     Returns
     -------
@@ -145,7 +147,8 @@ def search_poles(spectra, orders, poles, alpha):
     )
 
     def error(pole, channel):
-        tried = np.where(np.arange(n_channels) == channel, pole, found)
+        tried = found.copy()
+        tried[channel] = pole
         return sum(fit_spectrum(s, orders, tried, alpha)[1] for s in spectra)
 
     for channel in free * (2 if len(free) > 1 else 1):
@@ -157,4 +160,14 @@ def search_poles(spectra, orders, poles, alpha):
             error, bounds=around, args=(channel,), method="bounded", options={"xatol": 1e-4}
         )
         found[channel] = refined.x if refined.fun < errors[best] else starts[best]
+    if len(free) > 1:
+        # Channels of like colour leave a narrow valley, along which one at a time moves slowly.
+        found[free] = optimize.minimize(
+            error,
+            found[free],
+            args=(free,),
+            method="Nelder-Mead",
+            bounds=[(-LARGEST_POLE, LARGEST_POLE)] * len(free),
+            options={"xatol": 1e-4, "fatol": 1e-9},
+        ).x
     return found

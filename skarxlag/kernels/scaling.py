@@ -51,7 +51,9 @@ def unit_rms_windows(windows):
     """
     unit, peak = centred(windows)
     rms = np.sqrt(np.mean(unit[:, 0] ** 2, axis=-1))
-    rms[rms == 0] = 1.0
+    constant = rms == 0
+    rms[constant] = 1.0
+    peak[constant, 0] = 1.0
     unit[:, 0] /= rms[:, np.newaxis]
     ratio = peak[:, 1:] / peak[:, :1]
     unit[:, 1:] *= ratio / rms[:, np.newaxis, np.newaxis]
@@ -63,3 +65,32 @@ def root_mean_square(signals):
     peak = np.max(np.abs(signals), axis=-1, keepdims=True)
     peak[peak == 0] = 1.0
     return peak[..., 0] * np.sqrt(np.mean((signals / peak) ** 2, axis=-1))
+
+
+def fit_percentage(output, predicted):
+    r"""One minus the normalised root-mean-square error, in percent.
+
+    :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)`, as system identification reports a fit.
+
+    Parameters
+    ----------
+    output, predicted : ndarray of shape (..., n_samples)
+        Measured and predicted output; they broadcast against each other.
+
+    Returns
+    -------
+    ndarray of shape (...)
+        100 where the prediction is exact, 0 where it is no better than the mean, negative where
+        it is worse; 100 where the output is constant.
+
+    Examples
+    --------
+    >>> float(fit_percentage(np.array([1.0, -1.0, 1.0, -1.0]), np.array([1.0, -1.0, 1.0, 1.0])))
+    0.0
+    """
+    output = np.asarray(output, dtype=np.float64)
+    unit, peak = centred(output)
+    spread = np.linalg.norm(unit, axis=-1)
+    constant = spread == 0
+    error = np.linalg.norm((output - predicted) / peak, axis=-1)
+    return np.where(constant, 100.0, 100 * (1 - error / np.where(constant, 1.0, spread)))

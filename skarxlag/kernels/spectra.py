@@ -1,4 +1,4 @@
-"""What a signal's spectrum looks like and how impulsive each band is, one signal at a time.
+"""What a signal's spectrum looks like and how steady each band is, one signal at a time.
 
 Every signal is worked on by itself, so that results do not depend on which others it comes with.
 """
@@ -88,7 +88,7 @@ def autoregressive_log_spectrum(signals, order, n_frequencies, alpha=1e-9):
     return log_spectra
 
 
-def band_impulsiveness(signals, segment, hop):
+def band_steadiness(signals, segment, hop):
     r"""How far the median power of each band lies below its mean power.
 
     The median over time is what a switching gain settles at, the mean is the power; a band in
@@ -119,7 +119,7 @@ def band_impulsiveness(signals, segment, hop):
             continue
         segments = np.lib.stride_tricks.sliding_window_view(samples / rms, segment)[::hop]
         power = np.abs(fft.rfft(segments * window, axis=-1)[:, 1 : n_bands + 1]) ** 2
-        # A band without power has no impulsiveness: what rounding leaves in it must not count.
+        # A band without power is steady: what rounding leaves in it must not count.
         power += 1e-14 * segment
         ratio[row] = np.log(np.median(power, axis=0) / np.mean(power, axis=0))
     return ratio

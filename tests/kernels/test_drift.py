@@ -1,0 +1,34 @@
+import numpy as np
+
+from skarxlag.kernels import drift
+from skarxlag.kernels.spectra import frequency_grid
+
+
+def test_smooth_variance_by_hand():
+    np.testing.assert_allclose(drift.smooth_variance(3, 0.9, 0.05), [0.95, 0.275, 0.15])
+
+
+def test_scaled_frequency_moves_a_peak_both_ways():
+    frequency = frequency_grid(2000)
+    peak = np.exp(-0.5 * ((frequency - 1.0) / 0.1) ** 2)
+    up_or_down = drift.scaled_frequency(peak[np.newaxis]) + peak
+    assert up_or_down.shape == (2, 2000)
+    places = frequency[np.argmax(up_or_down, axis=1)]
+    np.testing.assert_allclose(places, [np.exp(-0.1), np.exp(0.1)], atol=2e-3)
+
+
+def test_raised_noise_adds_power_20_and_26_db_below_the_mean():
+    power = np.random.default_rng(0).exponential(size=(3, 50))
+    changes = drift.raised_noise(np.log(power))
+    for change, level in zip(np.split(changes, 2), (0.01, 10**-2.6), strict=True):
+        added = np.exp(np.log(power) + change) - power
+        expected = level * power.mean(axis=1, keepdims=True) * np.ones(50)
+        np.testing.assert_allclose(added, expected, rtol=1e-6)
+
+
+def test_whitened_is_the_matrix_product_row_by_row():
+    rng = np.random.default_rng(1)
+    features, whitener = rng.normal(size=(20, 7)), np.tril(rng.normal(size=(7, 7)))
+    np.testing.assert_allclose(drift.whitened(features, whitener), features @ whitener, atol=1e-12)
+    alone = np.concatenate([drift.whitened(row[np.newaxis], whitener) for row in features])
+    np.testing.assert_array_equal(drift.whitened(features, whitener), alone)

@@ -1,0 +1,131 @@
+import numpy as np
+import pytest
+from scipy import signal
+from scipy.signal import lfilter
+
+from skarxlag.kernels import spectra
+from skarxlag.kernels.arx_laguerre import accumulate_sums
+
+
+def ar2(n_signals, n_samples, seed=0):
+    noise = np.random.default_rng(seed).normal(size=(n_signals, n_samples + 500))
+    return lfilter([1], [1, -1.2, 0.8], noise, axis=1)[:, 500:]
+
+
+def ar2_log_spectrum(frequency):
+    z = np.exp(-1j * frequency)
+    return -np.log(np.abs(1 - 1.2 * z + 0.8 * z**2) ** 2)
+
+
+@pytest.mark.parametrize("order", [1, 5, 40])
+def test_lagged_sums_are_the_lagged_products(order):
+    samples = np.random.default_rng(1).normal(size=200)
+    lagged = np.stack([samples[order - j : 200 - j] for j in range(order + 1)])
+    np.testing.assert_allclose(spectra.lagged_sums(samples, order), lagged @ lagged.T, rtol=1e-10)
+
+
+def test_lagged_sums_are_the_sums_of_a_network_with_its_pole_at_0():
+    samples = np.random.default_rng(2).normal(size=300)
+    network = accumulate_sums(
+        samples[np.newaxis, np.newaxis], np.ones(1), np.array([6]), np.zeros(1), 6
+    )
+    lagged = spectra.lagged_sums(samples, 6)
+    np.testing.assert_allclose(np.tril(network[:-1, :-1]), np.tril(lagged[1:, 1:]), atol=1e-10)
+    np.testing.assert_allclose(network[-1, :-1], lagged[0, 1:], atol=1e-10)
+
+
+def test_autoregressive_log_spectrum_is_that_of_the_process():
+    estimated = spectra.autoregressive_log_spectrum(ar2(1, 200_000), 2, 64)[0]
+    np.testing.assert_allclose(estimated, ar2_log_spectrum(spectra.frequency_grid(64)), atol=0.05)
+
+
+def test_autoregressive_log_spectrum_agrees_with_freqz_of_plain_least_squares():
+    samples = ar2(1, 400)[0]
+    lagged = np.stack([samples[10 - j : 400 - j] for j in range(1, 11)], axis=1)
+    coef = np.linalg.lstsq(lagged, samples[10:], rcond=None)[0]
+    _, response = signal.freqz([1], np.r_[1, -coef], worN=spectra.frequency_grid(32))
+    estimated = spectra.autoregressive_log_spectrum(samples[np.newaxis], 10, 32)[0]
+    np.testing.assert_allclose(estimated, np.log(np.abs(response) ** 2), atol=1e-5)
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e-9, 1.0, 1e300])
+def test_log_spectra_do_not_depend_on_the_unit(scale):
+    signals = ar2(3, 600)
+    for log_spectrum in (
+        lambda s: spectra.autoregressive_log_spectrum(s, 16, 32),
+        lambda s: spectra.band_steadiness(s, 64, 8),
+    ):
+        np.testing.assert_allclose(
+            log_spectrum(scale * signals), log_spectrum(signals), rtol=1e-6, atol=1e-9
+        )
+
+
+def test_signals_of_zeros_have_flat_log_spectra():
+    zeros = np.zeros((2, 100))
+    assert np.all(spectra.autoregressive_log_spectrum(zeros, 16, 32) == 0)
+    assert np.all(spectra.band_steadiness(zeros, 64, 8) == 0)
+
+
+def test_steadiness_of_noise_is_that_of_an_exponential_variable():
+    # Power of a band of noise is exponential: its median is ln 2 of its mean.
+    noise = np.random.default_rng(3).normal(size=(1, 400_000))
+    steadiness = spectra.band_steadiness(noise, 64, 64)
+    np.testing.assert_allclose(steadiness, np.log(np.log(2)), atol=0.06)
+
+
+def test_steadiness_of_a_steady_tone_is_0_and_of_strikes_far_below():
+    k = np.arange(20_000)
+    tone = np.cos(2 * np.pi * 10 / 64 * k)[np.newaxis]
+    assert abs(spectra.band_steadiness(tone, 64, 16)[0, 9]) < 1e-3
+    strikes = np.where(k % 1000 == 0, 1.0, 1e-3)[np.newaxis] * np.random.default_rng(0).normal(
+        size=(1, 20_000)
+    )
+    assert np.all(spectra.band_steadiness(strikes, 64, 16) < -3)
+
+
+def test_steadiness_against_the_literal_short_time_spectrum():
+    samples = ar2(1, 300)[0]
+    rms = np.sqrt(np.mean(samples**2))
+    window = signal.windows.hann(34)[1:-1]
+    starts = range(0, 300 - 32 + 1, 5)
+    power = np.array([np.abs(np.fft.fft(window * samples[s : s + 32] / rms)) ** 2 for s in starts])
+    literal = np.log(np.median(power, axis=0) / power.mean(axis=0))[1:16]
+    computed = spectra.band_steadiness(samples[np.newaxis], 32, 5)[0]
+    np.testing.assert_allclose(computed, literal, rtol=1e-9)
+
+
+@pytest.mark.parametrize("n_samples", [1, 2, 3, 4, 7])
+def test_short_signals(n_samples):
+    signals = np.random.default_rng(0).normal(size=(2, n_samples))
+    assert np.isfinite(spectra.autoregressive_log_spectrum(signals, 64, 32)).all()
+    steadiness = spectra.band_steadiness(signals, n_samples, 1)
+    assert steadiness.shape == (2, max(n_samples // 2 - 1, 1))
+    assert np.isfinite(steadiness).all()
+
+
+def test_cepstrum_against_the_literal_cosine_sum():
+    log_spectra = np.random.default_rng(4).normal(size=(3, 20))
+    frequency = spectra.frequency_grid(20)
+    n = np.arange(1, 20)
+    literal = 2 / 20 * log_spectra @ np.cos(np.outer(frequency, n))
+    np.testing.assert_allclose(spectra.cepstrum(log_spectra), literal, atol=1e-12)
+
+
+def test_cepstrum_of_a_first_order_model_is_its_closed_form():
+    # log 1/|1 - a z|^2 = sum_n (2 a^n / n) cos n w.
+    frequency = spectra.frequency_grid(256)
+    log_spectrum = -np.log(np.abs(1 - 0.6 * np.exp(-1j * frequency)) ** 2)
+    n = np.arange(1, 20)
+    np.testing.assert_allclose(
+        spectra.cepstrum(log_spectrum[np.newaxis])[0, :19], 2 * 0.6**n / n, atol=1e-10
+    )
+
+
+def test_each_signal_is_worked_on_by_itself():
+    signals = ar2(9, 500)
+    for log_spectrum in (
+        lambda s: spectra.cepstrum(spectra.autoregressive_log_spectrum(s, 32, 64)),
+        lambda s: spectra.cepstrum(spectra.band_steadiness(s, 64, 8)),
+    ):
+        alone = np.concatenate([log_spectrum(s[np.newaxis]) for s in signals])
+        np.testing.assert_array_equal(log_spectrum(signals), alone)
