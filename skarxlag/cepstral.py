@@ -47,7 +47,7 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
     ----------
     spectrum_order : int, default=128
         Order of the autoregressive model of a window, at least 1; at most half a window is used.
-    n_coefficients : int, default=64
+    n_coefficients : int, default=48
         Cosine coefficients of the colour that are kept, from 1 to 255.
     segment : int, default=128
         Samples in a segment of the short-time spectrum that tells steadiness, at least 4; at most
@@ -55,9 +55,9 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
     smooth_drift : float, default=0.1
         The constant c in squared nepers of power, at least 0: what the log spectrum of one
         bearing drifts by when its speed changes by 3 to 30 %.
-    rough_drift : float, default=0.03
+    rough_drift : float, default=0.01
         The constant f in squared nepers of power, above 0.
-    frequency_drift : float, default=0.2
+    frequency_drift : float, default=0.1
         Weight of :math:`S_s`, at least 0: the mean square change when frequency is scaled by
         :math:`e^{\pm 0.1}`.
     noise_drift : float, default=0.5
@@ -74,6 +74,8 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
         Mean cepstra :math:`\bar d_c`, in coordinates in which the covariance is the identity.
     whitener_ : ndarray of shape (n_features, n_features)
         Lower triangular W with W W' the inverse of the covariance.
+    shared_drift_ : ndarray of shape (n_features, n_features)
+        Share of a move that all conditions make, in the same coordinates; eigenvalues in [0, 1).
     n_models_ : int
         Models that the innovations came from; 0 for plain windows.
     n_features_in_ : int
@@ -105,11 +107,11 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
         self,
         *,
         spectrum_order=128,
-        n_coefficients=64,
+        n_coefficients=48,
         segment=128,
         smooth_drift=0.1,
-        rough_drift=0.03,
-        frequency_drift=0.2,
+        rough_drift=0.01,
+        frequency_drift=0.1,
         noise_drift=0.5,
         n_jobs=None,
     ):
@@ -162,13 +164,16 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
         covariance = scatter.T @ scatter / len(scatter) + self._drift(*means)
         self.whitener_ = np.linalg.cholesky(linalg.inv(covariance))
         self.references_ = whitened(references, self.whitener_)
+        shared = self._smooth_variance(steadiness.shape[1] - 1, rough=0.0)
+        self.shared_drift_ = (self.whitener_.T * shared) @ self.whitener_
         return self
 
     def adapt(self, X, y):
-        """Move all references by what windows of known condition at a new speed have moved.
+        r"""Move all references by the smooth drift that windows at a new speed show.
 
-        A change of speed moves the cepstra of all conditions much alike. Healthy windows, which a
-        user often has at every speed, tell by how much.
+        Healthy windows, which a user often has at every speed, tell how far their own cepstra have
+        moved, by m. All conditions share the smooth part of that; what it is most likely to be is
+        :math:`C (S_w + S_v + S_s + S_n)^{-1} m` with :math:`C = \mathrm{diag}(c\,n^{-2})`.
 
         Parameters
         ----------
@@ -197,7 +202,8 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
             )
         target = np.searchsorted(self.classes_, y)
         rows = self._rows(X)[np.arange(len(X)), target % X.shape[1]]
-        self.references_ = self.references_ + np.mean(rows - self.references_[target], axis=0)
+        moved = np.mean(rows - self.references_[target], axis=0)
+        self.references_ = self.references_ + self.shared_drift_ @ moved
         return self
 
     def transform(self, X):
@@ -246,14 +252,18 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
         shifted = self._cepstra(scaled_frequency(colour), scaled_frequency(steadiness))
         noise = raised_noise(colour)
         noisy = self._cepstra(noise, np.zeros((len(noise), steadiness.shape[1])))
-        smooth = [
-            smooth_variance(n, self.smooth_drift, self.rough_drift)
-            for n in (self.n_coefficients, steadiness.shape[1] - 1)
-        ]
         return (
-            np.diag(np.concatenate(smooth))
+            np.diag(self._smooth_variance(steadiness.shape[1] - 1, self.rough_drift))
             + self.frequency_drift * shifted.T @ shifted / len(shifted)
             + self.noise_drift * noisy.T @ noisy / len(noisy)
+        )
+
+    def _smooth_variance(self, n_steadiness, rough):
+        return np.concatenate(
+            [
+                smooth_variance(n, self.smooth_drift, rough)
+                for n in (self.n_coefficients, n_steadiness)
+            ]
         )
 
     def get_feature_names_out(self, input_features=None):

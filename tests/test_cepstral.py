@@ -37,11 +37,11 @@ def literal_distances(X_train, y, X, order=20, n=10, segment=32):
     deviations = cepstra(*train) - references[np.unique(y, return_inverse=True)[1]]
     S_w = np.cov(deviations.T, bias=True)
     m = means[1].shape[1] - 1
-    S_v = block_diag(*[np.diag(0.1 / np.arange(1, k + 1) ** 2 + 0.03) for k in (n, m)])
+    S_v = block_diag(*[np.diag(0.1 / np.arange(1, k + 1) ** 2 + 0.01) for k in (n, m)])
     shifted = cepstra(*[drift.scaled_frequency(s) for s in means])
     noisy = cepstra(drift.raised_noise(means[0]), np.zeros((6, m + 1)))
     S_s, S_n = shifted.T @ shifted / len(shifted), noisy.T @ noisy / len(noisy)
-    covariance = S_w + S_v + 0.2 * S_s + 0.5 * S_n
+    covariance = S_w + S_v + 0.1 * S_s + 0.5 * S_n
     inverse = np.linalg.inv(covariance)
     distances = cdist(cepstra(*log_spectra(X)), references, "mahalanobis", VI=inverse)
     return distances / np.sqrt(n + m)
