@@ -34,13 +34,13 @@ def lagged_sums(samples, order):
         Entry (i, j) is the sum of s(k - i) s(k - j) over k = order .. n_samples - 1.
     """
     n_samples = len(samples)
-    sums = np.empty((order + 1, order + 1))
-    for j in range(order + 1):
-        total = 0.0
-        for k in range(order, n_samples):
-            total += samples[k] * samples[k - j]
-        sums[0, j] = total
-        sums[j, 0] = total
+    sums = np.zeros((order + 1, order + 1))
+    # Reversed, the samples that a sample meets lie one after another, which vectorises.
+    backwards = samples[::-1].copy()
+    for k in range(order, n_samples):
+        for j in range(order + 1):
+            sums[0, j] += samples[k] * backwards[n_samples - 1 - k + j]
+    sums[:, 0] = sums[0]
     for i in range(order):
         for j in range(i, order):
             entering = samples[order - 1 - i] * samples[order - 1 - j]
