@@ -1,7 +1,7 @@
 """Calibrated decisions on residual levels: the threshold ladder and the fault detector."""
 
 import numpy as np
-from scipy.special import softmax
+from scipy.special import log_softmax
 from sklearn.base import BaseEstimator, ClassifierMixin, OutlierMixin
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
@@ -214,8 +214,23 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
         ndarray of shape (n_windows, n_classes)
             Softmax of the scores times `confidence_scale_`; rows sum to 1.
         """
+        return np.exp(self.predict_log_proba(X))
+
+    def predict_log_proba(self, X):
+        """Logarithm of the confidence in each condition, to be summed over windows.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_residuals)
+            Residual levels.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_classes)
+            Natural logarithms, finite.
+        """
         scores = self._scores(self._validate(X))
-        return softmax(self.confidence_scale_ * scores, axis=1)
+        return log_softmax(self.confidence_scale_ * scores, axis=1)
 
     def detect(self, X):
         r"""Whether each window is faulty: its healthy residual exceeds :math:`\Gamma` (Eq. 24).
