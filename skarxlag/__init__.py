@@ -5,6 +5,7 @@ from .identification import ARXLaguerre
 from .ladder import FaultDetector, ThresholdLadder
 from .model_selection import speed_splits
 from .observers import ExtendedStatePIObserver, PIObserver
+from .persistence import load_diagnoser, save_diagnoser
 from .pipelines import make_alpio, make_diagnoser, make_extended_state_pio
 from .recording_table import load_recordings, read_recording_table
 from .recordings import read_recording
@@ -19,6 +20,7 @@ __all__ = [
     "FaultDetector",
     "PIObserver",
     "ThresholdLadder",
+    "load_diagnoser",
     "load_recordings",
     "make_alpio",
     "make_diagnoser",
@@ -26,5 +28,6 @@ __all__ = [
     "make_windows",
     "read_recording",
     "read_recording_table",
+    "save_diagnoser",
     "speed_splits",
 ]

@@ -1,0 +1,59 @@
+"""Values of arguments: what argparse calls to turn text into them, or to refuse it."""
+
+import argparse
+import math
+
+
+def positive_int(text):
+    """An integer of at least 1."""
+    return _integer(text, "an integer of at least 1", lambda value: value >= 1)
+
+
+def window_length(text):
+    """A number of samples; in fewer there is no model to identify."""
+    return _integer(text, "an integer of at least 100", lambda value: value >= 100)
+
+
+def seed(text):
+    """An integer that seeds a random number generator."""
+    return _integer(text, "an integer from 0 to 4294967295", lambda value: 0 <= value < 2**32)
+
+
+def job_count(text):
+    """A number of threads, or a negative one as in joblib."""
+    return _integer(text, "a number of threads, or -1 for all cores", lambda value: value != 0)
+
+
+def positive_number(text):
+    """A finite number above 0."""
+    return _number(text, "a number above 0", lambda value: value > 0)
+
+
+def rate(text):
+    """A number strictly between 0 and 1."""
+    return _number(text, "a number between 0 and 1", lambda value: 0 < value < 1)
+
+
+def speed_or_all(text):
+    """A shaft speed, or the word all."""
+    return text if text == "all" else _number(text, "a speed in rpm, or all", lambda v: v > 0)
+
+
+def _integer(text, expected, is_valid):
+    try:
+        value = int(text)
+    except ValueError:
+        value = None
+    if value is None or not is_valid(value):
+        raise argparse.ArgumentTypeError(f"{text!r}, expected {expected}")
+    return value
+
+
+def _number(text, expected, is_valid):
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or not is_valid(value):
+        raise argparse.ArgumentTypeError(f"{text!r}, expected {expected}")
+    return value

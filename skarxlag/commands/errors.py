@@ -1,0 +1,27 @@
+"""Mistakes of a user, which end a command with one line instead of a traceback."""
+
+from contextlib import contextmanager
+
+
+class UsageError(Exception):
+    """An argument that does not fit; the message names it and what was expected. Exit code 2."""
+
+
+class CommandError(Exception):
+    """Data that cannot be read, used or written; the message names the file. Exit code 1."""
+
+
+@contextmanager
+def reported(*kinds):
+    """Turn what readers, writers and estimators raise on bad input into a `CommandError`.
+
+    Parameters
+    ----------
+    *kinds : exception classes
+        What to turn; none stands for OSError, ValueError and ImportError.
+    """
+    kinds = kinds or (OSError, ValueError, ImportError)
+    try:
+        yield
+    except kinds as error:
+        raise CommandError(" ".join(str(error).split())) from error

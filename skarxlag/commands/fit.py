@@ -1,0 +1,145 @@
+"""``python -m skarxlag fit``: calibrate a diagnoser on the user's own recordings."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from ..persistence import save_diagnoser
+from ..recording_table import load_recordings
+from .arguments import job_count, positive_number, rate, window_length
+from .diagnosers import COMPARED, make_detector, set_threads
+from .errors import CommandError, UsageError, reported
+
+_DESCRIPTION = """\
+Calibrate a diagnoser on the recordings that a table lists, and save it. The table is a csv file
+with the columns path, condition, rpm, sampling_rate and channel; only path is needed by all, see
+skarxlag.read_recording_table. The detector needs healthy recordings only and names no
+fault; calibrate it at the highest speed.
+"""
+DETECTOR = "detector"
+
+
+def add_parser(subparsers):
+    """Declare the command and its arguments."""
+    parser = subparsers.add_parser(
+        "fit", help="calibrate a diagnoser on your recordings", description=_DESCRIPTION
+    )
+    parser.add_argument("table", type=Path, help="csv table of the recordings")
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.skops")
+    parser.add_argument(
+        "--diagnoser",
+        choices=[*COMPARED, DETECTOR],
+        default="diagnoser",
+        help="default: diagnoser",
+    )
+    parser.add_argument(
+        "--train-rpm",
+        type=positive_number,
+        metavar="RPM",
+        help="use the recordings of this speed; default: all recordings",
+    )
+    parser.add_argument(
+        "--healthy", metavar="LABEL", help="healthy condition; default: the table's first"
+    )
+    parser.add_argument(
+        "--false-alarm-rate",
+        type=rate,
+        default=0.01,
+        metavar="SHARE",
+        help="of healthy windows above the detection threshold; default: 0.01",
+    )
+    parser.add_argument(
+        "--window-length", type=window_length, default=1200, metavar="N", help="default: 1200"
+    )
+    parser.add_argument(
+        "--n-jobs", type=job_count, default=-1, metavar="N", help="threads; default: all cores"
+    )
+    parser.set_defaults(run=run, fail=parser.error)
+
+
+def run(args):
+    """Run the command."""
+    if not args.output.parent.is_dir() or args.output.is_dir():
+        raise UsageError(f"argument -o/--output: {args.output}, expected a file in a folder there")
+    with reported():
+        rig = load_recordings(args.table, window_length=args.window_length)
+    chosen = _choose_speed(args, rig)
+    conditions = _conditions(args, rig, chosen)
+    if args.diagnoser == DETECTOR:
+        diagnoser = make_detector()
+        if rig.target is not None:
+            chosen &= rig.target == conditions[0]
+    else:
+        diagnoser = COMPARED[args.diagnoser][1](healthy=conditions[0])
+    X, recording = rig.data[chosen], rig.recording[chosen]
+    y = None if args.diagnoser == DETECTOR else rig.target[chosen]
+    diagnoser.set_params(decide__false_alarm_rate=args.false_alarm_rate)
+    set_threads(diagnoser, args.n_jobs)
+    print(f"{len(X)} windows: fitting", file=sys.stderr, flush=True)
+    with reported():
+        diagnoser.fit(X, y)
+        # The number of threads belongs to this machine, not to the file.
+        set_threads(diagnoser, None)
+        save_diagnoser(
+            diagnoser,
+            args.output,
+            diagnoser=args.diagnoser,
+            conditions=conditions,
+            train_rpm=None if rig.rpm is None else np.unique(rig.rpm[chosen]).tolist(),
+            sampling_rate=float(rig.sampling_rate),
+            n_channels=1 if X.ndim == 2 else X.shape[1],
+            window_length=args.window_length,
+        )
+    for name in conditions:
+        own = slice(None) if y is None else y == name
+        n_recordings = len(np.unique(recording[own]))
+        print(f"{name}: {n_recordings} recordings, {len(X[own])} windows")
+    threshold = diagnoser[-1].detection_threshold_
+    print(f"Detection threshold {threshold:.4g} at a false-alarm rate of {args.false_alarm_rate:g}")
+    print(f"Saved {args.diagnoser} to {args.output}")
+    return 0
+
+
+def _choose_speed(args, rig):
+    if args.train_rpm is None:
+        return np.ones(len(rig.data), dtype=bool)
+    if rig.rpm is None:
+        raise UsageError(f"argument --train-rpm: {args.table} has no column rpm to choose from")
+    chosen = rig.rpm == args.train_rpm
+    if not chosen.any():
+        listed = ", ".join(f"{speed:g}" for speed in np.unique(rig.rpm))
+        raise UsageError(
+            f"argument --train-rpm: {args.train_rpm:g}, expected a speed of {args.table}: {listed}"
+        )
+    return chosen
+
+
+def _conditions(args, rig, chosen):
+    """Conditions to calibrate, the healthy one first."""
+    if rig.target is None:
+        if args.diagnoser != DETECTOR:
+            raise CommandError(
+                f"{args.table}: no column condition, which --diagnoser {args.diagnoser} needs; "
+                f"with healthy recordings only use --diagnoser {DETECTOR}"
+            )
+        if args.healthy is not None:
+            raise UsageError(f"argument --healthy: {args.table} has no column condition")
+        return ["healthy"]
+    healthy = rig.target_names[0] if args.healthy is None else args.healthy
+    present = [name for name in rig.target_names if name in set(rig.target[chosen])]
+    if healthy not in present:
+        default = " (the table's first)" if args.healthy is None else ""
+        at = "" if args.train_rpm is None else f" at {args.train_rpm:g} rpm"
+        raise UsageError(
+            f"argument --healthy: {healthy!r}{default}, expected a condition of "
+            f"{args.table}{at}: {', '.join(present)}"
+        )
+    if args.diagnoser == DETECTOR:
+        return [healthy]
+    if len(present) < 2:
+        raise CommandError(
+            f"{args.table}: one condition, {healthy!r}; --diagnoser {args.diagnoser} needs two "
+            f"or more, with healthy recordings only use --diagnoser {DETECTOR}"
+        )
+    return sorted(present, key=lambda name: name != healthy)

@@ -1,0 +1,116 @@
+"""The rigs that ``evaluate`` offers, cut into parts that are diagnosed separately."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from sklearn.utils import Bunch
+
+from ..datasets import fetch_hit_sm, fetch_uestc
+from ..datasets.simulated import simulate_rig
+from .errors import UsageError, reported
+
+TITLES = {
+    "simulated": "Simulated rig",
+    "uestc": "UESTC rig",
+    "hit_sm": "HIT-SM rig",
+}
+_FETCHERS = {"uestc": fetch_uestc, "hit_sm": fetch_hit_sm}
+_SIMULATED_SAMPLES = 120_000
+_ROW_WISE = ("data", "target", "rpm", "recording", "start")
+
+
+@dataclass(frozen=True)
+class Part:
+    """Windows that are diagnosed together.
+
+    Parameters
+    ----------
+    crack_mm : float or None
+        Crack size of its faulty windows; None where the rig has no such thing.
+    rig : Bunch
+        As `skarxlag.datasets` returns it.
+    """
+
+    crack_mm: float | None
+    rig: Bunch
+
+    @property
+    def stem(self):
+        """What tells its files from those of other parts."""
+        return "" if self.crack_mm is None else f"_{self.crack_mm:g}mm"
+
+    @property
+    def title(self):
+        """What tells its tables from those of other parts."""
+        return "" if self.crack_mm is None else f", crack {self.crack_mm:g} mm"
+
+
+def load_parts(args):
+    """Load the rig that the arguments name.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        With ``rig``, ``data_home``, ``window_length``, ``n_samples`` and ``seed``.
+
+    Returns
+    -------
+    list of Part
+        One for each crack size, each with the normal windows too; one for a rig without cracks.
+
+    Raises
+    ------
+    UsageError
+        If an argument does not fit the rig.
+    CommandError
+        If a file cannot be read.
+    """
+    if args.rig == "simulated":
+        return _by_crack_size(_simulate(args))
+    for name in ("n_samples", "seed"):
+        if getattr(args, name) is not None:
+            option = "--" + name.replace("_", "-")
+            raise UsageError(f"argument {option}: only the simulated rig has it, not {args.rig}")
+    try:
+        with reported(OSError):
+            rig = _FETCHERS[args.rig](data_home=args.data_home, window_length=args.window_length)
+    except ValueError as error:
+        # Of files that are the original ones a fetcher can refuse nothing else.
+        raise UsageError(f"argument --window-length: {error}") from error
+    _check_halves(rig, args.window_length)
+    return [Part(None, rig)]
+
+
+def _simulate(args):
+    if args.data_home is not None:
+        raise UsageError("argument --data-home: the simulated rig reads no files")
+    n_samples = _SIMULATED_SAMPLES if args.n_samples is None else args.n_samples
+    n_windows = n_samples // args.window_length
+    if n_windows < 2:
+        raise UsageError(
+            f"argument --window-length: {args.window_length}, expected at most half of the "
+            f"{n_samples} samples of a recording"
+        )
+    return simulate_rig(
+        n_samples=n_windows * args.window_length,
+        window_length=args.window_length,
+        random_state=0 if args.seed is None else args.seed,
+    )
+
+
+def _check_halves(rig, window_length):
+    _, counts = np.unique(rig.recording, return_counts=True)
+    if counts.min() < 2:
+        raise UsageError(
+            f"argument --window-length: {window_length}, expected at most half of the shortest "
+            "recording"
+        )
+
+
+def _by_crack_size(rig):
+    parts = []
+    for crack in np.unique(rig.crack_mm[rig.crack_mm > 0]):
+        chosen = (rig.crack_mm == 0) | (rig.crack_mm == crack)
+        own = {name: rig[name][chosen] for name in _ROW_WISE}
+        parts.append(Part(float(crack), Bunch(**(dict(rig) | own))))
+    return parts

@@ -1,0 +1,186 @@
+"""From verdicts on windows to tables of accuracy, in percent.
+
+Verdicts are a DataFrame with one row for each window that was tested and the columns
+``diagnoser``, ``train_rpm``, ``test_rpm``, ``recording``, ``start``, ``true`` and ``predicted``; a
+rig with cracks adds ``crack_mm``.
+"""
+
+import numpy as np
+import pandas as pd
+from sklearn.metrics import confusion_matrix
+
+AVERAGE = "Average"
+
+
+def window_verdicts(diagnoser, rig, test, constants):
+    """Verdicts of a fitted diagnoser on some windows of a rig.
+
+    Parameters
+    ----------
+    diagnoser : classifier
+        Fitted.
+    rig : Bunch
+        As `skarxlag.datasets` returns it.
+    test : ndarray of int of shape (n_test,)
+        Rows of the windows.
+    constants : dict of str to scalar
+        Columns that hold one value, such as ``train_rpm``.
+
+    Returns
+    -------
+    DataFrame
+        The constants, then ``test_rpm``, ``recording``, ``start``, ``true``, ``predicted``.
+    """
+    return pd.DataFrame(
+        constants
+        | {
+            "test_rpm": rig.rpm[test],
+            "recording": rig.recording[test],
+            "start": rig.start[test],
+            "true": rig.target[test],
+            "predicted": diagnoser.predict(rig.data[test]),
+        }
+    )
+
+
+def condition_accuracy(verdicts, conditions, columns):
+    """Accuracy for each condition: the shape of Tables 2-5, 8 and 9 of Piltan and Kim (2019).
+
+    Parameters
+    ----------
+    verdicts : DataFrame
+        See above.
+    conditions : list of str
+        Rows, in this order.
+    columns : list of str
+        Names of the columns of `verdicts` whose values head the table, outermost first; their
+        values stand in order of appearance.
+
+    Returns
+    -------
+    DataFrame
+        Percent of windows of a condition that were given it (its recall); the last row,
+        "Average", is the mean of the rows above.
+
+    Examples
+    --------
+    >>> verdicts = pd.DataFrame({
+    ...     "diagnoser": ["A"] * 4,
+    ...     "true": ["ball", "ball", "good", "good"],
+    ...     "predicted": ["ball", "good", "good", "good"],
+    ... })
+    >>> condition_accuracy(verdicts, ["good", "ball"], ["diagnoser"])
+    diagnoser      A
+    condition
+    good       100.0
+    ball        50.0
+    Average     75.0
+    """
+    right = 100.0 * (verdicts["true"] == verdicts["predicted"])
+    table = right.groupby([verdicts[name] for name in ["true", *columns]]).mean().unstack(columns)
+    # In order of appearance; pandas 2.2 mislabels columns if unstack is told not to sort.
+    appearance = {
+        name: rank for column in columns for rank, name in enumerate(verdicts[column].unique())
+    }
+    table = table.reindex(conditions).sort_index(axis=1, key=lambda names: names.map(appearance))
+    table.loc[AVERAGE] = table.mean()
+    return table.rename_axis(index="condition")
+
+
+def speed_accuracy(verdicts):
+    """Accuracy for each pair of speeds.
+
+    Parameters
+    ----------
+    verdicts : DataFrame
+        Of one diagnoser.
+
+    Returns
+    -------
+    DataFrame
+        Percent of windows with the right verdict; rows are training speeds, columns test speeds,
+        both ascending.
+    """
+    right = 100.0 * (verdicts["true"] == verdicts["predicted"])
+    return right.groupby([verdicts["train_rpm"], verdicts["test_rpm"]]).mean().unstack("test_rpm")
+
+
+def speed_summary(accuracy):
+    """What a table of speed pairs comes to.
+
+    Parameters
+    ----------
+    accuracy : DataFrame
+        As `speed_accuracy` returns it.
+
+    Returns
+    -------
+    dict
+        ``mean_other_speed`` over ordered pairs of different speeds; ``worst_pair`` its smallest,
+        with ``worst_train_rpm`` and ``worst_test_rpm``; ``mean_same_speed``. NaN where there is no
+        such pair.
+
+    Examples
+    --------
+    >>> accuracy = pd.DataFrame([[99.0, 80.0], [90.0, 97.0]], index=[300.0, 500.0],
+    ...                         columns=[300.0, 500.0])
+    >>> speed_summary(accuracy)["mean_other_speed"], speed_summary(accuracy)["worst_train_rpm"]
+    (85.0, 300.0)
+    """
+    train, test = (np.array(speeds, dtype=float) for speeds in accuracy.axes)
+    values = accuracy.to_numpy(dtype=float)
+    is_same = train[:, np.newaxis] == test
+    other = pd.Series(np.where(is_same, np.nan, values).ravel())
+    same = pd.Series(np.where(is_same, values, np.nan).ravel())
+    row, column = np.unravel_index(other.argmin(), values.shape) if other.notna().any() else (0, 0)
+    return {
+        "mean_other_speed": float(other.mean()),
+        "worst_pair": float(other.min()),
+        "worst_train_rpm": float(train[row]),
+        "worst_test_rpm": float(test[column]),
+        "mean_same_speed": float(same.mean()),
+    }
+
+
+def confusion_table(verdicts, conditions):
+    """Confusion matrix with its margins: the shape of Tables 6 and 7 of Piltan and Kim (2019).
+
+    Rows are true conditions, so the margin on the right is the recall and the one below the
+    precision; the paper has them the other way round.
+
+    Parameters
+    ----------
+    verdicts : DataFrame
+        See above.
+    conditions : list of str
+        Rows and columns, in this order.
+
+    Returns
+    -------
+    DataFrame
+        Counts; the last column "recall %", the last row "precision %", and in their corner the
+        accuracy. Precision is NaN for a condition that was never given.
+
+    Examples
+    --------
+    >>> verdicts = pd.DataFrame({"true": ["a", "a", "b"], "predicted": ["a", "b", "b"]})
+    >>> confusion_table(verdicts, ["a", "b"])
+    predicted       a     b  recall %
+    true
+    a             1.0   1.0  50.00...
+    b             0.0   1.0  100.00...
+    precision % 100.0  50.0  66.66...
+    """
+    counts = confusion_matrix(verdicts["true"], verdicts["predicted"], labels=conditions)
+    right = np.diag(counts).astype(float)
+    with np.errstate(invalid="ignore"):
+        recall = 100 * right / counts.sum(axis=1)
+        precision = 100 * right / counts.sum(axis=0)
+    table = pd.DataFrame(
+        counts.astype(float),
+        index=pd.Index(conditions, name="true"),
+        columns=pd.Index(conditions, name="predicted"),
+    )
+    table["recall %"] = recall
+    table.loc["precision %"] = [*precision, 100 * right.sum() / counts.sum()]
+    return table

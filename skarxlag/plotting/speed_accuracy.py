@@ -1,0 +1,174 @@
+"""Accuracy across shaft speeds, as a figure."""
+
+import numpy as np
+from sklearn.base import clone
+from sklearn.utils import check_consistent_length
+
+from ..model_selection import speed_splits
+from ._axes import new_axes
+
+
+class SpeedAccuracyDisplay:
+    """Accuracy against the speed of the test, one line for each training speed.
+
+    Parameters
+    ----------
+    accuracy : ndarray of shape (n_train, n_test)
+        Share of right verdicts; NaN where there is none.
+    train_rpm : ndarray of shape (n_train,)
+        Speeds that a diagnoser was calibrated at.
+    test_rpm : ndarray of shape (n_test,)
+        Speeds that it was tested at.
+    name : str or None, default=None
+        Name of the diagnoser, for the legend.
+
+    Attributes
+    ----------
+    lines_ : list of matplotlib Line2D
+        One for each training speed.
+    ax_, figure_ : matplotlib Axes and Figure
+        Where it was plotted.
+
+    Examples
+    --------
+    >>> display = SpeedAccuracyDisplay.from_predictions(
+    ...     ["a", "b", "a", "b"], ["a", "b", "a", "a"],
+    ...     train_rpm=[300] * 4, test_rpm=[300, 300, 500, 500],
+    ... )
+    >>> display.accuracy
+    array([[1. , 0.5]])
+    """
+
+    def __init__(self, accuracy, *, train_rpm, test_rpm, name=None):
+        self.accuracy = accuracy
+        self.train_rpm = train_rpm
+        self.test_rpm = test_rpm
+        self.name = name
+
+    @classmethod
+    def from_estimator(
+        cls, estimator, X, y, *, rpm, recording=None, train_rpm=None, name=None, ax=None
+    ):
+        """Fit a clone at each training speed, test it at the others and plot.
+
+        Parameters
+        ----------
+        estimator : estimator
+            A diagnoser, fitted or not.
+        X : array-like of shape (n_windows, ...)
+            Windows.
+        y : array-like of shape (n_windows,)
+            Conditions.
+        rpm : array-like of shape (n_windows,)
+            Nominal shaft speed of each window.
+        recording : array-like of shape (n_windows,) or None, default=None
+            Recording of each window. Given, first halves are fitted and second halves tested, and
+            the training speed is tested too, see `speed_splits`.
+        train_rpm : float or None, default=None
+            The speed to train at. None: every speed in turn.
+        name : str or None, default=None
+            Name for the legend. None: that of the class.
+        ax : matplotlib Axes or None, default=None
+            Where to plot. None: new axes.
+
+        Returns
+        -------
+        SpeedAccuracyDisplay
+            With the plot.
+        """
+        X, y, rpm = np.asarray(X), np.asarray(y), np.asarray(rpm, dtype=float)
+        splits = speed_splits(
+            rpm, recording=recording, train_rpm=train_rpm, same_speed=recording is not None
+        )
+        true, predicted, trained, tested = [], [], [], []
+        fitted, fitted_at = None, None
+        for train, test in splits:
+            if rpm[train[0]] != fitted_at:
+                fitted_at = rpm[train[0]]
+                fitted = clone(estimator).fit(X[train], y[train])
+            true.append(y[test])
+            predicted.append(fitted.predict(X[test]))
+            trained.append(np.full(len(test), fitted_at))
+            tested.append(rpm[test])
+        return cls.from_predictions(
+            np.concatenate(true),
+            np.concatenate(predicted),
+            train_rpm=np.concatenate(trained),
+            test_rpm=np.concatenate(tested),
+            name=type(estimator).__name__ if name is None else name,
+            ax=ax,
+        )
+
+    @classmethod
+    def from_predictions(cls, y_true, y_pred, *, train_rpm, test_rpm, name=None, ax=None):
+        """Plot from verdicts.
+
+        Parameters
+        ----------
+        y_true, y_pred : array-like of shape (n_verdicts,)
+            True and predicted conditions.
+        train_rpm, test_rpm : array-like of shape (n_verdicts,)
+            Speeds of the calibration and of the test behind each verdict.
+        name : str or None, default=None
+            Name for the legend.
+        ax : matplotlib Axes or None, default=None
+            Where to plot. None: new axes.
+
+        Returns
+        -------
+        SpeedAccuracyDisplay
+            With the plot.
+        """
+        check_consistent_length(y_true, y_pred, train_rpm, test_rpm)
+        right = np.asarray(y_true) == np.asarray(y_pred)
+        train, of_train = np.unique(train_rpm, return_inverse=True)
+        test, of_test = np.unique(test_rpm, return_inverse=True)
+        count = np.zeros((len(train), len(test)))
+        hits = np.zeros_like(count)
+        np.add.at(count, (of_train, of_test), 1)
+        np.add.at(hits, (of_train, of_test), right)
+        accuracy = np.divide(hits, count, out=np.full_like(hits, np.nan), where=count > 0)
+        return cls(accuracy, train_rpm=train, test_rpm=test, name=name).plot(ax=ax)
+
+    def plot(self, ax=None, *, name=None, **line_kw):
+        """Plot.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes or None, default=None
+            Where to plot. None: new axes.
+        name : str or None, default=None
+            Name for the legend. None: the display's own.
+        **line_kw : dict
+            Passed to ``Axes.plot``.
+
+        Returns
+        -------
+        SpeedAccuracyDisplay
+            With the plot; hollow markers are tests at the training speed.
+        """
+        ax = new_axes(1)[0] if ax is None else ax
+        name = self.name if name is None else name
+        prefix = "" if name is None else f"{name}, "
+        self.lines_ = []
+        for accuracy, speed in zip(self.accuracy, self.train_rpm, strict=True):
+            known = np.isfinite(accuracy)
+            style = {"marker": "o", "label": f"{prefix}calibrated at {speed:g} rpm"} | line_kw
+            (line,) = ax.plot(self.test_rpm[known], accuracy[known], **style)
+            same = known & (self.test_rpm == speed)
+            ax.plot(
+                self.test_rpm[same],
+                accuracy[same],
+                linestyle="none",
+                marker=line.get_marker(),
+                color=line.get_color(),
+                markerfacecolor="white",
+                zorder=3,
+            )
+            self.lines_.append(line)
+        ax.set(xlabel="Shaft speed of the test (rpm)", ylabel="Accuracy", ylim=(0, 1.03))
+        ax.set_xticks(self.test_rpm)
+        ax.grid(alpha=0.3)
+        ax.legend()
+        self.ax_, self.figure_ = ax, ax.figure
+        return self

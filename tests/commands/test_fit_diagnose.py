@@ -1,0 +1,299 @@
+import warnings
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.io import savemat, wavfile
+from scipy.signal import lfilter
+from scipy.special import softmax
+
+from skarxlag import make_alpio, make_extended_state_pio, make_windows
+from skarxlag.persistence import load_diagnoser, save_diagnoser
+
+COLOURS = {"good": [1.0, -0.9], "inner": [1.0, 0.9], "outer": [1.0, 0.0, 0.8]}
+WINDOW = 200
+
+
+def signal(condition, n_samples, seed, gain=1.0):
+    noise = np.random.default_rng(seed).normal(size=n_samples)
+    return gain * lfilter([1.0], COLOURS[condition], noise)
+
+
+FIT = ("--window-length", WINDOW, "--healthy", "good")
+
+
+@pytest.fixture
+def workshop(tmp_path):
+    """Recordings of three conditions at two speeds, and their table."""
+    lines = ["path,condition,rpm,sampling_rate"]
+    for number, condition in enumerate(["inner", "good", "outer"]):
+        for rpm in (300, 500):
+            name = f"{condition}_{rpm}.npy"
+            gain = 1.0 if condition == "good" else 5.0
+            np.save(tmp_path / name, signal(condition, 20 * WINDOW, number + rpm, gain))
+            lines.append(f"{name},{condition},{rpm},50e3")
+    (tmp_path / "table.csv").write_text("\n".join(lines))
+    return tmp_path
+
+
+@pytest.fixture
+def model(run, workshop):
+    path = workshop / "bearing.skops"
+    code, out, err = run("fit", workshop / "table.csv", "-o", path, *FIT)
+    assert code == 0 and "good: 2 recordings, 40 windows" in out and str(path) in out
+    assert "120 windows: fitting" in err
+    return path
+
+
+def test_fit_remembers_what_diagnose_must_know(model):
+    diagnoser, facts = load_diagnoser(model)
+    assert facts["conditions"] == ["good", "inner", "outer"]
+    assert facts["train_rpm"] == [300.0, 500.0]
+    assert (facts["window_length"], facts["n_channels"]) == (WINDOW, 1)
+    assert facts["sampling_rate"] == 50e3 and facts["diagnoser"] == "diagnoser"
+    assert facts["skarxlag"]
+    assert diagnoser["identify"].n_jobs is None
+    assert diagnoser["decide"].healthy == "good"
+
+
+def test_first_condition_of_the_table_is_healthy_by_default(run, workshop):
+    path = workshop / "m.skops"
+    assert run("fit", workshop / "table.csv", "-o", path, "--window-length", WINDOW)[0] == 0
+    assert load_diagnoser(path)[1]["conditions"] == ["inner", "good", "outer"]
+
+
+@pytest.mark.parametrize(
+    ("name", "maker"), [("alpio", make_alpio), ("extended-state", make_extended_state_pio)]
+)
+def test_fit_is_the_pipeline_on_the_chosen_windows(run, workshop, name, maker):
+    path = workshop / "m.skops"
+    options = ("--diagnoser", name, "--train-rpm", "500", "--false-alarm-rate", "0.2")
+    assert run("fit", workshop / "table.csv", "-o", path, *FIT, *options)[0] == 0
+    diagnoser, facts = load_diagnoser(path)
+    conditions = ["inner", "good", "outer"]
+    windows = {c: make_windows(np.load(workshop / f"{c}_500.npy"), WINDOW) for c in conditions}
+    X, y = np.concatenate(list(windows.values())), np.repeat(conditions, 20)
+    expected = maker(healthy="good").set_params(decide__false_alarm_rate=0.2).fit(X, y)
+    assert facts["train_rpm"] == [500.0] and facts["diagnoser"] == name
+    assert diagnoser[-1].detection_threshold_ == expected[-1].detection_threshold_
+    np.testing.assert_array_equal(diagnoser.predict_proba(X), expected.predict_proba(X))
+
+
+def test_verdicts_sum_the_evidence_of_windows(run, model, workshop):
+    path = workshop / "run_17.npy"
+    recording = signal("inner", 7 * WINDOW + 50, seed=77, gain=3.0)
+    np.save(path, recording)
+    output = workshop / "verdicts.csv"
+    code, out, _ = run("diagnose", model, path, "-o", output)
+    assert code == 0
+    diagnoser, _ = load_diagnoser(model)
+    X = make_windows(recording, WINDOW)
+    probability = diagnoser.predict_proba(X)
+    evidence = np.log(np.maximum(probability, 1e-6)).mean(axis=0)
+    assert diagnoser.classes_[evidence.argmax()] == "inner"
+    levels = diagnoser[:-1].transform(X)
+    alarms = diagnoser[-1].detect(levels)
+    line = next(line for line in out.splitlines() if line.startswith(str(path)))
+    assert line.split()[1:5] == [
+        "inner",
+        f"{softmax(evidence).max():.1%}",
+        "7",
+        f"{alarms.mean():.1%}",
+    ]
+    share = {name: np.mean(diagnoser.predict(X) == name) for name in ("good", "inner", "outer")}
+    assert line.split()[5:] == [f"{value:.1%}" for value in share.values()]
+    assert "50000 Hz was assumed" in out
+    windows = pd.read_csv(output)
+    assert windows["start"].tolist() == list(range(0, 7 * WINDOW, WINDOW))
+    assert set(windows["recording"]) == {str(path)}
+    assert windows["verdict"].tolist() == diagnoser.predict(X).tolist()
+    assert windows["alarm"].tolist() == alarms.tolist()
+    np.testing.assert_allclose(windows["probability of outer"], probability[:, 2], rtol=1e-12)
+
+
+def test_threads_change_nothing(run, model, workshop):
+    path = workshop / "good_300.npy"
+    assert (
+        run("diagnose", model, path, "--n-jobs", "1")[1]
+        == run("diagnose", model, path, "--n-jobs", "2")[1]
+    )
+
+
+def test_table_and_files_together(run, model, workshop):
+    code, out, _ = run(
+        "diagnose", model, workshop / "good_300.npy", "--table", workshop / "table.csv"
+    )
+    assert code == 0
+    rows = [line.split() for line in out.splitlines() if ".npy" in line and "%" in line]
+    assert len(rows) == 7
+    assert rows[0][1] == "-" and rows[0][2] == "good"
+    # Conditions that the table states stand beside the verdicts on them.
+    assert all(row[1] == row[2] for row in rows[1:])
+
+
+def test_a_csv_file_is_a_recording(run, model, workshop):
+    path = workshop / "run.csv"
+    np.savetxt(path, np.stack([signal("good", 3 * WINDOW, 5), signal("inner", 3 * WINDOW, 6)], 1),
+               delimiter=",", header="left,right", comments="")  # fmt: skip
+    assert " good " in run("diagnose", model, path, "--channel", "left")[1]
+    assert " inner " in run("diagnose", model, path, "--channel", "right")[1]
+
+
+def test_detector_needs_healthy_recordings_only(run, workshop):
+    path = workshop / "detector.skops"
+    table = workshop / "healthy.csv"
+    table.write_text("path,sampling_rate\ngood_300.npy,50e3\ngood_500.npy,50e3\n")
+    options = ("--diagnoser", "detector", "--window-length", WINDOW)
+    code, out, _ = run("fit", table, "-o", path, *options, "--false-alarm-rate", "0.1")
+    assert code == 0 and "healthy: 2 recordings, 40 windows" in out
+    # The same windows chosen from a table of everything.
+    labelled = workshop / "labelled.skops"
+    full = workshop / "table.csv"
+    rate = ("--false-alarm-rate", "0.1")
+    assert run("fit", full, "-o", labelled, *options, "--healthy", "good", *rate)[0] == 0
+    detector = load_diagnoser(path)[0]
+    threshold = detector[-1].detection_threshold_
+    assert load_diagnoser(labelled)[0][-1].detection_threshold_ == threshold
+    stricter = workshop / "stricter.skops"
+    run("fit", table, "-o", stricter, *options, "--false-alarm-rate", "0.02")
+    assert load_diagnoser(stricter)[0][-1].detection_threshold_ > threshold
+
+    output = workshop / "v.csv"
+    code, out, _ = run("diagnose", path, "--table", full, "-o", output)
+    assert code == 0 and "confidence" not in out
+    verdicts = {row[0]: row[2] for row in map(str.split, out.splitlines()) if ".npy" in row[0]}
+    assert verdicts.pop("good_300.npy") == verdicts.pop("good_500.npy") == "healthy"
+    assert set(verdicts.values()) == {"faulty"}
+    windows = pd.read_csv(output)
+    X = make_windows(np.load(workshop / "good_300.npy"), WINDOW)
+    own = windows[windows["recording"] == "good_300.npy"]
+    np.testing.assert_allclose(own["score"], detector.decision_function(X), rtol=1e-12)
+    assert (own["alarm"] == (detector.predict(X) == -1)).all()
+
+
+def test_channels_of_inputs(run, workshop):
+    rng = np.random.default_rng(0)
+    lines = ["path,condition,sampling_rate,channel"]
+    for condition in ("good", "inner"):
+        y = signal(condition, 10 * WINDOW, 3)
+        savemat(workshop / f"{condition}.mat", {"y": y, "u": rng.normal(size=y.size)})
+        lines.append(f"{condition}.mat,{condition},50e3,y;u")
+    table, path = workshop / "two.csv", workshop / "two.skops"
+    table.write_text("\n".join(lines))
+    assert run("fit", table, "-o", path, "--window-length", WINDOW)[0] == 0
+    assert load_diagnoser(path)[1]["n_channels"] == 2
+    file = workshop / "inner.mat"
+    code, out, _ = run("diagnose", path, file, "--channel", "y; u")
+    assert code == 0 and " inner " in out
+    code, out, err = run("diagnose", path, file, "--channel", "y")
+    assert code == 1 and not out
+    assert err.splitlines()[-1].endswith(f"error: {file}: 1 channels, but {path} was fitted on 2")
+
+
+def test_another_sampling_rate_is_refused(run, model, workshop):
+    path = workshop / "run.wav"
+    wavfile.write(path, 44100, signal("good", 2 * WINDOW, 1).astype(np.float32))
+    code, _, err = run("diagnose", model, path)
+    assert code == 1
+    assert f"{path}: sampled at 44100 Hz, but {model} was fitted at 50000 Hz" in err
+    code, _, err = run("diagnose", model, path, "--sampling-rate", "50e3")
+    assert code == 2 and f"--sampling-rate: 50000 Hz, but {path} states 44100 Hz" in err
+    path = workshop / "good_300.npy"
+    assert run("diagnose", model, path, "--sampling-rate", "20e3")[0] == 1
+    code, out, _ = run("diagnose", model, path, "--sampling-rate", "50e3")
+    assert code == 0 and "assumed" not in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--healthy", "x"], "--healthy: 'x', expected a condition of"),
+        (["--train-rpm", "400"], "--train-rpm: 400, expected a speed of"),
+        (["--train-rpm", "0"], "--train-rpm: '0', expected a number above 0"),
+        (["--false-alarm-rate", "1"], "--false-alarm-rate: '1', expected a number between 0 and 1"),
+        (["--diagnoser", "x"], "--diagnoser: invalid choice: 'x'"),
+        (["--window-length", "10"], "--window-length: '10', expected an integer of at least 100"),
+        (["-o", "nowhere/m.skops"], "-o/--output: nowhere/m.skops, expected a file"),
+    ],
+)
+def test_wrong_arguments_of_fit_are_named(run, workshop, arguments, message):
+    output = workshop / "m.skops"
+    code, _, err = run("fit", workshop / "table.csv", "-o", output, *arguments)
+    assert code == 2 and f"argument {message}" in err
+    assert not output.exists()
+
+
+def test_tables_that_cannot_be_fitted_are_named(run, workshop):
+    table = workshop / "other.csv"
+    for content, message in [
+        ("path,sampling_rate\ngood_300.npy,5\n", "no column condition"),
+        ("path,condition,sampling_rate\ngood_300.npy,good,5\n", "one condition, 'good'"),
+        ("path,condition,sampling_rate\ngone.npy,good,5\n", "line 2"),
+    ]:
+        table.write_text(content)
+        code, _, err = run("fit", table, "-o", workshop / "m.skops", "--window-length", WINDOW)
+        assert code == 1 and message in err and str(table) in err
+    table.write_text("path,condition,sampling_rate\ngood_300.npy,good,5\n")
+    code, _, err = run("fit", table, "-o", workshop / "m.skops", "--train-rpm", "300")
+    assert code == 2 and "has no column rpm" in err
+    table.write_text("path,sampling_rate\ngood_300.npy,5\n")
+    options = ("--diagnoser", "detector", "--healthy", "good")
+    code, _, err = run("fit", table, "-o", workshop / "m.skops", *options)
+    assert code == 2 and "--healthy" in err
+    assert not (workshop / "m.skops").exists()
+
+
+def test_wrong_arguments_of_diagnose_are_named(run, model, workshop):
+    table, file = workshop / "table.csv", workshop / "good_300.npy"
+    for arguments, message in [
+        ([], "argument RECORDING: none given"),
+        (["--table", table, "--channel", "y"], "argument --channel: belongs to RECORDING"),
+        (["--table", table, "--sampling-rate", "5"], "argument --sampling-rate: belongs to"),
+        ([file, "-o", workshop / "no" / "v.csv"], "argument -o/--output"),
+        ([file, "--sampling-rate", "x"], "argument --sampling-rate: 'x', expected a number"),
+    ]:
+        code, out, err = run("diagnose", model, *arguments)
+        assert code == 2 and message in err and not out
+
+
+def test_recordings_that_cannot_be_diagnosed_are_named_and_nothing_is_written(run, model, workshop):
+    short = workshop / "short.npy"
+    np.save(short, np.zeros(WINDOW - 1))
+    for path in (short, workshop / "gone.npy"):
+        output = workshop / "v.csv"
+        code, out, err = run("diagnose", model, workshop / "good_300.npy", path, "-o", output)
+        assert code == 1 and str(path) in err.splitlines()[-1] and not out
+        assert not output.exists()
+
+
+def test_foreign_model_files_are_refused_in_one_line(run, workshop):
+    path = workshop / "model.skops"
+    path.write_bytes(b"no zip file")
+    code, out, err = run("diagnose", path, workshop / "good_300.npy")
+    assert code == 1 and not out
+    assert err.strip().count("\n") == 0 and f"{path}: no diagnoser saved by skarxlag" in err
+    X = np.random.default_rng(0).normal(size=(6, 300))
+    save_diagnoser(make_alpio().fit(X, list("aabbcc")), path)
+    code, _, err = run("diagnose", path, workshop / "good_300.npy")
+    assert code == 1 and "not saved by fit, it does not state conditions" in err
+
+
+def test_fit_that_fails_keeps_the_old_file(run, model, workshop, monkeypatch):
+    before = model.read_bytes()
+
+    def full_disk(*args):
+        raise OSError(f"{model}: no space left")
+
+    monkeypatch.setattr("skarxlag.persistence.os.replace", full_disk)
+    code, _, err = run("fit", workshop / "table.csv", "-o", model, *FIT)
+    assert code == 1 and "no space left" in err
+    assert model.read_bytes() == before
+    assert not list(workshop.glob(".*"))
+
+
+def test_silent_recording_gets_a_verdict_without_warnings(run, model, workshop):
+    path = workshop / "silence.npy"
+    np.save(path, np.zeros(2 * WINDOW))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert run("diagnose", model, path)[0] == 0

@@ -1,0 +1,104 @@
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import skarxlag
+from skarxlag.kernels.compiled import compiled
+
+PACKAGE = Path(skarxlag.__file__).parent
+
+COUNT_SIGNATURES = """
+import sys
+import skarxlag
+from numba.core.dispatcher import Dispatcher
+found = 0
+for module in list(sys.modules.values()):
+    if module.__name__.startswith("skarxlag"):
+        for value in vars(module).values():
+            if isinstance(value, Dispatcher):
+                found += 1
+                assert not value.signatures, (value, value.signatures)
+assert found >= 5, found
+"""
+
+WORK = """
+import numpy as np, skarxlag
+from skarxlag.kernels import arx_laguerre
+assert skarxlag.__file__.startswith({root!r}), skarxlag.__file__
+X = np.random.default_rng(0).normal(size=(4, 60))
+innovations = skarxlag.ARXLaguerre(order=2).fit(X).transform(X)
+assert arx_laguerre.innovations.signatures
+assert skarxlag.PIObserver().fit_transform(innovations).shape == (4, 1)
+"""
+
+
+def run(code, folder, **environment):
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        cwd=folder,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_nothing_is_compiled_at_import():
+    run(COUNT_SIGNATURES, PACKAGE.parent)
+
+
+def test_machine_code_is_cached_where_a_folder_can_be_written(tmp_path):
+    root = str(PACKAGE.parent)
+    run(WORK.format(root=root), root, NUMBA_CACHE_DIR=str(tmp_path))
+    assert list(tmp_path.rglob("*.nbi"))
+
+
+def test_works_where_no_cache_folder_can_be_written(tmp_path):
+    # Files where folders would have to be: not even an administrator can write in there.
+    shutil.copytree(PACKAGE, tmp_path / "skarxlag", ignore=shutil.ignore_patterns("__pycache__"))
+    for folder in (tmp_path / "skarxlag").rglob("*"):
+        if folder.is_dir():
+            (folder / "__pycache__").touch()
+    (tmp_path / "home").touch()
+    nowhere = str(tmp_path / "home")
+    run(
+        WORK.format(root=str(tmp_path)),
+        tmp_path,
+        PYTHONDONTWRITEBYTECODE="1",
+        NUMBA_CACHE_DIR=nowhere,
+        HOME=nowhere,
+        XDG_CACHE_HOME=nowhere,
+    )
+    assert not list(tmp_path.rglob("*.nbi"))
+
+
+def test_compiled_function_keeps_its_name_and_what_it_was():
+    @compiled
+    def doubled(values):
+        """Twice the values."""
+        return 2 * values
+
+    assert doubled.__name__ == "doubled"
+    assert doubled.__doc__ == "Twice the values."
+    np.testing.assert_array_equal(doubled(np.arange(3.0)), doubled.__wrapped__(np.arange(3.0)))
+    # error_model="numpy": a division by zero is infinite, as in NumPy, and no exception.
+    assert compiled(lambda x: 1.0 / x)(0.0) == np.inf
+
+
+@pytest.mark.parametrize("source", sorted(PACKAGE.rglob("*.py")), ids=lambda p: p.stem)
+def test_nothing_private_of_scikit_learn_is_imported(source):
+    for line in re.findall(r"^\s*(?:from|import)\s+sklearn.*$", source.read_text(), re.MULTILINE):
+        assert not re.search(r"[.\s,(]_(?!_)", line), line
+
+
+@pytest.mark.parametrize("source", sorted((PACKAGE / "kernels").glob("*.py")), ids=lambda p: p.stem)
+def test_kernels_know_nothing_of_scikit_learn(source):
+    assert "sklearn" not in source.read_text()

@@ -1,0 +1,78 @@
+import numpy as np
+import pytest
+
+from skarxlag.kernels.evaluation import (
+    cepstral_norm,
+    settled_level,
+    sliding_surface,
+    switching_gain,
+)
+
+
+def test_sliding_surface_by_hand():
+    error = np.array([[1.0, 4.0, 2.0]])
+    np.testing.assert_array_equal(sliding_surface(error, 2.0), [[2.0, 11.0, 2.0]])
+    np.testing.assert_array_equal(sliding_surface(error, 0.0), [[0.0, 3.0, -2.0]])
+
+
+@pytest.mark.parametrize("draw", ["normal", "laplace", "uniform"])
+def test_switching_gain_settles_at_the_median_of_the_surface(draw):
+    surface = getattr(np.random.default_rng(0), draw)(size=(2, 200_000))
+    level = settled_level(switching_gain(surface, 0.01))
+    np.testing.assert_allclose(level, np.median(np.abs(surface), axis=1), rtol=0.03)
+
+
+def test_switching_gain_shrugs_outliers_off():
+    surface = np.random.default_rng(0).normal(size=(1, 40_000))
+    spoilt = surface.copy()
+    spoilt[0, ::50] = 1e6
+    clean, level = (settled_level(switching_gain(s, 0.01)) for s in (surface, spoilt))
+    np.testing.assert_allclose(level, clean, rtol=0.1)
+
+
+@pytest.mark.parametrize("factor", [1e-300, 1e300, 2.0])
+def test_switching_gain_is_equivariant_to_scale(factor):
+    surface = np.random.default_rng(0).normal(size=(2, 300))
+    expected = settled_level(switching_gain(surface, 0.05))
+    level = settled_level(switching_gain(surface * factor, 0.05))
+    np.testing.assert_allclose(level, expected * factor, rtol=1e-12)
+
+
+def test_settled_level_is_the_geometric_mean_of_the_last_half():
+    gain = np.array([[9.0, 9.0, 1.0, 4.0], [0.0, 0.0, 0.0, 0.0]])
+    np.testing.assert_allclose(settled_level(gain), [2.0, 0.0])
+    np.testing.assert_allclose(settled_level(np.array([[5.0]])), [5.0])
+
+
+@pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("n_frequencies", [1, 2, 7, 16])
+def test_cepstral_norm_is_the_weighted_sum_over_a_literal_dct(exponent, n_frequencies):
+    spectrum = np.random.default_rng(0).normal(size=(3, n_frequencies))
+    expected = np.zeros(3)
+    for row in range(3):
+        for n in range(1, n_frequencies):
+            total = 0.0
+            for m in range(n_frequencies):
+                total += spectrum[row, m] * np.cos(np.pi * n * (m + 0.5) / n_frequencies)
+            expected[row] += n**exponent * (2 / n_frequencies * total) ** 2
+    np.testing.assert_allclose(cepstral_norm(spectrum, exponent), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("a", [0.9, -0.5, 0.3])
+def test_cepstral_norm_of_an_ar1_system_is_martins(a):
+    # Its cepstrum is a^n / n, 2 a^n / n as coefficients of cosines, and
+    # sum n (2 a^n / n)^2 = -4 ln(1 - a^2): four times Martin's metric from white noise.
+    n_frequencies = 2048
+    frequency = (np.arange(n_frequencies) + 0.5) * np.pi / n_frequencies
+    spectrum = -2 * np.log(np.abs(1 - a * np.exp(-1j * frequency)))
+    norm = cepstral_norm(spectrum[np.newaxis], 1.0)
+    assert norm == pytest.approx(-4 * np.log(1 - a**2), rel=1e-9)
+    # p = 0 is twice the variance of the log spectrum.
+    assert cepstral_norm(spectrum[np.newaxis], 0.0) == pytest.approx(2 * spectrum.var())
+
+
+def test_cepstral_norm_does_not_see_the_gain():
+    spectrum = np.random.default_rng(0).normal(size=(2, 64))
+    np.testing.assert_allclose(
+        cepstral_norm(spectrum + 700.0, 0.5), cepstral_norm(spectrum, 0.5), rtol=1e-10
+    )

@@ -1,0 +1,100 @@
+import numpy as np
+import pytest
+from scipy.signal import group_delay, lfilter
+
+from skarxlag.kernels.laguerre import (
+    advance,
+    laguerre_matrices,
+    laguerre_response,
+    settling_length,
+)
+
+POLES = [-0.9, -0.5, 0.0, 0.3, 0.7, 0.95]
+ORDERS = [1, 2, 3, 5, 8]
+
+
+def cascade(order, pole, signal):
+    """Eq. (5) as a chain of scipy.signal sections: a low-pass, then all-passes."""
+    output = lfilter([0, np.sqrt(1 - pole**2)], [1, -pole], signal)
+    outputs = [output]
+    for _ in range(order - 1):
+        output = lfilter([-pole, 1], [1, -pole], output)
+        outputs.append(output)
+    return np.array(outputs)
+
+
+def impulse_responses(order, pole, n_samples):
+    impulse = np.zeros(n_samples)
+    impulse[0] = 1.0
+    return cascade(order, pole, impulse)
+
+
+def by_matrices(order, pole, signal):
+    A, b = laguerre_matrices(order, pole)
+    states = np.zeros((order, len(signal)))
+    for k in range(len(signal) - 1):
+        states[:, k + 1] = A @ states[:, k] + b * signal[k]
+    return states
+
+
+@pytest.mark.parametrize("pole", POLES)
+@pytest.mark.parametrize("order", ORDERS)
+def test_network_is_input_balanced(order, pole):
+    A, b = laguerre_matrices(order, pole)
+    np.testing.assert_allclose(A @ A.T + np.outer(b, b), np.eye(order), atol=1e-14)
+
+
+@pytest.mark.parametrize("pole", POLES)
+def test_impulse_responses_of_the_matrices_are_orthonormal(pole):
+    impulse = np.zeros(3000)
+    impulse[0] = 1.0
+    responses = by_matrices(8, pole, impulse)
+    np.testing.assert_allclose(responses @ responses.T, np.eye(8), atol=1e-12)
+
+
+@pytest.mark.parametrize("pole", POLES)
+@pytest.mark.parametrize("order", ORDERS)
+def test_matrices_advance_and_filter_cascade_agree(order, pole):
+    signal = np.random.default_rng(order).normal(size=150)
+    expected = cascade(order, pole, signal)
+    np.testing.assert_allclose(by_matrices(order, pole, signal), expected, atol=1e-12)
+    states, advanced = np.zeros(order), []
+    for sample in signal:
+        advanced.append(states.copy())
+        advance(states, sample, pole)
+    np.testing.assert_allclose(np.transpose(advanced), expected, atol=1e-12)
+
+
+def test_pole_zero_is_a_delay_line():
+    signal = np.arange(1.0, 8.0)
+    expected = [[0, 1, 2, 3, 4, 5, 6], [0, 0, 1, 2, 3, 4, 5], [0, 0, 0, 1, 2, 3, 4]]
+    np.testing.assert_array_equal(by_matrices(3, 0.0, signal), expected)
+
+
+def test_negative_pole_alternates():
+    # sqrt(1 - .25) (-.5)^(k-1), by hand.
+    expected = np.sqrt(0.75) * np.array([0, 1, -0.5, 0.25, -0.125])
+    np.testing.assert_allclose(impulse_responses(1, -0.5, 5)[0], expected)
+
+
+@pytest.mark.parametrize("pole", POLES)
+@pytest.mark.parametrize("order", [1, 4, 7])
+def test_response_is_the_fourier_transform_of_the_impulse_response(order, pole):
+    n_samples = 4096
+    spectrum = np.fft.rfft(impulse_responses(order, pole, n_samples))
+    frequency = np.arange(n_samples // 2 + 1) * 2 * np.pi / n_samples
+    np.testing.assert_allclose(laguerre_response(order, pole, frequency), spectrum, atol=1e-9)
+
+
+@pytest.mark.parametrize("pole", [-0.6, 0.0, 0.3, 0.9])
+@pytest.mark.parametrize("order", [1, 5, 32])
+def test_settling_length_is_the_longest_group_delay_of_the_all_passes(order, pole):
+    frequency = np.linspace(0, np.pi, 257)
+    _, delay = group_delay(([-pole, 1], [1, -pole]), w=frequency)
+    assert settling_length(order, pole) == np.ceil(order * delay.max() - 1e-9)
+
+
+def test_after_the_settling_length_the_first_state_has_decayed():
+    responses = impulse_responses(16, 0.6, 400)
+    tail = responses[:, 3 * settling_length(16, 0.6) :]
+    assert np.abs(tail).max() < 1e-3

@@ -1,0 +1,57 @@
+import numpy as np
+import pytest
+
+from skarxlag.kernels.least_squares import solve_sums
+
+
+def sums_of(states, output):
+    both = np.column_stack([states, output])
+    return np.tril(both.T @ both)
+
+
+@pytest.fixture
+def data():
+    rng = np.random.default_rng(0)
+    states = rng.normal(size=(80, 4))
+    return states, states @ [1.0, -2.0, 0.5, 0.0] + 0.3 * rng.normal(size=80)
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.1, 10.0])
+def test_ridge_is_least_squares_on_augmented_rows(data, alpha):
+    states, output = data
+    rows = np.vstack([states, np.sqrt(alpha) * np.eye(4)])
+    expected = np.linalg.lstsq(rows, np.append(output, np.zeros(4)), rcond=None)[0]
+    coef, error = solve_sums(sums_of(states, output), alpha)
+    np.testing.assert_allclose(coef, expected, rtol=1e-10)
+    # The ridge is not part of the error that it reports.
+    np.testing.assert_allclose(error, np.sum((output - states @ expected) ** 2), rtol=1e-9)
+
+
+def test_upper_triangle_is_not_read(data):
+    sums = sums_of(*data)
+    spoilt = sums + np.triu(np.full_like(sums, 7.0), 1)
+    np.testing.assert_array_equal(solve_sums(spoilt, 0.1)[0], solve_sums(sums, 0.1)[0])
+
+
+def test_without_excitation_the_coefficients_of_least_norm_are_returned():
+    states = np.ones((5, 2))
+    coef, error = solve_sums(sums_of(states, np.ones(5)), 0.0)
+    np.testing.assert_allclose(coef, [0.5, 0.5])
+    assert error == pytest.approx(0, abs=1e-12)
+    np.testing.assert_array_equal(solve_sums(np.zeros((4, 4)), 0.0)[0], np.zeros(3))
+
+
+@pytest.mark.parametrize("forgetting_factor", [1.0, 0.9])
+def test_recursion_16_repaired_ends_at_the_same_coefficients(data, forgetting_factor):
+    states, output = data
+    alpha = 0.5
+    n = len(output)
+    # The ridge does not fade in the sums; in the recursion it does, so it starts larger there.
+    P = np.eye(4) / (alpha / forgetting_factor**n)
+    K = np.zeros(4)
+    for x, y in zip(states, output, strict=True):
+        P = (P - np.outer(P @ x, x @ P) / (forgetting_factor + x @ P @ x)) / forgetting_factor
+        K = K + P @ x * (y - K @ x)
+    fading = np.sqrt(forgetting_factor ** np.arange(n - 1, -1, -1.0))
+    coef, _ = solve_sums(sums_of(states * fading[:, np.newaxis], output * fading), alpha)
+    np.testing.assert_allclose(coef, K, rtol=1e-8)

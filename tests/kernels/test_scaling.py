@@ -1,0 +1,65 @@
+import numpy as np
+import pytest
+
+from skarxlag.kernels.scaling import centred, root_mean_square, unit_rms_windows
+
+
+@pytest.fixture
+def windows():
+    return np.random.default_rng(0).normal(loc=3.0, size=(5, 2, 40))
+
+
+def test_output_has_mean_zero_and_unit_rms(windows):
+    scaled, rms = unit_rms_windows(windows)
+    plain = windows - windows.mean(axis=-1, keepdims=True)
+    np.testing.assert_allclose(rms, plain[:, 0].std(axis=-1))
+    np.testing.assert_allclose(scaled, plain / rms[:, np.newaxis, np.newaxis], atol=1e-13)
+
+
+@pytest.mark.parametrize("factor", [1e300, 1e-300, 2.0**-1060, -1.0])
+def test_huge_and_tiny_windows_scale(windows, factor):
+    scaled, rms = unit_rms_windows(windows * factor)
+    expected, expected_rms = unit_rms_windows(windows)
+    tolerance = 1e-3 if abs(factor) < 1e-307 else 1e-12
+    np.testing.assert_allclose(scaled * np.sign(factor), expected, rtol=tolerance, atol=tolerance)
+    np.testing.assert_allclose(rms, expected_rms * abs(factor), rtol=tolerance)
+
+
+@pytest.mark.parametrize("value", [0.0, 5.0, 0.1, 1e300, -1e-300])
+def test_constant_output_becomes_zero_and_scales_nothing(windows, value):
+    windows[1, 0] = value
+    scaled, rms = unit_rms_windows(windows)
+    np.testing.assert_array_equal(scaled[1, 0], 0)
+    np.testing.assert_allclose(scaled[1, 1], windows[1, 1] - windows[1, 1].mean(), atol=1e-14)
+    assert rms[1] == 1
+    expected, expected_rms = unit_rms_windows(np.delete(windows, 1, axis=0))
+    np.testing.assert_array_equal(np.delete(scaled, 1, axis=0), expected)
+    np.testing.assert_array_equal(np.delete(rms, 1), expected_rms)
+
+
+def test_constant_input_is_zero_and_leaves_the_output(windows):
+    expected, _ = unit_rms_windows(windows)
+    windows[1, 1] = 0.1
+    scaled, _ = unit_rms_windows(windows)
+    np.testing.assert_array_equal(scaled[1, 1], 0)
+    np.testing.assert_array_equal(scaled[:, 0], expected[:, 0])
+
+
+def test_centred_treats_rounding_as_constant():
+    # 0.1 + 0.2 and 0.3 differ in the last bit.
+    unit, peak = centred(np.array([[0.1 + 0.2, 0.3, 0.3], [0.0, 1e-9, 0.0]]))
+    np.testing.assert_array_equal(unit[0], 0)
+    assert np.ptp(unit[1]) == pytest.approx(1)
+    np.testing.assert_array_equal(peak, [[0.1 + 0.2], [1e-9]])
+
+
+def test_arguments_are_not_written(windows):
+    windows.flags.writeable = False
+    unit_rms_windows(windows)
+    centred(windows)
+
+
+@pytest.mark.parametrize("factor", [1.0, 1e300, 1e-300])
+def test_root_mean_square(factor):
+    signals = factor * np.array([[3.0, 4.0, 0.0, 0.0], [0, 0, 0, 0]])
+    np.testing.assert_allclose(root_mean_square(signals), [2.5 * factor, 0], rtol=1e-14)

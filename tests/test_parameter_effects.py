@@ -1,0 +1,88 @@
+"""Every public parameter of every estimator changes what it computes."""
+
+import numpy as np
+import pytest
+
+from skarxlag import (
+    ARXLaguerre,
+    CepstralResidual,
+    ExtendedStatePIObserver,
+    FaultDetector,
+    PIObserver,
+    ThresholdLadder,
+)
+
+
+def trajectory(estimator, X, y):
+    return estimator.fit(X, y).observe(X).residual
+
+
+def levels(estimator, X, y):
+    return estimator.fit(X, y).transform(X)
+
+
+def thresholds(estimator, X, y):
+    fitted = estimator.fit(np.abs(X[:, :1]) + y[:, np.newaxis], y)
+    return np.array([fitted.detection_threshold_])
+
+
+OBSERVER_EFFECTS = {
+    "pole": ({}, 0.8, levels),
+    "kp": ({}, 0.7, levels),
+    "evaluation": ({}, "whiteness", levels),
+    "sliding_slope": ({"evaluation": "switching_gain"}, 0.2, levels),
+    "adaptation_step": ({"evaluation": "switching_gain"}, 0.3, levels),
+    "boundary_layer": ({}, 2.0, trajectory),
+    "spectrum_order": ({"evaluation": "whiteness"}, 3, levels),
+    "quefrency_exponent": ({"evaluation": "whiteness"}, 1.0, levels),
+    "fault_estimate": ({}, True, levels),
+}
+ALARM_EFFECTS = {"false_alarm_rate": ({}, 0.5, thresholds), "margin_db": ({}, 3.0, thresholds)}
+EFFECTS = {
+    ARXLaguerre: {
+        "order": ({}, 8, levels),
+        "pole": ({}, 0.6, levels),
+        "alpha": ({}, 100.0, levels),
+        "bank": ({}, False, levels),
+        "healthy": ({}, 1, levels),
+        "unit_rms": ({}, False, levels),
+        "transient": ({}, 5, levels),
+        "forgetting_factor": ({}, 0.5, levels),
+    },
+    PIObserver: OBSERVER_EFFECTS | {"ki": ({}, 0.3, levels)},
+    ExtendedStatePIObserver: OBSERVER_EFFECTS
+    | {
+        "ki_a": ({}, 0.05, levels),
+        "ki_b": ({}, 0.5, levels),
+        "gain": ({}, 1.0, levels),
+        "exponent": ({}, 2.0, levels),
+        "saturation": ({}, 0.3, levels),
+    },
+    CepstralResidual: {
+        name: ({}, value // 2 if isinstance(value, int) else value / 2, levels)
+        for name, value in CepstralResidual().get_params().items()
+        if name != "n_jobs"
+    },
+    ThresholdLadder: ALARM_EFFECTS | {"healthy": ({}, 1, thresholds)},
+    FaultDetector: ALARM_EFFECTS,
+}
+
+
+@pytest.mark.parametrize(
+    ("estimator", "name"),
+    [(estimator, name) for estimator, effects in EFFECTS.items() for name in effects],
+)
+def test_every_parameter_has_an_effect(estimator, name):
+    base, value, output = EFFECTS[estimator][name]
+    # Quiet, coloured and with a trend, so that no part of an observer idles.
+    X = np.cumsum(np.random.default_rng(0).normal(size=(20, 300)), axis=1)
+    y = np.arange(20) % 2
+    before = output(estimator(**base), X, y)
+    after = output(estimator(**base | {name: value}), X, y)
+    assert before.shape != after.shape or np.abs(before - after).max() > 1e-6 * np.abs(before).max()
+
+
+@pytest.mark.parametrize("estimator", EFFECTS)
+def test_no_parameter_is_left_out(estimator):
+    tested = set(EFFECTS[estimator])
+    assert tested | {"n_jobs"} >= set(estimator().get_params())

@@ -1,0 +1,177 @@
+import joblib
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from sklearn.base import clone
+from sklearn.exceptions import FitFailedWarning
+from sklearn.metrics import confusion_matrix
+from sklearn.model_selection import GridSearchCV, cross_val_score
+from sklearn.pipeline import Pipeline, make_pipeline
+
+from skarxlag import (
+    ARXLaguerre,
+    ExtendedStatePIObserver,
+    FaultDetector,
+    PIObserver,
+    ThresholdLadder,
+    make_alpio,
+    make_diagnoser,
+    make_extended_state_pio,
+    speed_splits,
+)
+
+MAKERS = [make_alpio, make_extended_state_pio, make_diagnoser]
+POLES = {"normal": (0.9, 0.4), "ball": (0.7, 1.2), "inner": (0.85, 2.2)}
+
+
+def simulate(n_windows, seed, length=400):
+    """Windows of noise through a resonance of its own for each condition."""
+    rng = np.random.default_rng(seed)
+    X, y = [], []
+    for name, (radius, angle) in POLES.items():
+        noise = rng.normal(size=(n_windows, length + 200))
+        X.append(lfilter([1], [1, -2 * radius * np.cos(angle), radius**2], noise)[:, 200:])
+        y += [name] * n_windows
+    return np.concatenate(X), np.array(y)
+
+
+@pytest.fixture(scope="module")
+def data():
+    return simulate(12, seed=0)
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_diagnoser_tells_conditions_apart_on_windows_of_another_size(make, data):
+    diagnoser = make(healthy="normal").fit(*data)
+    fresh, truth = simulate(10, seed=1)
+    np.testing.assert_array_equal(confusion_matrix(truth, diagnoser.predict(fresh)).sum(1), 10)
+    assert diagnoser.score(fresh, truth) > 0.9
+    assert diagnoser.score(1e-3 * fresh + 5.0, truth) > 0.9
+    probability = diagnoser.predict_proba(fresh)
+    assert probability.shape == (30, 3)
+    np.testing.assert_allclose(probability.sum(axis=1), 1)
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_parameters_of_the_makers(make, tmp_path):
+    plain = make()
+    assert isinstance(plain, Pipeline)
+    assert plain["decide"].healthy is None
+    assert make(healthy="normal")["decide"].healthy == "normal"
+    assert make(memory=str(tmp_path)).memory == str(tmp_path)
+    assert plain.memory is None
+    with_jobs = [p for p in make(n_jobs=2).get_params() if p.endswith("__n_jobs")]
+    assert len(with_jobs) >= 2
+    assert all(make(n_jobs=2).get_params()[p] == 2 for p in with_jobs)
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_n_jobs_changes_no_bit(make):
+    # More windows than one unit of parallel work.
+    X, y = simulate(50, seed=0, length=150)
+    one, two = make(n_jobs=1).fit(X, y), make(n_jobs=2).fit(X, y)
+    np.testing.assert_array_equal(one["identify"].coef_, two["identify"].coef_)
+    np.testing.assert_array_equal(one[:-1].transform(X), two[:-1].transform(X))
+    np.testing.assert_array_equal(one.predict_proba(X), two.predict_proba(X))
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_order_and_batch_size_change_no_bit(make, data):
+    X, y = data
+    diagnoser = make().fit(X, y)
+    levels, probability = diagnoser[:-1].transform(X), diagnoser.predict_proba(X)
+    by_row = np.concatenate([diagnoser[:-1].transform(x[np.newaxis]) for x in X])
+    np.testing.assert_array_equal(by_row, levels)
+    order = np.random.default_rng(0).permutation(len(X))
+    np.testing.assert_array_equal(diagnoser[:-1].transform(X[order]), levels[order])
+    np.testing.assert_array_equal(diagnoser.predict_proba(X[order]), probability[order])
+
+
+@pytest.mark.parametrize("make", MAKERS)
+@pytest.mark.parametrize("table", ["pandas", "polars"])
+def test_set_output_reaches_the_steps_that_return_tables(make, table, data):
+    diagnoser = make().set_output(transform=table).fit(*data)
+    frame = diagnoser[:-1].transform(data[0])
+    assert type(frame).__module__.startswith(table)
+    assert frame.shape == (36, 3)
+    np.testing.assert_array_equal(frame.to_numpy(), make().fit(*data)[:-1].transform(data[0]))
+    names = diagnoser[:-1].get_feature_names_out()
+    assert all(condition in name for condition, name in zip(sorted(POLES), names, strict=True))
+    np.testing.assert_array_equal(diagnoser.predict(data[0]), make().fit(*data).predict(data[0]))
+
+
+class CountedARXLaguerre(ARXLaguerre):
+    """Counts how often it is fitted."""
+
+    n_fits = 0
+
+    def fit(self, X, y=None):
+        type(self).n_fits += 1
+        return super().fit(X, y)
+
+
+@pytest.mark.parametrize(
+    ("observer", "grid"),
+    [
+        (PIObserver(), {"kp": [0.0, 0.5, 1.0], "ki": [0.01, 0.2]}),
+        (ExtendedStatePIObserver(), {"kp": [0.0, 0.3, 0.9], "ki_a": [0.005, 0.05]}),
+    ],
+    ids=["PI", "extended"],
+)
+def test_search_over_gains_identifies_once_a_split(observer, grid, tmp_path):
+    X, y = simulate(12, seed=0, length=60)
+    # Hard enough that scores are neither 0 nor 1.
+    X = X + 3 * np.random.default_rng(5).normal(size=X.shape)
+    CountedARXLaguerre.n_fits = 0
+    steps = [
+        ("identify", CountedARXLaguerre(order=6)),
+        ("observe", observer),
+        ("decide", ThresholdLadder()),
+    ]
+    pipe = Pipeline(steps, memory=joblib.Memory(tmp_path, verbose=0))
+    grid = {f"observe__{name}": values for name, values in grid.items()}
+    search = GridSearchCV(pipe, grid, cv=3, error_score="raise", refit=False).fit(X, y)
+    assert len(search.cv_results_["params"]) == 6
+    assert CountedARXLaguerre.n_fits == 3
+    scores = search.cv_results_["mean_test_score"]
+    assert len(np.unique(scores.round(12))) > 1
+    # The same scores without memory, where identification is repeated.
+    again = GridSearchCV(clone(pipe).set_params(memory=None), grid, cv=3, refit=False).fit(X, y)
+    assert CountedARXLaguerre.n_fits == 3 + 18
+    np.testing.assert_array_equal(again.cv_results_["mean_test_score"], scores)
+
+
+def test_unstable_gains_are_scored_as_failed(data):
+    X, y = data
+    pipe = make_pipeline(ARXLaguerre(order=4), PIObserver(), ThresholdLadder())
+    grid = {"piobserver__kp": [0.1, 5.0]}
+    search = GridSearchCV(pipe, grid, cv=2, error_score=-1.0)
+    with pytest.warns(FitFailedWarning, match="unstable with pole"):
+        search.fit(X, y)
+    assert search.best_params_ == {"piobserver__kp": 0.1}
+    np.testing.assert_array_equal(search.cv_results_["mean_test_score"][1], -1.0)
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_cross_validation_across_speeds(make):
+    X, y = zip(*(simulate(6, seed, length=150) for seed in range(3)), strict=True)
+    rpm = np.repeat([300, 400, 500], 18)
+    recording = [f"{speed}-{name}" for speed, name in zip(rpm, np.concatenate(y), strict=True)]
+    splits = speed_splits(rpm, train_rpm=500, recording=recording)
+    scores = cross_val_score(make(), np.concatenate(X), np.concatenate(y), cv=splits)
+    assert scores.shape == (2,)
+    assert scores.min() > 0.5
+
+
+def test_healthy_chooses_the_condition_that_gamma_is_for(data):
+    thresholds = [make_alpio(healthy=h).fit(*data)["decide"].healthy_index_ for h in sorted(POLES)]
+    assert thresholds == [0, 1, 2]
+
+
+def test_detector_on_physical_amplitude_flags_a_louder_bearing():
+    X, _ = simulate(40, seed=0)
+    detector = make_pipeline(ARXLaguerre(unit_rms=False), PIObserver(), FaultDetector())
+    detector.fit(X[:40])
+    fresh, _ = simulate(40, seed=1)
+    assert np.mean(detector.predict(fresh[:40]) == -1) < 0.15
+    np.testing.assert_array_equal(detector.predict(3 * fresh[:40]), -1)
