@@ -82,8 +82,9 @@ class PIObserver(Observer):
     >>> observer = PIObserver(pole=0.0, kp=0.2, ki=0.05)
     >>> fault = np.full((1, 400), 0.5)
     >>> innovations = np.concatenate([np.zeros((1, 1)), fault], axis=1)
-    >>> observer.fit(innovations).observe(innovations).fault_estimate[0, -1].round(6)
-    np.float64(0.5)
+    >>> estimate = observer.fit(innovations).observe(innovations).fault_estimate
+    >>> round(float(estimate[0, -1]), 6)
+    0.5
     """
 
     def __init__(
