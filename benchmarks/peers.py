@@ -105,6 +105,10 @@ def bands_boosting():
     return _classify(FunctionTransformer(band_energies), boosting)
 
 
+def bands_lda():
+    return _classify(FunctionTransformer(band_energies), LinearDiscriminantAnalysis())
+
+
 def spectrum_lda():
     return _classify(FunctionTransformer(log_spectrum), LinearDiscriminantAnalysis())
 
@@ -167,6 +171,7 @@ OURS = {
 PEERS = {
     "band energies + random forest": bands_forest,
     "band energies + gradient boosting": bands_boosting,
+    "band energies + LDA": bands_lda,
     "log spectrum + LDA": spectrum_lda,
     "log spectrum + SVM": spectrum_svm,
     "AR(16) + LDA": ar_lda,
