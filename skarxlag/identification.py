@@ -9,7 +9,7 @@ from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 from .kernels import arx_laguerre
-from .kernels.laguerre import laguerre_matrices, settling_length
+from .kernels.laguerre import network_matrices, settling_length
 from .kernels.least_squares import solve_sums
 from .kernels.pole_search import cross_spectra, search_poles
 from .kernels.scaling import fit_percentage, unit_rms_windows
@@ -287,14 +287,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             All describe windows that are centred.
         """
         check_is_fitted(self)
-        n_states = int(self.orders_.sum())
-        A = np.zeros((n_states, n_states))
-        b = np.zeros((n_states, len(self.orders_)))
-        first = 0
-        for channel, (order, pole) in enumerate(zip(self.orders_, self.poles_, strict=True)):
-            block = slice(first, first + order)
-            A[block, block], b[block, channel] = laguerre_matrices(order, pole)
-            first += order
+        A, b = network_matrices(self.orders_, self.poles_)
         return Bunch(A=A, b_y=b[:, 0], b_u=b[:, 1:], coef=self.coef_)
 
     def predict_output(self, X, *, free_run=False):

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from scipy.linalg import toeplitz
+from scipy.linalg import block_diag, toeplitz
 
 from .compiled import compiled
 
@@ -44,6 +44,34 @@ def laguerre_matrices(order, pole):
     row = np.zeros(order)
     row[0] = pole
     return toeplitz(column, row), math.sqrt(1 - pole**2) * powers
+
+
+def network_matrices(orders, poles):
+    """State space of several networks side by side, Eq. (12).
+
+    Parameters
+    ----------
+    orders : sequence of int, of length n_channels
+        Number of filters on each channel.
+    poles : sequence of float, of length n_channels
+        Pole of each channel.
+
+    Returns
+    -------
+    A : ndarray of shape (n_states, n_states)
+        Block diagonal.
+    b : ndarray of shape (n_states, n_channels)
+        One column a channel, zero outside its block.
+
+    Examples
+    --------
+    >>> network_matrices([1, 1], [0.0, 0.6])[1]
+    array([[1. , 0. ],
+           [0. , 0.8]])
+    """
+    matrices = [laguerre_matrices(n, pole) for n, pole in zip(orders, poles, strict=True)]
+    A = block_diag(*[A for A, _ in matrices])
+    return A, block_diag(*[b[:, np.newaxis] for _, b in matrices])
 
 
 @compiled
