@@ -1,0 +1,103 @@
+"""What the commands beside ``cross_speed.py`` share: options, rigs, Markdown blocks of a page."""
+
+import argparse
+import sys
+from pathlib import Path
+
+import pandas as pd
+from rigs import RIGS, find_rig, split_by_crack
+
+
+def options(doc, name, arguments):
+    """Parsed options of one command.
+
+    Parameters
+    ----------
+    doc : str
+        Docstring of the command.
+    name : str
+        Folder of its results under ``skarxlag-results``.
+    arguments : list of str or None
+        The command line.
+    """
+    parser = argparse.ArgumentParser(description=doc.splitlines()[0])
+    parser.add_argument(
+        "--rig", nargs="+", default=list(RIGS), help=f"of {list(RIGS)}, or module:function"
+    )
+    parser.add_argument("--window-length", type=int, default=1200)
+    parser.add_argument("--data-home", help="folder of the downloaded rigs")
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("skarxlag-results") / name,
+        help="folder of the CSV files",
+    )
+    parser.add_argument(
+        "--write", type=Path, metavar="FILE", help="Markdown file to put the tables into"
+    )
+    return parser.parse_args(arguments)
+
+
+def rigs(options):
+    """Label and windows of every rig that the options name, one for each crack size."""
+    sys.path.append(str(Path.cwd()))  # for module:function
+    for name in options.rig:
+        rig = find_rig(name, options.data_home)(options.window_length)
+        yield from split_by_crack(name, rig).items()
+
+
+def markdown(frame, digits=3):
+    """Markdown table of a data frame without its index; floats rounded, NaN left empty.
+
+    Examples
+    --------
+    >>> print(markdown(pd.DataFrame({"rig": ["a"], "mean": [0.12345], "n": [3]})))
+    | rig | mean | n |
+    | --- | ---: | ---: |
+    | a | 0.123 | 3 |
+    """
+
+    def cell(value):
+        if isinstance(value, float):
+            return "" if pd.isna(value) else f"{round(value, digits) + 0.0:.{digits}f}"
+        return str(value)
+
+    numeric = [pd.api.types.is_numeric_dtype(dtype) for dtype in frame.dtypes]
+    lines = [list(map(str, frame.columns)), ["---:" if each else "---" for each in numeric]]
+    lines += [[cell(value) for value in row] for row in frame.itertuples(index=False)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def put_block(text, name, block):
+    r"""Put `block` between the two marks of that name in a Markdown text.
+
+    Raises
+    ------
+    ValueError
+        If the text does not hold each mark once, in order.
+
+    Examples
+    --------
+    >>> print(put_block("a\n<!-- x: begin -->\nold\n<!-- x: end -->\nb", "x", "new"))
+    a
+    <!-- x: begin -->
+    new
+    <!-- x: end -->
+    b
+    """
+    begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
+    before, found_begin, rest = text.partition(begin)
+    _, found_end, after = rest.partition(end)
+    if not (found_begin and found_end) or text.count(begin) != 1 or text.count(end) != 1:
+        raise ValueError(f"expected one {begin!r} followed by one {end!r} in the Markdown file.")
+    return f"{before}{begin}\n{block}\n{end}{after}"
+
+
+def publish(options, blocks):
+    """Print the named Markdown blocks; put them into the file that the options name."""
+    if options.write:
+        text = options.write.read_text(encoding="utf-8")
+        for name, block in blocks.items():
+            text = put_block(text, name, block)
+        options.write.write_text(text, encoding="utf-8")
+    print("\n\n".join(blocks.values()))
