@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import reporting
+from pages import write_blocks
 from peers import METHODS, OURS, PEERS
 from protocol import leave_one_speed_in
 from rigs import RIGS, find, find_rig, split_by_crack
@@ -39,7 +40,12 @@ def parse(arguments):
         help="folder of the CSV files; results of other runs in it are kept",
     )
     parser.add_argument(
-        "--write-readme", type=Path, metavar="FILE", help="Markdown file to put the tables into"
+        "--write",
+        type=Path,
+        nargs="+",
+        default=[],
+        metavar="FILE",
+        help="Markdown files to put the tables into, those whose marks they hold",
     )
     return parser.parse_args(arguments)
 
@@ -92,12 +98,16 @@ def main(arguments=None):
                     pairs = run(label, rig, method, make_classifier, window_length, options.output)
     summary = reporting.summarise(pairs)
     summary.to_csv(options.output / "summary.csv", index=False)
-    report = reporting.report(summary, reporting.command_line(summary, DEFAULTS))
-    (options.output / "tables.md").write_text(report, encoding="utf-8")
-    if options.write_readme:
-        text = options.write_readme.read_text(encoding="utf-8")
-        options.write_readme.write_text(reporting.replace_block(text, report), encoding="utf-8")
-    print(report)
+    command = reporting.command_line(summary, DEFAULTS)
+    blocks = {
+        reporting.OVERVIEW: reporting.overview(summary, command),
+        reporting.TABLES: reporting.report(summary, command),
+    }
+    tables = "\n\n".join(blocks.values()) + "\n"
+    (options.output / "tables.md").write_text(tables, encoding="utf-8")
+    for path in options.write:
+        write_blocks(path, blocks)
+    print(tables)
 
 
 if __name__ == "__main__":

@@ -93,11 +93,25 @@ def put_block(text, name, block):
     return f"{before}{begin}\n{block}\n{end}{after}"
 
 
+def write_blocks(path, blocks):
+    """Put into a Markdown file those named blocks whose marks it holds.
+
+    Raises
+    ------
+    ValueError
+        If it holds the marks of none.
+    """
+    text = path.read_text(encoding="utf-8")
+    held = [name for name in blocks if f"<!-- {name}: " in text]
+    if not held:
+        raise ValueError(f"{path} holds no marks of any of {list(blocks)}.")
+    for name in held:
+        text = put_block(text, name, blocks[name])
+    path.write_text(text, encoding="utf-8")
+
+
 def publish(options, blocks):
     """Print the named Markdown blocks; put them into the file that the options name."""
     if options.write:
-        text = options.write.read_text(encoding="utf-8")
-        for name, block in blocks.items():
-            text = put_block(text, name, block)
-        options.write.write_text(text, encoding="utf-8")
+        write_blocks(options.write, blocks)
     print("\n\n".join(blocks.values()))

@@ -8,8 +8,8 @@ import pandas as pd
 from protocol import GROUP_SIZE
 
 RUN = ["rig", "window_length", "method"]
-BEGIN = "<!-- cross-speed table: begin -->"
-END = "<!-- cross-speed table: end -->"
+#: Names of the marked blocks of a Markdown file: means alone, and everything.
+OVERVIEW, TABLES = "cross-speed overview", "cross-speed tables"
 
 
 def pair_frame(pairs):
@@ -169,6 +169,34 @@ def _figure(value):
     return "" if np.isnan(value) else f"{value:.3f}"
 
 
+def overview(summary, command):
+    """Markdown of the means alone: a row for each method, a column for each rig and length.
+
+    Parameters
+    ----------
+    summary : DataFrame
+        Rows of :func:`summarise`.
+    command : str
+        Shell command.
+
+    Returns
+    -------
+    text : str
+    """
+    windows = summary[summary.verdict == "window"]
+    wide = windows.pivot(index="method", columns=["rig", "window_length"], values="mean")
+    wide = wide.loc[wide.mean(axis=1).sort_values(ascending=False).index]
+    head = ["method", *(f"{rig}, {length}" for rig, length in wide.columns)]
+    lines = [head, ["---", *["---:"] * wide.shape[1]]]
+    lines += [[method, *map(_figure, row)] for method, *row in wide.itertuples()]
+    table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return (
+        f"Made by `{command}`. Mean accuracy of single windows over all ordered pairs of "
+        "different speeds; the number is the length of a window in samples, an empty cell was "
+        f"not run. Peers see the output alone, scaled to unit RMS.\n\n{table}"
+    )
+
+
 def report(summary, command):
     """Markdown of all rigs, with the command that makes it and what the columns mean.
 
@@ -192,7 +220,7 @@ def report(summary, command):
     ]
     for rig, rows in summary.groupby("rig", sort=False):
         parts.append(f"**{rig}**\n\n{rig_table(rows)}")
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join(parts)
 
 
 def command_line(summary, defaults):
@@ -220,27 +248,3 @@ def command_line(summary, defaults):
         if set(values) != set(defaults[name]):
             words += [f"--{name.replace('_', '-')}", *map(str, dict.fromkeys(values))]
     return shlex.join(words)
-
-
-def replace_block(text, block):
-    r"""Put `block` between the two marks of a Markdown text.
-
-    Raises
-    ------
-    ValueError
-        If the text does not hold each mark once, in order.
-
-    Examples
-    --------
-    >>> print(replace_block(f"a\n{BEGIN}\nold\n{END}\nb", "new\n"))
-    a
-    <!-- cross-speed table: begin -->
-    new
-    <!-- cross-speed table: end -->
-    b
-    """
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not (begin and end) or text.count(BEGIN) != 1 or text.count(END) != 1:
-        raise ValueError(f"expected one {BEGIN!r} followed by one {END!r} in the Markdown file.")
-    return f"{before}{BEGIN}\n{block}{END}{after}"

@@ -204,6 +204,9 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
     def predict_proba(self, X):
         """Confidence in each condition, calibrated on the training windows.
 
+        One factor on the scores is fitted with smoothed targets, which keeps confidences modest:
+        a little too low at the training speed, and not far too high at others.
+
         Parameters
         ----------
         X : array-like of shape (n_windows, n_residuals)
@@ -217,7 +220,10 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
         return np.exp(self.predict_log_proba(X))
 
     def predict_log_proba(self, X):
-        """Logarithm of the confidence in each condition, to be summed over windows.
+        """Logarithm of the confidence in each condition.
+
+        For a verdict over several windows, sum it. The sum overstates the confidence, since
+        windows of one recording err together; their mean states it better.
 
         Parameters
         ----------
@@ -234,6 +240,10 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
 
     def detect(self, X):
         r"""Whether each window is faulty: its healthy residual exceeds :math:`\Gamma` (Eq. 24).
+
+        The stated rate holds where levels are those of the calibration or lower: in the sensor's
+        unit, calibrated at the highest speed. On windows scaled to unit root-mean-square, as in a
+        bank and in `make_diagnoser`, most healthy windows of another speed raise an alarm.
 
         Parameters
         ----------

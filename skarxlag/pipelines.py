@@ -74,7 +74,8 @@ def make_diagnoser(*, healthy=None, memory=None, n_jobs=None):
 
     The model takes out what all conditions share, and what measured inputs explain;
     `CepstralResidual` compares the rest with each condition and discounts what a change of speed
-    does to it.
+    does to it. It tells which condition a window is of. Whether a machine is healthy at all is
+    better left to `FaultDetector`: the threshold in here holds at the training speed only.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ def test_example(example, monkeypatch, capsys):
 
 def test_readme_has_a_place_for_the_cross_speed_table():
     text = (ROOT / "README.md").read_text("utf-8")
-    marks = [f"<!-- cross-speed table: {mark} -->" for mark in ("begin", "end")]
+    marks = [f"<!-- cross-speed overview: {mark} -->" for mark in ("begin", "end")]
     assert [text.count(mark) for mark in marks] == [1, 1]
     assert text.index(marks[0]) < text.index(marks[1])
 

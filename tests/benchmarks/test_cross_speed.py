@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 import reporting
 from cross_speed import main
+from pages import write_blocks
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.utils import Bunch
 
@@ -67,9 +68,13 @@ def test_merge_replaces_the_same_run_only(tmp_path):
     assert content.window_length.tolist() == [8, 4]
 
 
-def test_replace_block_needs_both_marks():
-    with pytest.raises(ValueError, match="expected one"):
-        reporting.replace_block(f"a {reporting.END} b {reporting.BEGIN}", "new")
+@pytest.mark.parametrize("marks", ["", "<!-- a: end --> <!-- a: begin -->", "<!-- a: begin -->"])
+def test_a_block_needs_its_marks(tmp_path, marks):
+    page = tmp_path / "page.md"
+    page.write_text(marks)
+    with pytest.raises(ValueError, match=r"holds no marks|expected one"):
+        write_blocks(page, {"a": "new"})
+    assert page.read_text() == marks
 
 
 @pytest.fixture
@@ -96,10 +101,11 @@ def module(monkeypatch):
 
 def test_command_writes_tables_and_the_block_of_a_readme(module, tmp_path, capsys):
     readme = tmp_path / "README.md"
-    readme.write_text(f"before\n{reporting.BEGIN}\n{reporting.END}\nafter\n")
+    marks = [f"<!-- {reporting.TABLES}: {mark} -->" for mark in ("begin", "end")]
+    readme.write_text("\n".join(["before", *marks, "after"]) + "\n")
     options = ["--rig", "bench_module:rig", "--method", "bench_module:neighbours"]
     options += ["--window-length", "4", "--output", str(tmp_path / "out")]
-    main([*options, "--write-readme", str(readme)])
+    main([*options, "--write", str(readme)])
 
     row = "| bench_module:neighbours | 0.000 | 0.000 | 1.000 | 0.000 | 0.000 | 0.000 |"
     text = readme.read_text()
@@ -116,6 +122,18 @@ def test_command_writes_tables_and_the_block_of_a_readme(module, tmp_path, capsy
     assert windows[["true", "predicted", "count"]].to_numpy().tolist() == [
         ["bad", "ok", 24],
         ["ok", "bad", 24],
+    ]
+
+
+def test_overview_has_a_row_a_method_and_a_column_a_rig_and_length():
+    cells = [("r", 4, "m", 0.5), ("r", 8, "m", 0.25), ("r", 4, "n", 0.75)]
+    summary = pd.DataFrame(cells, columns=["rig", "window_length", "method", "mean"])
+    lines = reporting.overview(summary.assign(verdict="window"), "command").splitlines()
+    assert lines[2:] == [
+        "| method | r, 4 | r, 8 |",
+        "| --- | ---: | ---: |",
+        "| n | 0.750 |  |",
+        "| m | 0.500 | 0.250 |",
     ]
 
 

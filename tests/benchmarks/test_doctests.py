@@ -1,11 +1,11 @@
 import doctest
 
+import pages
 import protocol
 import pytest
-import reporting
 
 
-@pytest.mark.parametrize("module", [protocol, reporting])
+@pytest.mark.parametrize("module", [pages, protocol])
 def test_examples(module):
     result = doctest.testmod(module)
     assert result.attempted > 0
