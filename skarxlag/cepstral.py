@@ -46,7 +46,8 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
     Parameters
     ----------
     spectrum_order : int, default=128
-        Order of the autoregressive model of a window, at least 1; at most half a window is used.
+        Order of the autoregressive model of a window, at least 1; at most an eighth of
+        a window is used.
     n_coefficients : int, default=48
         Cosine coefficients of the colour that are kept, from 1 to 255.
     segment : int, default=128

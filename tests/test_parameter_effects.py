@@ -75,7 +75,7 @@ EFFECTS = {
 def test_every_parameter_has_an_effect(estimator, name):
     base, value, output = EFFECTS[estimator][name]
     # Quiet, coloured and with a trend, so that no part of an observer idles.
-    X = np.cumsum(np.random.default_rng(0).normal(size=(20, 300)), axis=1)
+    X = np.cumsum(np.random.default_rng(0).normal(size=(20, 1200)), axis=1)
     y = np.arange(20) % 2
     before = output(estimator(**base), X, y)
     after = output(estimator(**base | {name: value}), X, y)

@@ -11,6 +11,10 @@ from scipy import fft, signal
 from .compiled import compiled
 from .scaling import root_mean_square
 
+#: Least number of samples for each coefficient of a signal's own model: with fewer it describes the
+#: noise of the signal rather than its spectrum.
+_SAMPLES_A_COEFFICIENT = 8
+
 
 def frequency_grid(n_frequencies):
     """Midpoints of equal cells on (0, pi), in radians a sample."""
@@ -61,7 +65,7 @@ def autoregressive_log_spectrum(signals, order, n_frequencies, alpha=1e-9):
     signals : ndarray of shape (n_signals, n_samples)
         Signals, in any unit.
     order : int
-        Number of filters; at most half of n_samples is used.
+        Number of filters; at most an eighth of n_samples is used.
     n_frequencies : int
         Midpoints of equal cells on (0, pi), a power of two.
     alpha : float, default=1e-9
@@ -72,7 +76,7 @@ def autoregressive_log_spectrum(signals, order, n_frequencies, alpha=1e-9):
     ndarray of shape (n_signals, n_frequencies)
         Natural logarithm of power, up to a constant; 0 for a signal of zeros.
     """
-    order = min(order, signals.shape[-1] // 2)
+    order = min(order, signals.shape[-1] // _SAMPLES_A_COEFFICIENT)
     log_spectra = np.zeros((len(signals), n_frequencies))
     for row, samples in enumerate(signals):
         rms = root_mean_square(samples)

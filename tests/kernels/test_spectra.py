@@ -129,3 +129,11 @@ def test_each_signal_is_worked_on_by_itself():
     ):
         alone = np.concatenate([log_spectrum(s[np.newaxis]) for s in signals])
         np.testing.assert_array_equal(log_spectrum(signals), alone)
+
+
+def test_a_short_signal_gets_a_model_of_fewer_coefficients():
+    signals = ar2(1, 80)
+    np.testing.assert_array_equal(
+        spectra.autoregressive_log_spectrum(signals, 64, 32),
+        spectra.autoregressive_log_spectrum(signals, 10, 32),
+    )
