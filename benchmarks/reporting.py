@@ -1,6 +1,7 @@
 """From the scores of speed pairs to data frames, Markdown tables and a block of a README."""
 
 import shlex
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -172,6 +173,8 @@ def _figure(value):
 def overview(summary, command):
     """Markdown of the means alone: a row for each method, a column for each rig and length.
 
+    Methods are in the order of their mean over the columns that all of them have.
+
     Parameters
     ----------
     summary : DataFrame
@@ -185,7 +188,11 @@ def overview(summary, command):
     """
     windows = summary[summary.verdict == "window"]
     wide = windows.pivot(index="method", columns=["rig", "window_length"], values="mean")
-    wide = wide.loc[wide.mean(axis=1).sort_values(ascending=False).index]
+    rigs, lengths = summary.rig.unique(), sorted(summary.window_length.unique())
+    wide = wide[[column for column in product(rigs, lengths) if column in wide.columns]]
+    run_by_all = wide.dropna(axis=1)
+    ranked = run_by_all if len(run_by_all.columns) else wide
+    wide = wide.loc[ranked.mean(axis=1).sort_values(ascending=False).index]
     head = ["method", *(f"{rig}, {length}" for rig, length in wide.columns)]
     lines = [head, ["---", *["---:"] * wide.shape[1]]]
     lines += [[method, *map(_figure, row)] for method, *row in wide.itertuples()]
@@ -224,7 +231,7 @@ def report(summary, command):
 
 
 def command_line(summary, defaults):
-    """Shell command which makes the results that `summary` holds.
+    """Shell commands which make the results that `summary` holds.
 
     Parameters
     ----------
@@ -237,14 +244,22 @@ def command_line(summary, defaults):
     Returns
     -------
     command : str
+        One command for all methods that ran on the same rigs and lengths, joined by ``&&``.
     """
-    present = {
-        "rig": [rig.split(",")[0] for rig in summary.rig.unique()],
-        "method": summary.method.unique().tolist(),
-        "window_length": summary.window_length.unique().tolist(),
-    }
+    groups = {}
+    for method, rows in summary.groupby("method", sort=False):
+        rigs = dict.fromkeys(rig.split(",")[0] for rig in rows.rig)
+        present = tuple(sorted(rigs)), tuple(sorted(set(rows.window_length)))
+        groups.setdefault(present, []).append(method)
+    return " && ".join(
+        _command({"rig": rigs, "method": methods, "window_length": lengths}, defaults)
+        for (rigs, lengths), methods in groups.items()
+    )
+
+
+def _command(present, defaults):
     words = ["python", "benchmarks/cross_speed.py"]
     for name, values in present.items():
         if set(values) != set(defaults[name]):
-            words += [f"--{name.replace('_', '-')}", *map(str, dict.fromkeys(values))]
+            words += [f"--{name.replace('_', '-')}", *map(str, values)]
     return shlex.join(words)
