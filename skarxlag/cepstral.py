@@ -6,7 +6,6 @@ import numpy as np
 from scipy import linalg
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils import check_scalar
-from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted
 
 from .kernels.drift import raised_noise, scaled_frequency, smooth_variance, whitened
@@ -148,7 +147,6 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
             each condition.
         """
         X, y = validate_innovations(self, X, y, reset=True)
-        check_classification_targets(y)
         self._check_parameters()
         self.classes_, target = np.unique(y, return_inverse=True)
         n_classes, n_models = len(self.classes_), X.shape[1]

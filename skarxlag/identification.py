@@ -5,8 +5,7 @@ from numbers import Integral
 import numpy as np
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils import Bunch, check_scalar
-from sklearn.utils.multiclass import check_classification_targets
-from sklearn.utils.validation import check_is_fitted, validate_data
+from sklearn.utils.validation import check_is_fitted
 
 from .kernels import arx_laguerre
 from .kernels.laguerre import network_matrices, settling_length
@@ -14,7 +13,7 @@ from .kernels.least_squares import solve_sums
 from .kernels.pole_search import cross_spectra, search_poles
 from .kernels.scaling import fit_percentage, unit_rms_windows
 from .parallel import map_batches
-from .validation import check_input_names, check_networks, check_real
+from .validation import check_input_names, check_networks, check_real, validate_signals
 
 
 class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
@@ -397,19 +396,13 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         return self
 
     def _validate_windows(self, X, y, *, reset):
-        if not reset:
-            check_is_fitted(self)
-        check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
-        if y is None:
-            X = validate_data(self, X, **check)
-        else:
-            X, y = validate_data(self, X, y, **check)
-            check_classification_targets(y)
-        if X.ndim > 3:
-            raise ValueError(
-                f"X has shape {X.shape}, expected (n_windows, n_samples) or "
-                "(n_windows, 1 + n_inputs, n_samples)."
-            )
+        X, y = validate_signals(
+            self,
+            X,
+            y,
+            reset=reset,
+            expected="(n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)",
+        )
         windows = X[:, np.newaxis] if X.ndim == 2 else X
         if hasattr(self, "orders_") and not reset and windows.shape[1] != len(self.orders_):
             raise ValueError(

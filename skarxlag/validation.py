@@ -5,7 +5,49 @@ from numbers import Integral, Real
 
 import numpy as np
 from sklearn.utils import check_scalar
+from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
+
+
+def validate_signals(estimator, X, y=None, *, reset, expected):
+    """Check an array of two or three axes, and conditions where there are any.
+
+    Parameters
+    ----------
+    estimator : estimator
+        Gets or has `n_features_in_`.
+    X : array-like of two or three axes
+        Signals along the last one.
+    y : array-like of shape (n_windows,) or None, default=None
+        Conditions.
+    reset : bool
+        True in `fit`.
+    expected : str
+        What X should have been, for the message.
+
+    Returns
+    -------
+    X : ndarray
+        float64 or float32.
+    y : ndarray of shape (n_windows,) or None
+        Conditions.
+
+    Raises
+    ------
+    ValueError
+        If X has more axes, or y is not made of classes.
+    """
+    if not reset:
+        check_is_fitted(estimator)
+    check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
+    if y is None:
+        X = validate_data(estimator, X, **check)
+    else:
+        X, y = validate_data(estimator, X, y, **check)
+        check_classification_targets(y)
+    if X.ndim > 3:
+        raise ValueError(f"X has shape {X.shape}, expected {expected}.")
+    return X, y
 
 
 def validate_innovations(estimator, X, y=None, *, reset):
@@ -35,18 +77,14 @@ def validate_innovations(estimator, X, y=None, *, reset):
     ValueError
         If X has another number of dimensions than it may have, or had in `fit`.
     """
-    if not reset:
-        check_is_fitted(estimator)
-    check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
-    if y is None:
-        X = validate_data(estimator, X, **check)
-    else:
-        X, y = validate_data(estimator, X, y, **check)
-    if X.ndim > 3:
-        raise ValueError(
-            f"X has shape {X.shape}, expected innovations of shape (n_windows, n_models, "
-            "n_samples) or windows of shape (n_windows, n_samples)."
-        )
+    X, y = validate_signals(
+        estimator,
+        X,
+        y,
+        reset=reset,
+        expected="innovations of shape (n_windows, n_models, n_samples) or windows of shape "
+        "(n_windows, n_samples)",
+    )
     if reset:
         estimator.n_models_ = X.shape[1] if X.ndim == 3 else 0
     elif (X.ndim == 3) != (estimator.n_models_ > 0):

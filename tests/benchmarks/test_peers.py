@@ -3,7 +3,7 @@ import pytest
 from peers import METHODS, PEERS, LabelsOnly, ar_coefficients, band_energies, log_spectrum, unit_rms
 from protocol import leave_one_speed_in, log_evidence
 from scipy.signal import lfilter
-from sklearn.utils import Bunch
+from speed_rig import moving_rig
 
 NEEDS_NO_EXTRA = [name for name in PEERS if name.startswith(("band", "log", "AR"))]
 LENGTH = 600
@@ -11,27 +11,7 @@ LENGTH = 600
 
 @pytest.fixture(scope="module")
 def rig():
-    """Two conditions with unlike resonances which move little with speed."""
-    generator = np.random.default_rng(0)
-    data, target, rpm, recording, start = [], [], [], [], []
-    windows = 80
-    for speed in (100.0, 200.0):
-        for condition, angle in (("ok", 0.5), ("bad", 1.5)):
-            poles = 0.9 * np.exp(1j * (angle + speed / 5000) * np.array([1, -1]))
-            noise = generator.standard_normal((windows, LENGTH))
-            data.append(lfilter([1.0], np.poly(poles).real, noise))
-            target += [condition] * windows
-            rpm += [speed] * windows
-            recording += [f"{condition}{speed:g}"] * windows
-            start += list(LENGTH * np.arange(windows))
-    return Bunch(
-        data=np.concatenate(data),
-        target=np.array(target),
-        target_names=["ok", "bad"],
-        rpm=np.array(rpm),
-        recording=np.array(recording),
-        start=np.array(start),
-    )
+    return moving_rig(80, LENGTH, gain_of_fault=1.0, level=lambda speed: 1.0)
 
 
 def test_unit_rms_removes_mean_and_gain_of_the_output_channel():

@@ -11,29 +11,18 @@ from protocol import (
 from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.dummy import DummyClassifier
 from sklearn.svm import LinearSVC
-from sklearn.utils import Bunch
+from speed_rig import two_conditions
 
 LENGTH = 4
 
 
 def make_rig(speeds=(100.0, 200.0), windows=24):
     """Constant windows whose level tells the condition, 0 or 1, times 1 + rpm / 1000."""
-    data, target, rpm, recording, start = [], [], [], [], []
-    for speed in speeds:
-        for code, condition in enumerate(("ok", "bad")):
-            data.append(np.full((windows, LENGTH), code * (1 + speed / 1000)))
-            target += [condition] * windows
-            rpm += [speed] * windows
-            recording += [f"{condition}{speed:g}"] * windows
-            start += list(LENGTH * np.arange(windows))
-    return Bunch(
-        data=np.concatenate(data),
-        target=np.array(target),
-        target_names=["ok", "bad"],
-        rpm=np.array(rpm),
-        recording=np.array(recording),
-        start=np.array(start),
-    )
+
+    def make_windows(speed, condition):
+        return np.full((windows, LENGTH), (condition == "bad") * (1 + speed / 1000))
+
+    return two_conditions(make_windows, windows, LENGTH, speeds)
 
 
 class Recorder(ClassifierMixin, BaseEstimator):
