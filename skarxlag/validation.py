@@ -4,7 +4,7 @@ import math
 from numbers import Integral, Real
 
 import numpy as np
-from sklearn.utils import check_scalar
+from sklearn.utils import check_scalar, get_tags
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
 
@@ -35,12 +35,12 @@ def validate_signals(estimator, X, y=None, *, reset, expected):
     Raises
     ------
     ValueError
-        If X has more axes, or y is not made of classes.
+        If X has more axes, or y is not made of classes or missing where it is required.
     """
     if not reset:
         check_is_fitted(estimator)
     check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
-    if y is None:
+    if y is None and not (reset and get_tags(estimator).target_tags.required):
         X = validate_data(estimator, X, **check)
     else:
         X, y = validate_data(estimator, X, y, **check)
