@@ -48,7 +48,8 @@ class PIObserver(Observer):
     quefrency_exponent : float, default=0.5
         Exponent p of the cepstral norm for "whiteness", at least 0.
     fault_estimate : bool, default=False
-        Whether the root-mean-square of each fault estimate is a further feature.
+        Whether the root-mean-square of each fault estimate is a further feature, for classifiers
+        of other kinds: `ThresholdLadder` takes residuals alone.
     n_jobs : int or None, default=None
         Threads that work on windows. Results do not depend on it.
 
@@ -188,7 +189,8 @@ class ExtendedStatePIObserver(Observer):
     quefrency_exponent : float, default=0.5
         Exponent p of the cepstral norm for "whiteness", at least 0.
     fault_estimate : bool, default=False
-        Whether the root-mean-square of each fault estimate is a further feature.
+        Whether the root-mean-square of each fault estimate is a further feature, for classifiers
+        of other kinds: `ThresholdLadder` takes residuals alone.
     n_jobs : int or None, default=None
         Threads that work on windows. Results do not depend on it.
 
@@ -262,7 +264,13 @@ class ExtendedStatePIObserver(Observer):
         for name in ("gain", "exponent"):
             check_real(getattr(self, name), name, min_val=0, include_boundaries="neither")
         check_real(self.saturation, "saturation", min_val=0)
-        largest = self.gain * (1 + float(self.saturation) ** self.exponent)
+        with np.errstate(over="ignore"):
+            largest = self.gain * (1 + np.float64(self.saturation) ** self.exponent)
+        if not np.isfinite(largest):
+            raise ValueError(
+                f"gain * (1 + saturation ** exponent) is not finite with gain={self.gain}, "
+                f"saturation={self.saturation} and exponent={self.exponent}."
+            )
         self.closed_loops_ = np.array(
             [observer.loop_matrix(self.pole, self.kp, self.ki_a, g) for g in (self.gain, largest)]
         )

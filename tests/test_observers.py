@@ -218,3 +218,9 @@ def test_bad_parameters_are_named(observer):
         if name != "evaluation":
             with pytest.raises(TypeError, match=name):
                 type(observer)(**{name: "much"}).fit(np.zeros((1, 4)))
+
+
+def test_a_gain_that_overflows_is_named():
+    observer = ExtendedStatePIObserver(saturation=1e200, exponent=3.0)
+    with pytest.raises(ValueError, match=r"not finite.*saturation=1e\+200 and exponent=3.0"):
+        observer.fit(np.zeros((2, 10)))
