@@ -1,6 +1,6 @@
 """Residuals that are calibrated on how spectra scatter and on what a change of speed does."""
 
-from numbers import Integral, Real
+from numbers import Integral
 
 import numpy as np
 from scipy import linalg
@@ -11,7 +11,7 @@ from sklearn.utils.validation import check_is_fitted
 from .kernels.drift import raised_noise, scaled_frequency, smooth_variance, whitened
 from .kernels.spectra import autoregressive_log_spectrum, band_steadiness, cepstrum
 from .parallel import map_batches
-from .validation import check_input_names, validate_innovations
+from .validation import check_input_names, check_real, validate_innovations
 
 #: Cells of (0, pi) on which log spectra are taken.
 _N_FREQUENCIES = 256
@@ -288,9 +288,9 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
             self.n_coefficients, "n_coefficients", Integral, min_val=1, max_val=_N_FREQUENCIES - 1
         )
         check_scalar(self.segment, "segment", Integral, min_val=4)
-        check_scalar(self.rough_drift, "rough_drift", Real, min_val=0, include_boundaries="neither")
+        check_real(self.rough_drift, "rough_drift", min_val=0, include_boundaries="neither")
         for name in ("smooth_drift", "frequency_drift", "noise_drift"):
-            check_scalar(getattr(self, name), name, Real, min_val=0)
+            check_real(getattr(self, name), name, min_val=0)
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()

@@ -111,6 +111,8 @@ def test_parameters_are_all_in_the_test_above():
         ("rough_drift", 0.0),
         ("frequency_drift", -1.0),
         ("noise_drift", -1.0),
+        ("smooth_drift", np.nan),
+        ("rough_drift", np.inf),
     ],
 )
 def test_parameters_out_of_range_are_named(parameter, value):
