@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from pages import markdown
 from protocol import GROUP_SIZE
 
 RUN = ["rig", "window_length", "method"]
@@ -161,13 +162,9 @@ def rig_table(summary):
         columns += [windows[name] for name in ("mean", "worst", "same_speed", "balanced")]
         columns += [groups[name] for name in ("mean", "worst")]
     body = pd.concat(columns, axis=1, keys=range(len(columns))).sort_values(0, ascending=False)
-    lines = [head, ["---", *["---:"] * len(columns)]]
-    lines += [[method, *map(_figure, row)] for method, *row in body.itertuples()]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def _figure(value):
-    return "" if np.isnan(value) else f"{value:.3f}"
+    body = body.rename_axis("method").reset_index()
+    body.columns = head
+    return markdown(body)
 
 
 def overview(summary, command):
@@ -193,10 +190,8 @@ def overview(summary, command):
     run_by_all = wide.dropna(axis=1)
     ranked = run_by_all if len(run_by_all.columns) else wide
     wide = wide.loc[ranked.mean(axis=1).sort_values(ascending=False).index]
-    head = ["method", *(f"{rig}, {length}" for rig, length in wide.columns)]
-    lines = [head, ["---", *["---:"] * wide.shape[1]]]
-    lines += [[method, *map(_figure, row)] for method, *row in wide.itertuples()]
-    table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    wide.columns = [f"{rig}, {length}" for rig, length in wide.columns]
+    table = markdown(wide.rename_axis("method").reset_index())
     return (
         f"Made by `{command}`. Mean accuracy of single windows over all ordered pairs of "
         "different speeds; the number is the length of a window in samples, an empty cell was "

@@ -9,12 +9,15 @@ from sklearn.utils import check_scalar
 from sklearn.utils.validation import check_is_fitted
 
 from .kernels.drift import raised_noise, scaled_frequency, smooth_variance, whitened
-from .kernels.spectra import autoregressive_log_spectrum, band_steadiness, cepstrum
+from .kernels.spectra import (
+    LOG_SPECTRUM_CELLS,
+    autoregressive_log_spectrum,
+    band_steadiness,
+    cepstrum,
+)
 from .parallel import map_batches
 from .validation import check_input_names, check_real, validate_innovations
 
-#: Cells of (0, pi) on which log spectra are taken.
-_N_FREQUENCIES = 256
 #: Segments of the short-time spectrum start this share of a segment apart.
 _OVERLAP = 8
 
@@ -191,7 +194,6 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
         ValueError
             If a condition was not in `fit`.
         """
-        check_is_fitted(self)
         X, y = validate_innovations(self, X, y, reset=False)
         unknown = np.setdiff1d(y, self.classes_)
         if len(unknown) > 0:
@@ -235,7 +237,7 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
         def of_batch(batch):
             signals = X[batch].reshape(-1, X.shape[-1]).astype(np.float64)
             return (
-                autoregressive_log_spectrum(signals, self.spectrum_order, _N_FREQUENCIES),
+                autoregressive_log_spectrum(signals, self.spectrum_order, LOG_SPECTRUM_CELLS),
                 band_steadiness(signals, segment, max(segment // _OVERLAP, 1)),
             )
 
@@ -285,7 +287,11 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
     def _check_parameters(self):
         check_scalar(self.spectrum_order, "spectrum_order", Integral, min_val=1)
         check_scalar(
-            self.n_coefficients, "n_coefficients", Integral, min_val=1, max_val=_N_FREQUENCIES - 1
+            self.n_coefficients,
+            "n_coefficients",
+            Integral,
+            min_val=1,
+            max_val=LOG_SPECTRUM_CELLS - 1,
         )
         check_scalar(self.segment, "segment", Integral, min_val=4)
         check_real(self.rough_drift, "rough_drift", min_val=0, include_boundaries="neither")

@@ -10,13 +10,11 @@ from sklearn.utils.validation import check_is_fitted
 from .kernels import evaluation as evaluate
 from .kernels import observer
 from .kernels.scaling import root_mean_square
-from .kernels.spectra import autoregressive_log_spectrum, frequency_grid
+from .kernels.spectra import LOG_SPECTRUM_CELLS, autoregressive_log_spectrum, frequency_grid
 from .parallel import map_batches
 from .validation import check_input_names, check_real, validate_innovations
 
 _EVALUATIONS = ("power", "switching_gain", "whiteness")
-#: Cells of (0, pi) on which a log spectrum is taken.
-_N_FREQUENCIES = 256
 
 
 class Observer(TransformerMixin, BaseEstimator):
@@ -92,8 +90,8 @@ class Observer(TransformerMixin, BaseEstimator):
         return observer.observe(signals, *self._loop_constants())
 
     def _whiteness(self, error):
-        spectra = autoregressive_log_spectrum(error, self.spectrum_order, _N_FREQUENCIES)
-        spectra -= 2 * np.log(np.abs(self._response(frequency_grid(_N_FREQUENCIES))))
+        spectra = autoregressive_log_spectrum(error, self.spectrum_order, LOG_SPECTRUM_CELLS)
+        spectra -= 2 * np.log(np.abs(self._response(frequency_grid(LOG_SPECTRUM_CELLS))))
         return evaluate.cepstral_norm(spectra, self.quefrency_exponent)
 
     def _response(self, frequency):

@@ -14,6 +14,58 @@ from sklearn.utils import Bunch
 from skarxlag.signals import stack_windows
 
 
+def fetch_rig(
+    name,
+    checksums,
+    base_url,
+    *,
+    sampling_rate,
+    description,
+    data_home,
+    download_if_missing,
+    return_X_y,
+    window_length,
+    n_retries,
+    delay,
+    verbose,
+):
+    """Fetch the files of a rig and cut its recordings into windows.
+
+    Parameters
+    ----------
+    name : str
+        Folder of the rig below the data home of scikit-learn.
+    checksums : dict of str to str
+        SHA-256 in hexadecimal of every file, by its path in the repository.
+    base_url : str
+        URL of the root of the repository.
+    sampling_rate : float
+        In Hz.
+    description : str
+        What the Bunch says of the rig.
+    data_home, download_if_missing, return_X_y, window_length, n_retries, delay, verbose
+        As in the public fetchers.
+
+    Returns
+    -------
+    Bunch, or tuple of ndarray
+        The rig, or its windows and their conditions.
+    """
+    paths = fetch_files(
+        checksums,
+        Path(get_data_home(data_home)) / name,
+        base_url,
+        download_if_missing=download_if_missing,
+        n_retries=n_retries,
+        delay=delay,
+        verbose=verbose,
+    )
+    rig = load_rig(
+        paths, window_length=window_length, sampling_rate=sampling_rate, description=description
+    )
+    return (rig.data, rig.target) if return_X_y else rig
+
+
 def fetch_files(checksums, folder, base_url, *, download_if_missing, n_retries, delay, verbose):
     """Bring the files of a repository into a folder and verify every one.
 
@@ -87,11 +139,6 @@ def load_rig(paths, *, window_length, sampling_rate, description):
         filenames=[str(path) for path in paths],
         DESCR=description,
     )
-
-
-def rig_folder(data_home, name):
-    """Folder of a rig below the data home of scikit-learn."""
-    return Path(get_data_home(data_home)) / name
 
 
 def _is_intact(path, sha256):

@@ -1,6 +1,6 @@
 """The UESTC bearing rig: four conditions at four shaft speeds."""
 
-from skarxlag.datasets._repository import fetch_files, load_rig, rig_folder
+from skarxlag.datasets._repository import fetch_rig
 
 REPOSITORY = (
     "https://raw.githubusercontent.com/ChangLiu2024/UESTC-Bearing-Dataset/"
@@ -145,17 +145,17 @@ def fetch_uestc(
     >>> rig.data.shape  # doctest: +SKIP
     (3488, 1200)
     """
-    folder = rig_folder(data_home, "uestc")
-    paths = fetch_files(
+    return fetch_rig(
+        "uestc",
         {f"Data/{name[:-6]}/{name}": sha256 for name, sha256 in CHECKSUMS.items()},
-        folder,
         REPOSITORY if mirror is None else mirror,
+        sampling_rate=SAMPLING_RATE,
+        description=DESCRIPTION,
+        data_home=data_home,
         download_if_missing=download_if_missing,
+        return_X_y=return_X_y,
+        window_length=window_length,
         n_retries=n_retries,
         delay=delay,
         verbose=verbose,
     )
-    rig = load_rig(
-        paths, window_length=window_length, sampling_rate=SAMPLING_RATE, description=DESCRIPTION
-    )
-    return (rig.data, rig.target) if return_X_y else rig

@@ -11,6 +11,8 @@ from scipy import fft, signal
 from .compiled import compiled
 from .scaling import root_mean_square
 
+#: Cells of (0, pi) on which the log spectrum of a window is taken.
+LOG_SPECTRUM_CELLS = 256
 #: Least number of samples for each coefficient of a signal's own model: with fewer it describes the
 #: noise of the signal rather than its spectrum.
 _SAMPLES_A_COEFFICIENT = 8
