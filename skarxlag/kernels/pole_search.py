@@ -64,15 +64,22 @@ def fit_spectrum(spectrum, orders, poles, alpha):
     share : float
         Share of the output's power that the model cannot predict, between 0 and 1.
     """
-    frequency = frequency_grid(spectrum.shape[-1])
+    return _fit(spectrum, _filters(orders, poles, spectrum.shape[-1]), orders, alpha)
+
+
+def _filters(orders, poles, n_frequencies):
+    frequency = frequency_grid(n_frequencies)
+    return np.concatenate(
+        [laguerre_response(n, p, frequency) for n, p in zip(orders, poles, strict=True)]
+    )
+
+
+def _fit(spectrum, filters, orders, alpha):
     power = spectrum[0, 0].real.sum()
-    n_states = int(np.sum(orders))
+    n_states = len(filters)
     if power == 0:
         return np.zeros(n_states), 0.0
     channel = np.repeat(np.arange(len(orders)), orders)
-    filters = np.concatenate(
-        [laguerre_response(n, p, frequency) for n, p in zip(orders, poles, strict=True)]
-    )
     gram = np.empty((n_states, n_states))
     for other in range(len(orders)):
         states = filters * spectrum[channel, other] / power
@@ -149,7 +156,8 @@ def search_poles(spectra, orders, poles, alpha):
     def error(pole, channel):
         tried = found.copy()
         tried[channel] = pole
-        return sum(fit_spectrum(s, orders, tried, alpha)[1] for s in spectra)
+        filters = _filters(orders, tried, spectra.shape[-1])
+        return sum(_fit(s, filters, orders, alpha)[1] for s in spectra)
 
     for channel in free * (2 if len(free) > 1 else 1):
         starts = np.sort(np.append(_GRID, np.clip(found[channel], -LARGEST_POLE, LARGEST_POLE)))
