@@ -158,8 +158,8 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
                 f"X has the innovations of {n_models} models, expected 1 or one for each of the "
                 f"{n_classes} conditions in y."
             )
-        own = (np.arange(len(X)), target % n_models)
-        colour, steadiness = (log_spectra[own] for log_spectra in self._log_spectra(X))
+        parts = self._of_own_models(self._log_spectra, X, target)
+        colour, steadiness = (np.concatenate(part) for part in zip(*parts, strict=True))
         means = [_class_means(log_spectra, target) for log_spectra in (colour, steadiness)]
         references = self._cepstra(*means)
         scatter = self._cepstra(colour, steadiness) - references[target]
@@ -202,7 +202,7 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
                 f"{self.classes_.tolist()}."
             )
         target = np.searchsorted(self.classes_, y)
-        rows = self._rows(X)[np.arange(len(X)), target % X.shape[1]]
+        rows = np.concatenate(self._of_own_models(self._rows, X, target))
         moved = np.mean(rows - self.references_[target], axis=0)
         self.references_ = self.references_ + self.shared_drift_ @ moved
         return self
@@ -221,28 +221,34 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
             Mahalanobis distances, a root mean square over coefficients.
         """
         X, _ = validate_innovations(self, X, reset=False)
-        rows = self._rows(X)
-        distances = np.sqrt(np.mean((rows - self.references_) ** 2, axis=-1))
-        return distances.astype(X.dtype, copy=False)
 
-    def _rows(self, X):
-        """Whitened cepstra of shape (n_windows, n_models, n_features)."""
-        flat = [s.reshape(-1, s.shape[-1]) for s in self._log_spectra(X)]
-        return whitened(self._cepstra(*flat), self.whitener_).reshape(*X.shape[:2], -1)
+        def distances(batch):
+            signals = X[batch].reshape(-1, X.shape[-1])
+            rows = self._rows(signals).reshape(-1, X.shape[1], self.references_.shape[1])
+            return np.sqrt(np.mean((rows - self.references_) ** 2, axis=-1))
 
-    def _log_spectra(self, X):
-        """Colour and steadiness, each of shape (n_windows, n_models, n_frequencies)."""
-        segment = min(self.segment, X.shape[-1])
+        return np.concatenate(map_batches(distances, len(X), self.n_jobs)).astype(X.dtype)
+
+    def _of_own_models(self, function, X, target):
+        """What a function makes of the innovations of each window's own model, by batch."""
 
         def of_batch(batch):
-            signals = X[batch].reshape(-1, X.shape[-1]).astype(np.float64)
-            return (
-                autoregressive_log_spectrum(signals, self.spectrum_order, LOG_SPECTRUM_CELLS),
-                band_steadiness(signals, segment, max(segment // _OVERLAP, 1)),
-            )
+            own = target[batch] % X.shape[1]
+            return function(X[batch][np.arange(len(own)), own])
 
-        parts = zip(*map_batches(of_batch, len(X), self.n_jobs), strict=True)
-        return [np.concatenate(part).reshape(*X.shape[:2], -1) for part in parts]
+        return map_batches(of_batch, len(X), self.n_jobs)
+
+    def _rows(self, signals):
+        """Whitened cepstra of shape (n_signals, n_features)."""
+        return whitened(self._cepstra(*self._log_spectra(signals)), self.whitener_)
+
+    def _log_spectra(self, signals):
+        """Colour and steadiness, each of shape (n_signals, n_frequencies)."""
+        segment = min(self.segment, signals.shape[-1])
+        return (
+            autoregressive_log_spectrum(signals, self.spectrum_order, LOG_SPECTRUM_CELLS),
+            band_steadiness(signals, segment, max(segment // _OVERLAP, 1)),
+        )
 
     def _cepstra(self, colour, steadiness):
         kept = cepstrum(colour)[:, : self.n_coefficients]

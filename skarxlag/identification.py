@@ -7,10 +7,9 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils import Bunch, check_scalar
 from sklearn.utils.validation import check_is_fitted
 
-from .kernels import arx_laguerre
+from .kernels import arx_laguerre, pole_search
 from .kernels.laguerre import network_matrices, settling_length
 from .kernels.least_squares import solve_sums
-from .kernels.pole_search import cross_spectra, search_poles
 from .kernels.scaling import fit_percentage, unit_rms_windows
 from .parallel import map_batches
 from .validation import check_input_names, check_networks, check_real, validate_signals
@@ -190,10 +189,15 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         if start_afresh:
             self.orders_, given_poles = check_networks(self.order, self.pole, scaled.shape[1])
             if None in given_poles:
-                spectra = np.array(
-                    [cross_spectra(scaled[alive & (of_class == c)]) for c in range(len(classes))]
+                correlations = np.array(
+                    [
+                        pole_search.correlations(scaled[alive & (of_class == c)])
+                        for c in range(len(classes))
+                    ]
                 )
-                given_poles = search_poles(spectra, self.orders_, given_poles, self.alpha)
+                given_poles = pole_search.search_poles(
+                    correlations, self.orders_, given_poles, self.alpha
+                )
             self.poles_ = np.asarray(given_poles, dtype=np.float64)
             self.classes_ = classes
             n_sums = int(self.orders_.sum()) + 1
@@ -203,7 +207,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             self._make_room_for(classes)
         n_transient = self._n_transient(scaled.shape[-1])
         for c, name in enumerate(classes):
-            own = scaled[of_class == c]
+            own = scaled if len(classes) == 1 else scaled[of_class == c]
             fading = self.forgetting_factor ** np.arange(len(own) - 1, -1, -1.0)
             fading *= alive[of_class == c]
             model = int(np.flatnonzero(self.classes_ == name)[0])
@@ -258,22 +262,25 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             sensor's unit where ``unit_rms=False``.
         """
         windows, _ = self._validate_windows(X, None, reset=False)
-        scaled, rms = unit_rms_windows(windows)
-        innovations = self._innovations(scaled)
-        if not self.unit_rms:
-            innovations *= rms[:, np.newaxis, np.newaxis]
-        return innovations.astype(windows.dtype, copy=False)
+        return self._innovations(windows, self.unit_rms)
 
-    def _innovations(self, scaled):
-        n_transient = self._n_transient(scaled.shape[-1])
-        parts = map_batches(
-            lambda batch: arx_laguerre.innovations(
-                scaled[batch], self.orders_, self.poles_, self.coef_, n_transient
-            ),
-            len(scaled),
-            self.n_jobs,
+    def _innovations(self, windows, unit_rms):
+        n_windows, _, n_samples = windows.shape
+        n_transient = self._n_transient(n_samples)
+        innovations = np.empty(
+            (n_windows, len(self.coef_), n_samples - n_transient), dtype=windows.dtype
         )
-        return np.concatenate(parts)
+
+        def of_batch(batch):
+            scaled, rms = unit_rms_windows(windows[batch])
+            found = arx_laguerre.innovations(
+                scaled, self.orders_, self.poles_, self.coef_, n_transient, innovations[batch]
+            )
+            if not unit_rms:
+                found *= rms[:, np.newaxis, np.newaxis]
+
+        map_batches(of_batch, n_windows, self.n_jobs)
+        return innovations
 
     def state_space(self):
         """The networks and the coefficients as one state-space model.
@@ -311,20 +318,20 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             If `free_run` is asked of a model that is unstable when it is fed its own output.
         """
         windows, _ = self._validate_windows(X, None, reset=False)
+        windows = windows.astype(np.float64, copy=False)
+        n_transient = self._n_transient(windows.shape[-1])
+        if not free_run:
+            return windows[:, :1, n_transient:] - self._innovations(windows, unit_rms=False)
+        self._check_free_run_is_stable()
         scaled, rms = unit_rms_windows(windows)
-        n_transient = self._n_transient(scaled.shape[-1])
-        if free_run:
-            self._check_free_run_is_stable()
-            predicted = np.stack(
-                [
-                    arx_laguerre.free_run(scaled, self.orders_, self.poles_, coef, n_transient)
-                    for coef in self.coef_
-                ],
-                axis=1,
-            )[..., n_transient:]
-        else:
-            predicted = scaled[:, :1, n_transient:] - self._innovations(scaled)
-        mean = np.mean(windows[:, 0].astype(np.float64), axis=-1)
+        predicted = np.stack(
+            [
+                arx_laguerre.free_run(scaled, self.orders_, self.poles_, coef, n_transient)
+                for coef in self.coef_
+            ],
+            axis=1,
+        )[..., n_transient:]
+        mean = np.mean(windows[:, 0], axis=-1)
         return predicted * rms[:, np.newaxis, np.newaxis] + mean[:, np.newaxis, np.newaxis]
 
     def _check_free_run_is_stable(self):

@@ -70,29 +70,30 @@ class Observer(TransformerMixin, BaseEstimator):
         return np.concatenate(parts).astype(innovations.dtype, copy=False)
 
     def _levels(self, innovations):
-        n_windows, n_models, _ = innovations.shape
-        error, fault_estimate = self._observe(innovations)
+        innovations = np.require(innovations, dtype=np.float64, requirements=["C", "W"])
+        loop = self._loop()
         if self.evaluation == "power":
-            level = root_mean_square(error)
+            levels = evaluate.power_levels(innovations, loop)
         elif self.evaluation == "switching_gain":
-            surface = evaluate.sliding_surface(error, self.sliding_slope)
-            level = evaluate.settled_level(evaluate.switching_gain(surface, self.adaptation_step))
+            levels = evaluate.switching_gain_levels(
+                innovations, loop, float(self.sliding_slope), float(self.adaptation_step)
+            )
         else:
-            level = self._whiteness(error)
-        levels = level.reshape(n_windows, n_models)
+            levels = self._whiteness(observer.observe(innovations, loop)[0])
         if self.fault_estimate:
-            estimated = root_mean_square(fault_estimate).reshape(n_windows, n_models)
+            estimated = root_mean_square(observer.observe(innovations, loop)[1])
             levels = np.concatenate([levels, estimated], axis=1)
         return levels
 
-    def _observe(self, innovations):
-        signals = innovations.reshape(-1, innovations.shape[-1]).astype(np.float64)
-        return observer.observe(signals, *self._loop_constants())
+    def _loop(self):
+        return tuple(map(float, self._loop_constants()))
 
     def _whiteness(self, error):
-        spectra = autoregressive_log_spectrum(error, self.spectrum_order, LOG_SPECTRUM_CELLS)
+        signals = error.reshape(-1, error.shape[-1])
+        spectra = autoregressive_log_spectrum(signals, self.spectrum_order, LOG_SPECTRUM_CELLS)
         spectra -= 2 * np.log(np.abs(self._response(frequency_grid(LOG_SPECTRUM_CELLS))))
-        return evaluate.cepstral_norm(spectra, self.quefrency_exponent)
+        norms = evaluate.cepstral_norm(spectra, self.quefrency_exponent)
+        return norms.reshape(error.shape[:2])
 
     def _response(self, frequency):
         """Small-signal response from innovations to the output error."""
@@ -120,7 +121,10 @@ class Observer(TransformerMixin, BaseEstimator):
         """
         innovations, _ = validate_innovations(self, X, reset=False)
         shape = np.shape(X)
-        error, fault_estimate = self._observe(innovations)
+        innovations = np.require(innovations, dtype=np.float64, requirements=["C", "W"])
+        error, fault_estimate = (
+            path.reshape(-1, shape[-1]) for path in observer.observe(innovations, self._loop())
+        )
         surface = evaluate.sliding_surface(error, self.sliding_slope)
         gain = evaluate.switching_gain(surface, self.adaptation_step)
         layer = self.boundary_layer * gain

@@ -1,13 +1,16 @@
 """Work on windows in batches, on several threads or one."""
 
 import functools
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
+from joblib import effective_n_jobs
 from sklearn.utils import gen_batches
-from sklearn.utils.parallel import Parallel, delayed
 from threadpoolctl import ThreadpoolController
 
 #: Windows in one batch: fixed, so that no sum depends on the number of workers.
-_BATCH = 64
+BATCH = 64
+_worker = threading.local()
 
 
 @functools.cache
@@ -15,11 +18,16 @@ def _libraries():
     return ThreadpoolController()
 
 
-def map_batches(function, n_windows, n_jobs):
+def _become_worker():
+    _worker.is_one = True
+
+
+def map_batches(function, n_windows, n_jobs, batch_size=BATCH):
     """Call a function with one slice of the windows after another.
 
     Linear algebra inside runs on one thread: its matrices are small, and threads that wait for
-    each other cost more than they save.
+    each other cost more than they save. Neither do batches that are made inside a batch get threads
+    of their own.
 
     Parameters
     ----------
@@ -29,6 +37,8 @@ def map_batches(function, n_windows, n_jobs):
         Number of windows.
     n_jobs : int or None
         Threads, as in scikit-learn.
+    batch_size : int, default=64
+        Windows in a slice.
 
     Returns
     -------
@@ -40,7 +50,10 @@ def map_batches(function, n_windows, n_jobs):
     >>> map_batches(lambda batch: (batch.start, batch.stop), 100, n_jobs=None)
     [(0, 64), (64, 100)]
     """
+    batches = list(gen_batches(n_windows, batch_size))
+    n_threads = min(effective_n_jobs(n_jobs), len(batches))
     with _libraries().limit(limits=1, user_api="blas"):
-        return Parallel(n_jobs=n_jobs, prefer="threads")(
-            delayed(function)(batch) for batch in gen_batches(n_windows, _BATCH)
-        )
+        if n_threads < 2 or hasattr(_worker, "is_one"):
+            return [function(batch) for batch in batches]
+        with ThreadPoolExecutor(n_threads, initializer=_become_worker) as threads:
+            return list(threads.map(function, batches))

@@ -23,6 +23,7 @@ TRUSTED_TYPES = {
         "skarxlag.observers.ExtendedStatePIObserver",
         "skarxlag.ladder.ThresholdLadder",
         "skarxlag.ladder.FaultDetector",
+        "skarxlag.pipelines.DiagnosisPipeline",
     },
     "NdArrayNode": {"numpy.ndarray", "numpy.float64", "numpy.int64", "numpy.str_"},
     "DictNode": {"builtins.dict"},

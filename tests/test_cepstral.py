@@ -183,10 +183,29 @@ def test_results_do_not_depend_on_batches_or_threads():
     np.testing.assert_array_equal(make_diagnoser(n_jobs=2).fit(X, y)[:-1].transform(X), residuals)
 
 
-def test_a_constant_window_changes_nothing_for_the_others():
+K = np.arange(600)
+
+
+@pytest.mark.parametrize(
+    "odd",
+    [0 * K, 3 + 0 * K, np.sin(0.3 * K), 3 + (K == 300), K, np.exp(K - 600.0), 1e300 * (-1.0) ** K],
+)
+def test_an_odd_window_has_residuals_and_changes_nothing_for_the_others(odd):
     X, y = windows(6)
     fitted = CepstralResidual().fit(X, y)
-    with_constant = np.concatenate([X, np.full((1, X.shape[1]), 3.0)])
-    residuals = fitted.transform(with_constant)
+    residuals = fitted.transform(np.concatenate([X, odd[np.newaxis]]))
     np.testing.assert_array_equal(residuals[:-1], fitted.transform(X))
     assert np.isfinite(residuals).all()
+
+
+def test_windows_of_any_type_and_layout():
+    X, y = windows(6)
+    X = X.astype(np.float32)
+    X.flags.writeable = False
+    fitted = CepstralResidual().fit(X, y)
+    residuals = fitted.transform(X)
+    assert residuals.dtype == np.float32
+    same = CepstralResidual().fit(X.astype(np.float64), y).transform(X.astype(np.float64))
+    np.testing.assert_array_equal(residuals, same.astype(np.float32))
+    np.testing.assert_array_equal(fitted.transform(np.asfortranarray(X)), residuals)
+    np.testing.assert_array_equal(fitted.transform(np.repeat(X, 2, axis=1)[:, ::2]), residuals)

@@ -110,6 +110,8 @@ def test_every_public_estimator_is_checked():
         if isinstance(getattr(skarxlag, name), type)
         and issubclass(getattr(skarxlag, name), sklearn.base.BaseEstimator)
     }
+    # A Pipeline cannot be checked without its steps; the makers' are, below.
+    public.remove("DiagnosisPipeline")
     assert public == {type(e).__name__ for e in ESTIMATORS} == set(LEAST)
 
 

@@ -1,5 +1,8 @@
+import tracemalloc
+
 import joblib
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.signal import lfilter
 from sklearn.base import clone
@@ -10,6 +13,7 @@ from sklearn.pipeline import Pipeline, make_pipeline
 
 from skarxlag import (
     ARXLaguerre,
+    DiagnosisPipeline,
     ExtendedStatePIObserver,
     FaultDetector,
     PIObserver,
@@ -175,3 +179,41 @@ def test_detector_on_physical_amplitude_flags_a_louder_bearing():
     fresh, _ = simulate(40, seed=1)
     assert np.mean(detector.predict(fresh[:40]) == -1) < 0.15
     np.testing.assert_array_equal(detector.predict(3 * fresh[:40]), -1)
+
+
+METHODS = ["predict", "predict_proba", "predict_log_proba", "decision_function"]
+
+
+@pytest.mark.parametrize("make", MAKERS)
+@pytest.mark.parametrize("n_jobs", [None, 2])
+def test_batches_of_windows_change_no_bit(make, data, n_jobs):
+    diagnoser = make(n_jobs=n_jobs).fit(*data)
+    plain = Pipeline(diagnoser.steps)
+    many = np.tile(data[0], (17, 1))[: 2 * 256 + 5]
+    for name in METHODS:
+        np.testing.assert_array_equal(getattr(diagnoser, name)(many), getattr(plain, name)(many))
+    np.testing.assert_array_equal(diagnoser.predict(pd.DataFrame(many)), plain.predict(many))
+    np.testing.assert_array_equal(diagnoser.predict(many.tolist()), plain.predict(many))
+
+
+def test_batches_need_no_memory_for_all_innovations(data):
+    diagnoser = make_alpio().fit(*data)
+    many = np.tile(data[0], (100, 1))
+    innovations = diagnoser["identify"].transform(many).nbytes
+    tracemalloc.start()
+    diagnoser.predict(many)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < innovations / 4
+
+
+def test_a_diagnosis_pipeline_has_what_its_last_step_has(data):
+    identify = DiagnosisPipeline([("identify", ARXLaguerre())]).fit(*data)
+    detector = DiagnosisPipeline(
+        [("identify", ARXLaguerre()), ("observe", PIObserver()), ("detect", FaultDetector())]
+    ).fit(data[0])
+    assert [hasattr(identify, name) for name in METHODS] == [False] * 4
+    assert [hasattr(detector, name) for name in METHODS] == [True, False, False, True]
+    assert isinstance(make_diagnoser(n_jobs=2)[:-1], DiagnosisPipeline)
+    with pytest.raises(ValueError, match="Expected 2D array|at least one array|0 sample"):
+        make_alpio().fit(*data).predict(np.empty((0, 400)))

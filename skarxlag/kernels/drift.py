@@ -117,8 +117,9 @@ def whitened(features, whitener):
     n_rows, n_features = features.shape
     rows = np.zeros((n_rows, n_features))
     for row in range(n_rows):
+        target = rows[row]
         for i in range(n_features):
-            feature = features[row, i]
+            feature, weights = features[row, i], whitener[i]
             for j in range(i + 1):
-                rows[row, j] += feature * whitener[i, j]
+                target[j] += feature * weights[j]
     return rows

@@ -1,8 +1,12 @@
 """Residual evaluation: one number for each signal (Eqs. 21 and 22, and the innovations test)."""
 
+import math
+
 import numpy as np
 
-from .observer import adapt_switching_gain
+from .compiled import compiled
+from .lanes import LANES, TILE, carry
+from .observer import ERROR, carry_loop, loop_histories, observe, observe_block, start_loop
 from .scaling import root_mean_square
 from .spectra import cepstrum
 
@@ -51,12 +55,192 @@ def switching_gain(surface, step):
     return adapt_switching_gain(surface, root_mean_square(surface), step)
 
 
+@compiled
+def adapt_switching_gain(surface, start, step):
+    r"""Switching gain that follows the size of the sliding surface.
+
+    :math:`\ln K_s^+ = \ln K_s + \mathrm{step}\,\mathrm{sgn}(|S| - K_s)` rests where |S| lies above
+    and below equally often: at its median.
+
+    Parameters
+    ----------
+    surface : ndarray of shape (n_signals, n_samples)
+        The sliding surface S.
+    start : ndarray of shape (n_signals,)
+        Gain before the first sample, above 0; rows that start at 0 stay there.
+    step : float
+        Step of the logarithm, above 0.
+
+    Returns
+    -------
+    ndarray of shape (n_signals, n_samples)
+        The gain after each sample.
+    """
+    n_signals, n_samples = surface.shape
+    gain = np.empty((n_signals, n_samples))
+    up, down = math.exp(step), math.exp(-step)
+    for signal in range(n_signals):
+        k_s = start[signal]
+        for k in range(n_samples):
+            size = abs(surface[signal, k])
+            if size > k_s:
+                k_s *= up
+            elif size < k_s:
+                k_s *= down
+            gain[signal, k] = k_s
+    return gain
+
+
 def settled_level(gain):
     """Geometric mean of a gain over the last half of the window; 0 where the gain is 0."""
     tail = gain[..., int(_SETTLED * gain.shape[-1]) :]
     silent = tail[..., 0] == 0
     level = np.exp(np.mean(np.log(np.where(silent[..., np.newaxis], 1.0, tail)), axis=-1))
     return np.where(silent, 0.0, level)
+
+
+def power_levels(innovations, loop):
+    """Root-mean-square of the output error.
+
+    Parameters
+    ----------
+    innovations : ndarray of shape (n_windows, n_models, n_samples)
+        The innovations.
+    loop : tuple of 7 floats
+        As in `observer.observe`.
+
+    Returns
+    -------
+    ndarray of shape (n_windows, n_models)
+        Levels, in the unit of the innovations.
+    """
+    levels = np.empty(innovations.shape[:2])
+    fill_power_levels(innovations, loop, loop_histories(), np.zeros((TILE + 1) * LANES), levels)
+    extreme = _out_of_range(levels)
+    if len(extreme) > 0:
+        levels[extreme] = root_mean_square(observe(innovations[extreme], loop)[0])
+    return levels
+
+
+def switching_gain_levels(innovations, loop, slope, step):
+    """`settled_level` of the `switching_gain` of the `sliding_surface` of the output error.
+
+    Parameters
+    ----------
+    innovations : ndarray of shape (n_windows, n_models, n_samples)
+        The innovations.
+    loop : tuple of 7 floats
+        As in `observer.observe`.
+    slope : float
+        Slope of the sliding surface, at least 0.
+    step : float
+        Step of the gain's logarithm a sample, above 0.
+
+    Returns
+    -------
+    ndarray of shape (n_windows, n_models)
+        Levels, in the unit of the innovations.
+    """
+    n_samples = innovations.shape[-1]
+    levels = np.empty(innovations.shape[:2])
+    sizes = np.empty(-(-n_samples // TILE) * TILE * LANES)
+    fill_switching_gain_levels(
+        innovations,
+        loop,
+        slope,
+        step,
+        int(_SETTLED * n_samples),
+        loop_histories(),
+        sizes,
+        np.zeros((4, (TILE + 1) * LANES)),
+        levels,
+    )
+    extreme = _out_of_range(levels)
+    if len(extreme) > 0:
+        surface = sliding_surface(observe(innovations[extreme], loop)[0], slope)
+        gain = switching_gain(surface.reshape(-1, n_samples), step).reshape(surface.shape)
+        levels[extreme] = settled_level(gain)
+    return levels
+
+
+def _out_of_range(levels):
+    """Windows whose squares may have over- or underflowed."""
+    return np.flatnonzero(np.any(~((levels > 1e-140) & (levels < 1e140)), axis=1))
+
+
+@compiled
+def fill_power_levels(innovations, loop, histories, power, levels):
+    """Fill `levels`, block by block; `power` is the history of sums of squares."""
+    n_windows, n_models, n_samples = innovations.shape
+    for w in range(0, n_windows, LANES):
+        for c in range(n_models):
+            start_loop(innovations, w, c, histories)
+            for lane in range(LANES):
+                power[lane] = 0.0
+            for start in range(0, n_samples, TILE):
+                observe_block(innovations, w, c, start, loop, histories)
+                for i in range(TILE * LANES):
+                    power[i + LANES] = power[i] + histories[ERROR, i + LANES] ** 2
+                length = min(TILE, n_samples - start)
+                carry_loop(histories, length)
+                carry(power, length)
+            for lane in range(min(LANES, n_windows - w)):
+                levels[w + lane, c] = math.sqrt(power[lane] / n_samples)
+
+
+@compiled
+def fill_switching_gain_levels(
+    innovations, loop, slope, step, settled, histories, sizes, votes, levels
+):
+    """Fill `levels`, block by block.
+
+    The logarithm of the gain moves by whole steps, so that its mean needs no logarithms: what is
+    kept are the gain, the steps up less those down, and the sum of these once it has settled.
+    """
+    n_windows, n_models, n_samples = innovations.shape
+    up, down = math.exp(step), math.exp(-step)
+    for w in range(0, n_windows, LANES):
+        for c in range(n_models):
+            start_loop(innovations, w, c, histories)
+            for row in range(4):
+                for lane in range(LANES):
+                    votes[row, lane] = 0.0
+            for start in range(0, n_samples, TILE):
+                observe_block(innovations, w, c, start, loop, histories)
+                _size_block(histories, slope, sizes, start, votes)
+                length = min(TILE, n_samples - start)
+                carry_loop(histories, length)
+                carry(votes[0], length)
+            for lane in range(LANES):
+                votes[1, lane] = math.sqrt(votes[0, lane] / n_samples)
+            for start in range(0, n_samples, TILE):
+                _vote_block(sizes, start, settled, up, down, votes)
+                for row in range(1, 4):
+                    carry(votes[row], min(TILE, n_samples - start))
+            for lane in range(min(LANES, n_windows - w)):
+                mean = votes[3, lane] / (n_samples - settled)
+                levels[w + lane, c] = math.sqrt(votes[0, lane] / n_samples) * math.exp(step * mean)
+
+
+@compiled
+def _size_block(histories, slope, sizes, start, votes):
+    """Size of the sliding surface, and the sum of its squares."""
+    for i in range(TILE * LANES):
+        error = histories[ERROR, i + LANES]
+        surface = slope * error + (error - histories[ERROR, i])
+        sizes[start * LANES + i] = abs(surface)
+        votes[0, i + LANES] = votes[0, i] + surface * surface
+
+
+@compiled
+def _vote_block(sizes, start, settled, up, down, votes):
+    """One step of the gain a sample."""
+    for i in range(TILE * LANES):
+        size, gain = sizes[start * LANES + i], votes[1, i]
+        steps = votes[2, i] + ((1.0 if size > gain else 0.0) - (1.0 if size < gain else 0.0))
+        votes[1, i + LANES] = gain * (up if size > gain else (down if size < gain else 1.0))
+        votes[2, i + LANES] = steps
+        votes[3, i + LANES] = votes[3, i] + (steps if start * LANES + i >= settled * LANES else 0.0)
 
 
 def cepstral_norm(log_spectra, exponent):

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.linalg import block_diag, toeplitz
 
 from .compiled import compiled
+from .lanes import LANES, TILE
 
 
 def laguerre_matrices(order, pole):
@@ -81,8 +82,30 @@ def advance(states, sample, pole):
     states[0] = pole * before + math.sqrt(1.0 - pole * pole) * sample
     for n in range(1, states.shape[0]):
         held = states[n]
-        states[n] = pole * held + before - pole * states[n - 1]
+        states[n] = pole * (held - states[n - 1]) + before
         before = held
+
+
+@compiled
+def advance_block(histories, signal, pole):
+    """The same cascade on a block of signals, see `lanes`: one all-pass after another.
+
+    Parameters
+    ----------
+    histories : ndarray of shape (order, (TILE + 1) * LANES)
+        States; those at the first sample are given, those at the others are written.
+    signal : ndarray of shape (TILE * LANES,)
+        What drives the network.
+    pole : float
+        The shared pole.
+    """
+    gain = math.sqrt(1.0 - pole * pole)
+    for i in range(TILE * LANES):
+        histories[0, i + LANES] = pole * histories[0, i] + gain * signal[i]
+    for n in range(1, histories.shape[0]):
+        for i in range(TILE * LANES):
+            difference = histories[n, i] - histories[n - 1, i + LANES]
+            histories[n, i + LANES] = pole * difference + histories[n - 1, i]
 
 
 def settling_length(order, pole):

@@ -1,15 +1,16 @@
 """Observer loops on innovations (Eqs. 17-20, A-1, A-2) and their stability."""
 
-import math
-
 import numpy as np
 from scipy import linalg
 
 from .compiled import compiled
+from .lanes import LANES, TILE, carry, deinterleave, interleave
+
+#: Rows of the histories of a loop.
+INNOVATION, ERROR, CORRECTION, INTEGRAL, ESTIMATE = range(5)
 
 
-@compiled
-def observe(innovations, pole, kp, ki_a, ki_b, gain, exponent, saturation):
+def observe(innovations, loop):
     r"""Output error and fault estimate of the extended-state observer, Form A.
 
     With the fault direction E and the output correction K_p of the full-state observer chosen so
@@ -27,68 +28,102 @@ def observe(innovations, pole, kp, ki_a, ki_b, gain, exponent, saturation):
 
     Parameters
     ----------
-    innovations : ndarray of shape (n_signals, n_samples)
-        The innovations of one model on one window in every row.
-    pole, kp, ki_a, ki_b, gain, exponent, saturation : float
-        The Laguerre pole and the constants above; exponent > 0, saturation >= 0.
+    innovations : ndarray of shape (n_windows, n_models, n_samples)
+        The innovations of each model.
+    loop : tuple of 7 floats
+        :math:`\zeta, k_p, k_{Ia}, k_{Ib}, K_c, \kappa > 0, M \ge 0`.
 
     Returns
     -------
-    error : ndarray of shape (n_signals, n_samples)
+    error : ndarray of shape (n_windows, n_models, n_samples)
         The output error e.
-    fault_estimate : ndarray of shape (n_signals, n_samples)
+    fault_estimate : ndarray of shape (n_windows, n_models, n_samples)
         The fault estimate before sample k is seen.
     """
-    n_signals, n_samples = innovations.shape
-    error = np.empty((n_signals, n_samples))
-    fault_estimate = np.empty((n_signals, n_samples))
-    for signal in range(n_signals):
-        correction, integral, estimate = 0.0, 0.0, 0.0
-        for k in range(n_samples):
-            e = innovations[signal, k] - correction
-            error[signal, k] = e
-            fault_estimate[signal, k] = estimate
-            correction = pole * correction + kp * e + estimate
-            surface = min(abs(integral + ki_b * e), saturation)
-            integral += ki_a * e
-            estimate = gain * (1.0 + surface**exponent) * integral
+    error, fault_estimate = np.empty(innovations.shape), np.empty(innovations.shape)
+    record_trajectories(innovations, loop, loop_histories(), error, fault_estimate)
     return error, fault_estimate
 
 
-@compiled
-def adapt_switching_gain(surface, start, step):
-    r"""Switching gain that follows the size of the sliding surface.
+def loop_histories():
+    """Room for one block of what is in the loop, and of its innovations."""
+    return np.zeros((5, (TILE + 1) * LANES))
 
-    :math:`\ln K_s^+ = \ln K_s + \mathrm{step}\,\mathrm{sgn}(|S| - K_s)` rests where |S| lies above
-    and below equally often: at its median.
+
+@compiled
+def record_trajectories(innovations, loop, histories, error, fault_estimate):
+    """Fill the last two arrays, block by block."""
+    n_windows, n_models, n_samples = innovations.shape
+    for w in range(0, n_windows, LANES):
+        for c in range(n_models):
+            start_loop(innovations, w, c, histories)
+            for start in range(0, n_samples, TILE):
+                observe_block(innovations, w, c, start, loop, histories)
+                deinterleave(histories[ERROR], 1, error, w, c, start)
+                deinterleave(histories[ESTIMATE], 0, fault_estimate, w, c, start)
+                carry_loop(histories, TILE)
+
+
+@compiled
+def start_loop(innovations, first, model, histories):
+    """State before the first sample: at rest, and an error that has not changed yet."""
+    for row in range(CORRECTION, ESTIMATE + 1):
+        for lane in range(LANES):
+            histories[row, lane] = 0.0
+    for lane in range(min(LANES, innovations.shape[0] - first)):
+        histories[ERROR, lane] = innovations[first + lane, model, 0]
+
+
+@compiled
+def observe_block(innovations, first, model, start, loop, histories):
+    """Run the loop through one block of windows, see `lanes`.
 
     Parameters
     ----------
-    surface : ndarray of shape (n_signals, n_samples)
-        The sliding surface S.
-    start : ndarray of shape (n_signals,)
-        Gain before the first sample, above 0; rows that start at 0 stay there.
-    step : float
-        Step of the logarithm, above 0.
-
-    Returns
-    -------
-    ndarray of shape (n_signals, n_samples)
-        The gain after each sample.
+    innovations : ndarray of shape (n_windows, n_models, n_samples)
+        The innovations.
+    first, model, start : int
+        First window, model and first sample.
+    loop : tuple of 7 floats
+        As in `observe`.
+    histories : ndarray of shape (5, (TILE + 1) * LANES)
+        Innovations, error, correction, integral and fault estimate. The error at i + LANES belongs
+        to the same sample as the others at i, for the one before is wanted with it.
     """
-    n_signals, n_samples = surface.shape
-    gain = np.empty((n_signals, n_samples))
-    up, down = math.exp(step), math.exp(-step)
-    for signal in range(n_signals):
-        k_s = start[signal]
-        for k in range(n_samples):
-            size = abs(surface[signal, k])
-            if size > k_s:
-                k_s *= up
-            elif size < k_s:
-                k_s *= down
-            gain[signal, k] = k_s
-    return gain
+    exponent = loop[5]
+    interleave(innovations, first, model, start, histories[INNOVATION])
+    if exponent == 1.0:
+        for i in range(TILE * LANES):
+            _close_loop(histories, i, _surface(histories, i, loop), loop)
+    else:
+        # A power in a loop, even one that is never taken, keeps it from running on vectors.
+        for i in range(TILE * LANES):
+            _close_loop(histories, i, _surface(histories, i, loop) ** exponent, loop)
+
+
+@compiled
+def _surface(histories, i, loop):
+    e = histories[INNOVATION, i] - histories[CORRECTION, i]
+    return min(abs(histories[INTEGRAL, i] + loop[3] * e), loop[6])
+
+
+@compiled
+def _close_loop(histories, i, surface, loop):
+    pole, kp, ki_a, _, gain, _, _ = loop
+    e = histories[INNOVATION, i] - histories[CORRECTION, i]
+    integral = histories[INTEGRAL, i] + ki_a * e
+    correction = pole * histories[CORRECTION, i] + kp * e + histories[ESTIMATE, i]
+    histories[ERROR, i + LANES] = e
+    histories[CORRECTION, i + LANES] = correction
+    histories[INTEGRAL, i + LANES] = integral
+    histories[ESTIMATE, i + LANES] = gain * (1.0 + surface) * integral
+
+
+@compiled
+def carry_loop(histories, n_samples):
+    """Make a sample of the block the one that the next block begins after."""
+    for row in range(ERROR, ESTIMATE + 1):
+        carry(histories[row], n_samples)
 
 
 def loop_matrix(pole, kp, ki, gain=1.0):

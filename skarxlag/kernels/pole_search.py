@@ -1,26 +1,31 @@
-"""The Laguerre pole of each channel, by separable least squares on spectra.
+r"""The Laguerre pole of each channel, by separable least squares on correlations.
 
-Given the poles the fit is linear. The sums it needs are integrals of the cross-spectra of the
-channels, which are accumulated once, so the cost of one evaluation does not grow with the data.
-The spectra are those of zero-padded windows: the autocorrelation method of linear prediction.
+Given the poles the fit is linear, and all that it needs follows from the correlations of the
+channels, which are accumulated once: trying a pole costs the same for any length of data.
 """
 
 import numpy as np
-from scipy import linalg, optimize
+from scipy import fft, optimize
 
-from .laguerre import laguerre_response
-from .spectra import frequency_grid
+from .correlation_fit import best_fits, state_correlations
 
-#: Frequencies on (0, pi); a Laguerre network of order N resolves no more than N details there.
-N_FREQUENCIES = 1024
 #: Poles beyond this settle more slowly than any window lasts.
 LARGEST_POLE = 0.98
-_GRID = np.linspace(-0.9, 0.9, 13)
-_N_TAPS = 64
+#: Most samples of a segment; longer windows are cut.
+LONGEST_SEGMENT = 2**14
+_SAMPLES_A_BATCH = 2**16
+_N_TAPS = 32
+#: As artanh of the pole: the dense part of the grid ends at 0.9, where a network of high order is
+#: as slow as a window is long, and 0.956 is tried for slow inputs.
+_DENSE_END, _GRID_END = 1.5, 1.9
 
 
-def cross_spectra(windows):
-    """Sum over the windows of the cross-spectra of their channels.
+def correlations(windows):
+    """Sum over the windows of the correlations of their channels.
+
+    Windows longer than `LONGEST_SEGMENT` are cut into segments of equal length, so the cost of a
+    sample and the memory do not grow with the length. Products across a boundary are left out, as
+    they are between windows: what a network still rings there counts as error for every pole.
 
     Parameters
     ----------
@@ -29,66 +34,38 @@ def cross_spectra(windows):
 
     Returns
     -------
-    ndarray of shape (n_channels, n_channels, N_FREQUENCIES)
-        Entry (a, b) is the sum of S_a conj(S_b), a mean over each cell; its mean over the
-        frequencies is the sum over time of s_a s_b.
+    ndarray of shape (n_channels, n_channels, 2 * n_lags + 1)
+        Entry (a, b, n_lags + l) is the sum over time of s_a(k + l) s_b(k), where samples outside of
+        the segment count as zero; n_lags is one less than the samples of a segment.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> correlations(np.array([[[1.0, 2.0, -3.0]]])).round(9)
+    array([[[-3., -4., 14., -4., -3.]]])
     """
-    n_channels, n_samples = windows.shape[1:]
-    # Enough points within each cell that no lag of the window is aliased on another.
-    times = -(-n_samples // N_FREQUENCIES)
-    spectra = np.zeros((n_channels, n_channels, N_FREQUENCIES), dtype=complex)
-    for window in windows:
-        # Midpoints of n cells are the odd frequencies of a transform of 4 n points.
-        transform = np.fft.rfft(window, 4 * N_FREQUENCIES * times)[:, 1::2]
-        products = transform[:, np.newaxis] * transform.conj()
-        spectra += products.reshape(n_channels, n_channels, N_FREQUENCIES, times).mean(axis=-1)
-    return spectra
-
-
-def fit_spectrum(spectrum, orders, poles, alpha):
-    """Best model with these poles, from the cross-spectra of its windows.
-
-    Parameters
-    ----------
-    spectrum : ndarray of shape (n_channels, n_channels, n_frequencies)
-        Sum of cross-spectra.
-    orders, poles : sequence of length n_channels
-        The networks.
-    alpha : float
-        Ridge, added to the sum of squares.
-
-    Returns
-    -------
-    coef : ndarray of shape (n_states,)
-        Coefficients.
-    share : float
-        Share of the output's power that the model cannot predict, between 0 and 1.
-    """
-    return _fit(spectrum, _filters(orders, poles, spectrum.shape[-1]), orders, alpha)
-
-
-def _filters(orders, poles, n_frequencies):
-    frequency = frequency_grid(n_frequencies)
-    return np.concatenate(
-        [laguerre_response(n, p, frequency) for n, p in zip(orders, poles, strict=True)]
-    )
-
-
-def _fit(spectrum, filters, orders, alpha):
-    power = spectrum[0, 0].real.sum()
-    n_states = len(filters)
-    if power == 0:
-        return np.zeros(n_states), 0.0
-    channel = np.repeat(np.arange(len(orders)), orders)
-    gram = np.empty((n_states, n_states))
-    for other in range(len(orders)):
-        states = filters * spectrum[channel, other] / power
-        gram[:, channel == other] = (states @ filters[channel == other].conj().T).real
-        if other == 0:
-            cross = states.sum(axis=1).real
-    ridge = alpha * spectrum.shape[-1] / power * np.eye(n_states)
-    coef = linalg.lstsq(gram + ridge, cross)[0]
-    return coef, float(1 - 2 * coef @ cross + coef @ gram @ coef)
+    n_windows, n_channels, n_samples = windows.shape
+    length = -(-n_samples // -(-n_samples // LONGEST_SEGMENT))
+    n_fft = fft.next_fast_len(2 * length, real=True)
+    batch = max(1, _SAMPLES_A_BATCH // (n_channels * n_fft))
+    n_whole = n_samples // length
+    spectra = np.zeros((n_channels, n_channels, n_fft // 2 + 1), dtype=complex)
+    whole = windows[..., : n_whole * length].reshape(n_windows, n_channels, n_whole, length)
+    for segments in (whole, windows[..., np.newaxis, n_whole * length :]):
+        n_segments = n_windows * segments.shape[2] if segments.size else 0
+        for first in range(0, n_segments, batch):
+            chosen = np.arange(first, min(first + batch, n_segments))
+            window, segment = np.divmod(chosen, segments.shape[2])
+            transform = fft.rfft(segments[window, :, segment], n_fft)
+            for a in range(n_channels):
+                for b in range(a + 1):
+                    product = np.einsum("wf,wf->f", transform[:, a], transform[:, b].conj())
+                    spectra[a, b] += product
+    circular = fft.irfft(spectra, n_fft)
+    found = np.concatenate((circular[..., n_fft - length + 1 :], circular[..., :length]), axis=-1)
+    for a in range(1, n_channels):
+        found[:a, a] = found[a, :a, ::-1]
+    return found
 
 
 def closed_form_pole(taps):
@@ -121,17 +98,49 @@ def closed_form_pole(taps):
     return float((s - np.sqrt(max(s * s - 4 * c * c, 0.0))) / (2 * c))
 
 
-def search_poles(spectra, orders, poles, alpha):
-    """Poles of least prediction error, one channel after another.
-
-    For every free channel the closed form of the unrestricted impulse response and a coarse grid
-    start a bounded scalar search; with several free channels the round is made twice, and a simplex
-    search moves all of them together at the end.
+def least_of_cubics(places, values, slopes):
+    """Where the piecewise cubic through values and slopes is least, to a twentieth of a piece.
 
     Parameters
     ----------
-    spectra : ndarray of shape (n_models, n_channels, n_channels, n_frequencies)
-        Cross-spectra of each model's windows.
+    places, values, slopes : ndarray of shape (n_places,)
+        The points, in rising order of `places`.
+
+    Returns
+    -------
+    float
+        The place.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> places = np.array([-1.0, 0.0, 2.0])
+    >>> round(least_of_cubics(places, (places - 0.5) ** 2, 2 * (places - 0.5)), 9)
+    0.5
+    """
+    t = np.linspace(0, 1, 21)
+    width = np.diff(places)[:, np.newaxis]
+    left, right = values[:-1, np.newaxis], values[1:, np.newaxis]
+    leaving, arriving = slopes[:-1, np.newaxis], slopes[1:, np.newaxis]
+    cubic = left + (right - left) * t**2 * (3 - 2 * t)
+    cubic += width * t * (1 - t) * (leaving * (1 - t) - arriving * t)
+    piece, at = np.unravel_index(np.argmin(cubic), cubic.shape)
+    return float(places[piece] + width[piece, 0] * t[at])
+
+
+def search_poles(correlations, orders, poles, alpha):
+    """Poles of least prediction error, summed over the models.
+
+    The closed form of the unrestricted impulse response starts every free channel. Then each
+    channel in turn moves to the least of a cubic through error and slope on a grid; with several
+    free channels this is done twice, coarsely at first. A bounded quasi-Newton search moves all of
+    them together at the end. The error has ripples, so another pole may be better by a fraction of
+    a percent.
+
+    Parameters
+    ----------
+    correlations : ndarray of shape (n_models, n_channels, n_channels, 2 * n_lags + 1)
+        Correlations of each model's windows.
     orders : sequence of int, of length n_channels
         The networks' orders.
     poles : sequence of float or None, of length n_channels
@@ -145,37 +154,44 @@ def search_poles(spectra, orders, poles, alpha):
         The poles.
     """
     free = [channel for channel, pole in enumerate(poles) if pole is None]
-    n_channels = len(orders)
-    taps = np.array(
-        [fit_spectrum(s, [_N_TAPS] * n_channels, [0.0] * n_channels, alpha)[0] for s in spectra]
-    ).reshape(len(spectra), n_channels, _N_TAPS)
+    n_models, n_channels, _, n_points = correlations.shape
+    orders = np.asarray(orders, dtype=np.int64)
+    power = np.ascontiguousarray(correlations[:, 0, 0, n_points // 2])
+
+    def fits(orders, poles):
+        states = state_correlations(correlations, orders, poles)
+        return best_fits(states, power, orders, poles, alpha)
+
+    taps, _, _ = fits(np.full(n_channels, _N_TAPS), np.zeros(n_channels))
+    taps = taps.reshape(n_models, n_channels, _N_TAPS)
     found = np.array(
         [closed_form_pole(taps[:, c]) if p is None else p for c, p in enumerate(poles)]
     )
+    found[free] = np.clip(found[free], -LARGEST_POLE, LARGEST_POLE)
 
-    def error(pole, channel):
+    def error_and_slopes(places, channels):
         tried = found.copy()
-        tried[channel] = pole
-        filters = _filters(orders, tried, spectra.shape[-1])
-        return sum(_fit(s, filters, orders, alpha)[1] for s in spectra)
+        tried[channels] = np.tanh(places)
+        _, error, slopes = fits(orders, tried)
+        return error, slopes[channels]
 
-    for channel in free * (2 if len(free) > 1 else 1):
-        starts = np.sort(np.append(_GRID, np.clip(found[channel], -LARGEST_POLE, LARGEST_POLE)))
-        errors = [error(pole, channel) for pole in starts]
-        best = int(np.argmin(errors))
-        around = np.concatenate(([-LARGEST_POLE], starts, [LARGEST_POLE]))[[best, best + 2]]
-        refined = optimize.minimize_scalar(
-            error, bounds=around, args=(channel,), method="bounded", options={"xatol": 1e-4}
-        )
-        found[channel] = refined.x if refined.fun < errors[best] else starts[best]
-    if len(free) > 1:
-        # Channels of like colour leave a narrow valley, along which one at a time moves slowly.
-        found[free] = optimize.minimize(
-            error,
-            found[free],
-            args=(free,),
-            method="Nelder-Mead",
-            bounds=[(-LARGEST_POLE, LARGEST_POLE)] * len(free),
-            options={"xatol": 1e-4, "fatol": 1e-9},
-        ).x
+    for fine in (False, True) if len(free) > 1 else (True,):
+        for channel in free:
+            # The error ripples with artanh of the pole, about as often as there are filters.
+            n_dense = 20 + orders[channel] // 2 if fine else 9
+            dense = np.linspace(-_DENSE_END, _DENSE_END, n_dense)
+            places = np.unique([-_GRID_END, *dense, _GRID_END, np.arctanh(found[channel])])
+            tried = [error_and_slopes(place, channel) for place in places]
+            found[channel] = np.tanh(least_of_cubics(places, *np.transpose(tried)))
+    start, end = np.arctanh(found[free]), np.arctanh(LARGEST_POLE)
+    unit = error_and_slopes(start, free)[0] or 1.0
+    refined = optimize.minimize(
+        lambda places: [part / unit for part in error_and_slopes(places, free)],
+        start,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=[(-end, end)] * len(free),
+        options={"ftol": 1e-10, "gtol": 1e-7},
+    )
+    found[free] = np.tanh(refined.x)
     return found

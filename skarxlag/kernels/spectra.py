@@ -6,54 +6,24 @@ Every signal is worked on by itself, so that results do not depend on which othe
 import math
 
 import numpy as np
-from scipy import fft, signal
+from scipy import fft
 
-from .compiled import compiled
-from .scaling import root_mean_square
+from .linear_prediction import predictors
+from .steadiness import median_over_mean, windowed_segments
 
 #: Cells of (0, pi) on which the log spectrum of a window is taken.
 LOG_SPECTRUM_CELLS = 256
 #: Least number of samples for each coefficient of a signal's own model: with fewer it describes the
 #: noise of the signal rather than its spectrum.
 _SAMPLES_A_COEFFICIENT = 8
+#: Samples whose short-time spectra, each an eighth of a segment after the one before, are worked on
+#: together: they fit the second cache.
+_SAMPLES_IN_CACHE = 20_000
 
 
 def frequency_grid(n_frequencies):
     """Midpoints of equal cells on (0, pi), in radians a sample."""
     return (np.arange(n_frequencies) + 0.5) * np.pi / n_frequencies
-
-
-@compiled
-def lagged_sums(samples, order):
-    """Covariance-method sums of one signal, each from the one before it on the diagonal.
-
-    Parameters
-    ----------
-    samples : ndarray of shape (n_samples,)
-        The signal.
-    order : int
-        Largest lag, below n_samples.
-
-    Returns
-    -------
-    ndarray of shape (order + 1, order + 1)
-        Entry (i, j) is the sum of s(k - i) s(k - j) over k = order .. n_samples - 1.
-    """
-    n_samples = len(samples)
-    sums = np.zeros((order + 1, order + 1))
-    # Reversed, the samples that a sample meets lie one after another, which vectorises.
-    backwards = samples[::-1].copy()
-    for k in range(order, n_samples):
-        for j in range(order + 1):
-            sums[0, j] += samples[k] * backwards[n_samples - 1 - k + j]
-    sums[:, 0] = sums[0]
-    for i in range(order):
-        for j in range(i, order):
-            entering = samples[order - 1 - i] * samples[order - 1 - j]
-            leaving = samples[n_samples - 1 - i] * samples[n_samples - 1 - j]
-            sums[i + 1, j + 1] = sums[i, j] + entering - leaving
-            sums[j + 1, i + 1] = sums[i + 1, j + 1]
-    return sums
 
 
 def autoregressive_log_spectrum(signals, order, n_frequencies, alpha=1e-9):
@@ -79,19 +49,14 @@ def autoregressive_log_spectrum(signals, order, n_frequencies, alpha=1e-9):
         Natural logarithm of power, up to a constant; 0 for a signal of zeros.
     """
     order = min(order, signals.shape[-1] // _SAMPLES_A_COEFFICIENT)
-    log_spectra = np.zeros((len(signals), n_frequencies))
-    for row, samples in enumerate(signals):
-        rms = root_mean_square(samples)
-        if rms == 0 or order == 0:
-            continue
-        sums = lagged_sums(samples / rms, order)
-        ridge = alpha * np.trace(sums) / len(sums) * np.eye(order)
-        coef = np.linalg.solve(sums[1:, 1:] + ridge, sums[1:, 0])
-        # Midpoints of n cells are the odd frequencies of a transform of 4 n points.
-        response = fft.rfft(np.concatenate([[1.0], -coef]), 4 * n_frequencies)
-        power = np.abs(response[1 : 2 * n_frequencies : 2]) ** 2
-        log_spectra[row] = -np.log(np.maximum(power, np.finfo(np.float64).tiny))
-    return log_spectra
+    if order == 0:
+        return np.zeros((len(signals), n_frequencies))
+    whitening = np.ones((len(signals), order + 1))
+    whitening[:, 1:] = -predictors(_unit_peak(signals), order, alpha)
+    # Midpoints of n cells are the odd frequencies of a transform of 4 n points.
+    response = fft.rfft(whitening, 4 * n_frequencies)[:, 1 : 2 * n_frequencies : 2]
+    power = response.real**2 + response.imag**2
+    return -np.log(np.maximum(power, np.finfo(np.float64).tiny))
 
 
 def band_steadiness(signals, segment, hop):
@@ -116,19 +81,29 @@ def band_steadiness(signals, segment, hop):
         :math:`\log(\mathrm{median}\,P / \mathrm{mean}\,P)`, natural; 0 for a band without power
         and where a segment is shorter than 4 samples.
     """
-    window = signal.windows.hann(segment + 2)[1:-1]
     n_bands = max(segment // 2 - 1, 1)
-    ratio = np.zeros((len(signals), n_bands))
-    for row, samples in enumerate(signals):
-        rms = root_mean_square(samples)
-        if rms == 0 or segment < 4:
-            continue
-        segments = np.lib.stride_tricks.sliding_window_view(samples / rms, segment)[::hop]
-        power = np.abs(fft.rfft(segments * window, axis=-1)[:, 1 : n_bands + 1]) ** 2
-        # A band without power is steady: what rounding leaves in it must not count.
-        power += 1e-14 * segment
-        ratio[row] = np.log(np.median(power, axis=0) / np.mean(power, axis=0))
-    return ratio
+    if segment < 4:
+        return np.zeros((len(signals), n_bands))
+    unit = _unit_peak(signals)
+    window = np.hanning(segment + 2)[1:-1]
+    # A band without power is steady: what rounding leaves in it must not count.
+    floor = 1e-14 * segment * np.mean(unit**2, axis=1)
+    floor[floor == 0] = 1.0
+    ratio = np.empty((len(unit), n_bands))
+    n_together = max(_SAMPLES_IN_CACHE // unit.shape[1], 1)
+    for first in range(0, len(unit), n_together):
+        some = slice(first, first + n_together)
+        bands = fft.rfft(windowed_segments(unit[some], window, hop))[..., 1 : n_bands + 1]
+        ratio[some] = median_over_mean(bands, floor[some])
+    return np.log(ratio)
+
+
+def _unit_peak(signals):
+    """Signals over their largest value, in one layout and type for the compiled kernels."""
+    signals = np.ascontiguousarray(signals, dtype=np.float64)
+    peak = np.max(np.abs(signals), axis=1, keepdims=True)
+    peak[peak == 0] = 1.0
+    return signals / peak
 
 
 def cepstrum(log_spectra):
@@ -153,7 +128,5 @@ def cepstrum(log_spectra):
     >>> cepstrum(3 + 2 * np.cos(frequency)[np.newaxis])[0, :3].round(6) + 0.0
     array([2., 0., 0.])
     """
-    coefficients = np.empty(log_spectra.shape)
-    for row, log_spectrum in enumerate(log_spectra):
-        coefficients[row] = fft.dct(log_spectrum, type=2, norm="ortho")
-    return coefficients[:, 1:] * math.sqrt(2 / max(log_spectra.shape[1], 1))
+    coefficients = fft.dct(log_spectra, type=2, norm="ortho")[:, 1:]
+    return coefficients * math.sqrt(2 / log_spectra.shape[1])

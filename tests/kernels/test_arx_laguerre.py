@@ -4,6 +4,7 @@ from scipy.linalg import block_diag
 
 from skarxlag.kernels import arx_laguerre
 from skarxlag.kernels.laguerre import laguerre_matrices
+from skarxlag.kernels.lanes import LANES, TILE
 
 LAYOUTS = [([3], [0.4]), ([2, 3], [0.5, -0.3]), ([1, 2, 4], [0.0, 0.8, -0.7])]
 
@@ -17,6 +18,11 @@ def literal_states(window, orders, poles):
     for k in range(window.shape[1] - 1):
         states[k + 1] = A @ states[k] + B @ window[:, k]
     return states, A, B
+
+
+def innovations(windows, orders, poles, coef, n_transient):
+    out = np.full((len(windows), len(coef), windows.shape[2] - n_transient), np.nan)
+    return arx_laguerre.innovations(windows, orders, poles, coef, n_transient, out)
 
 
 @pytest.fixture(params=LAYOUTS, ids=str)
@@ -41,6 +47,35 @@ def test_sums_are_weighted_products_of_states_and_output(case, n_transient):
     np.testing.assert_allclose(np.tril(sums), np.tril(expected), rtol=1e-10, atol=1e-12)
 
 
+@pytest.mark.parametrize("n_windows", [1, LANES - 1, LANES, LANES + 3])
+@pytest.mark.parametrize("n_samples", [2, TILE, 2 * TILE + 5])
+@pytest.mark.parametrize("n_transient", [0, 1, TILE - 1, TILE + 1])
+def test_blocks_leave_every_window_to_itself(n_windows, n_samples, n_transient):
+    n_transient = min(n_transient, n_samples - 1)
+    rng = np.random.default_rng(5)
+    orders, poles = np.array([3, 2]), np.array([0.4, -0.3])
+    windows, coef = rng.normal(size=(n_windows, 2, n_samples)), rng.normal(size=(3, 5))
+    found = innovations(windows, orders, poles, coef, n_transient)
+    for w, window in enumerate(windows):
+        predicted = literal_states(window, orders, poles)[0] @ coef.T
+        expected = (window[0][:, np.newaxis] - predicted).T[:, n_transient:]
+        np.testing.assert_allclose(found[w], expected, atol=1e-12)
+        alone = innovations(windows[w : w + 1], orders, poles, coef, n_transient)
+        np.testing.assert_array_equal(found[w], alone[0])
+
+
+@pytest.mark.parametrize("make", [np.asfortranarray, np.float32, lambda x: x[..., ::-1][..., ::-1]])
+def test_innovations_of_any_array_go_into_any_array(case, make):
+    windows, orders, poles, coef = case
+    windows = windows.astype(np.float32).astype(np.float64)
+    expected = innovations(windows, orders, poles, coef, 3)
+    given, out = make(windows), make(np.zeros(expected.shape))
+    given.flags.writeable = False
+    found = arx_laguerre.innovations(given, orders, poles, coef, 3, out)
+    assert found is out
+    np.testing.assert_allclose(out, expected, rtol=1e-5 if out.dtype == np.float32 else 0)
+
+
 @pytest.mark.parametrize("n_transient", [0, 7])
 def test_innovations_are_output_less_one_step_prediction(case, n_transient):
     windows, orders, poles, coef = case
@@ -48,7 +83,7 @@ def test_innovations_are_output_less_one_step_prediction(case, n_transient):
         [window[0] - literal_states(window, orders, poles)[0] @ g for g in coef]
         for window in windows
     ]
-    found = arx_laguerre.innovations(windows, orders, poles, coef, n_transient)
+    found = innovations(windows, orders, poles, coef, n_transient)
     np.testing.assert_allclose(found, np.array(expected)[..., n_transient:], atol=1e-12)
 
 
@@ -73,7 +108,7 @@ def test_prediction_is_strictly_causal(case):
     windows, orders, poles, coef = case
     changed = windows.copy()
     changed[:, :, 30:] += 1.0
-    before = windows[:, :1] - arx_laguerre.innovations(windows, orders, poles, coef, 0)
-    after = changed[:, :1] - arx_laguerre.innovations(changed, orders, poles, coef, 0)
+    before = windows[:, :1] - innovations(windows, orders, poles, coef, 0)
+    after = changed[:, :1] - innovations(changed, orders, poles, coef, 0)
     np.testing.assert_allclose(after[..., :31], before[..., :31], atol=1e-12)
     assert np.abs(after - before)[..., 31].max() > 1e-3

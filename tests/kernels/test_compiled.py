@@ -33,7 +33,7 @@ from skarxlag.kernels import arx_laguerre
 assert skarxlag.__file__.startswith({root!r}), skarxlag.__file__
 X = np.random.default_rng(0).normal(size=(4, 60))
 innovations = skarxlag.ARXLaguerre(order=2).fit(X).transform(X)
-assert arx_laguerre.innovations.signatures
+assert arx_laguerre.subtract_predictions.signatures
 assert skarxlag.PIObserver().fit_transform(innovations).shape == (4, 1)
 """
 

@@ -2,11 +2,56 @@ import numpy as np
 import pytest
 
 from skarxlag.kernels.evaluation import (
+    adapt_switching_gain,
     cepstral_norm,
+    power_levels,
     settled_level,
     sliding_surface,
     switching_gain,
+    switching_gain_levels,
 )
+from skarxlag.kernels.lanes import LANES, TILE
+from skarxlag.kernels.observer import observe
+
+LOOP = (0.4, 0.3, 0.03, 0.02, 2.0, 1.5, 1.2)
+
+
+@pytest.fixture(params=[(1, 1), (3, 2 * TILE), (LANES + 2, 5 * TILE + 3)], ids=str)
+def innovations(request):
+    n_windows, n_samples = request.param
+    return np.random.default_rng(0).normal(size=(n_windows, 3, n_samples))
+
+
+def test_power_levels_are_the_root_mean_square_of_the_error(innovations):
+    error, _ = observe(innovations, LOOP)
+    expected = np.sqrt(np.mean(error**2, axis=-1))
+    np.testing.assert_allclose(power_levels(innovations, LOOP), expected, rtol=1e-12)
+
+
+def test_switching_gain_levels_are_those_of_the_trajectories(innovations):
+    error, _ = observe(innovations, LOOP)
+    surface = sliding_surface(error, 10.0).reshape(-1, error.shape[-1])
+    expected = settled_level(switching_gain(surface, 0.02)).reshape(error.shape[:2])
+    levels = switching_gain_levels(innovations, LOOP, 10.0, 0.02)
+    np.testing.assert_allclose(levels, expected, rtol=1e-11)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-300, 1e-160, 1e160, 1e300])
+def test_levels_of_extreme_windows_stay_beside_ordinary_ones(size):
+    linear = (*LOOP[:6], 0.0)
+    innovations = np.random.default_rng(0).normal(size=(4, 2, 200))
+    ordinary = (
+        power_levels(innovations, linear),
+        switching_gain_levels(innovations, linear, 10, 0.01),
+    )
+    innovations[2] *= size
+    extreme = (
+        power_levels(innovations, linear),
+        switching_gain_levels(innovations, linear, 10, 0.01),
+    )
+    for before, after in zip(ordinary, extreme, strict=True):
+        np.testing.assert_array_equal(after[[0, 1, 3]], before[[0, 1, 3]])
+        np.testing.assert_allclose(after[2], size * before[2], rtol=1e-10)
 
 
 def test_sliding_surface_by_hand():
@@ -75,4 +120,16 @@ def test_cepstral_norm_does_not_see_the_gain():
     spectrum = np.random.default_rng(0).normal(size=(2, 64))
     np.testing.assert_allclose(
         cepstral_norm(spectrum + 700.0, 0.5), cepstral_norm(spectrum, 0.5), rtol=1e-10
+    )
+
+
+def test_switching_gain_by_hand():
+    up, down = np.exp(0.5), np.exp(-0.5)
+    gain = adapt_switching_gain(np.array([[2.0, -2.0, 0.0], [0, 0, 0]]), np.array([1.0, 0.0]), 0.5)
+    np.testing.assert_allclose(gain, [[up, up * up, up * up * down], [0, 0, 0]])
+
+
+def test_switching_gain_rests_where_the_surface_equals_it():
+    np.testing.assert_array_equal(
+        adapt_switching_gain(np.full((1, 5), -3.0), np.array([3.0]), 0.5), np.full((1, 5), 3.0)
     )

@@ -2,16 +2,49 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from skarxlag.kernels import observer
 from skarxlag.kernels.laguerre import laguerre_matrices
-from skarxlag.kernels.observer import (
-    adapt_switching_gain,
-    common_lyapunov,
-    loop_matrix,
-    observe,
-)
+from skarxlag.kernels.lanes import LANES, TILE
+from skarxlag.kernels.observer import common_lyapunov, loop_matrix
 
 PIO = (0.4, 0.3, 0.06, 0.0, 1.0, 1.0, 0.0)
 EXTENDED = (0.4, 0.3, 0.03, 0.02, 2.0, 1.5, 1.2)
+
+
+def observe(signals, *loop):
+    """Errors and fault estimates of one model on each signal."""
+    return [path[:, 0] for path in observer.observe(signals[:, np.newaxis], tuple(loop))]
+
+
+def literal_observer(signal, pole, kp, ki_a, ki_b, gain, exponent, saturation):
+    """The recursion of Form A on one signal, one sample after another."""
+    correction = integral = estimate = 0.0
+    errors, estimates = [], []
+    for sample in signal:
+        e = sample - correction
+        errors.append(e)
+        estimates.append(estimate)
+        correction = pole * correction + kp * e + estimate
+        surface = min(abs(integral + ki_b * e), saturation)
+        integral = integral + ki_a * e
+        estimate = gain * (1 + surface**exponent) * integral
+    return errors, estimates
+
+
+@pytest.mark.parametrize("constants", [PIO, EXTENDED], ids=["PIO", "extended"])
+@pytest.mark.parametrize("n_windows", [1, LANES - 1, LANES, LANES + 3])
+@pytest.mark.parametrize("n_samples", [1, TILE, 2 * TILE + 5])
+def test_blocks_leave_every_signal_to_itself(constants, n_windows, n_samples):
+    innovations = np.random.default_rng(0).normal(size=(n_windows, 2, n_samples))
+    error, estimate = observer.observe(innovations, constants)
+    for w in range(n_windows):
+        for c in range(2):
+            literal = literal_observer(innovations[w, c], *constants)
+            np.testing.assert_allclose((error[w, c], estimate[w, c]), literal, atol=1e-12)
+            alone = observer.observe(innovations[w : w + 1, c : c + 1].copy(), constants)
+            np.testing.assert_array_equal(
+                (error[w, c], estimate[w, c]), np.ravel(alone).reshape(2, -1)
+            )
 
 
 def full_state_observer(y, inputs, A, b_y, b_u, coef, constants):
@@ -185,15 +218,3 @@ def test_loop_matrix_is_the_loop_of_the_kernel():
     for k in range(1, 30):
         assert estimate[0, k] == pytest.approx(gain * state[1], abs=1e-12)
         state = A @ state
-
-
-def test_switching_gain_by_hand():
-    up, down = np.exp(0.5), np.exp(-0.5)
-    gain = adapt_switching_gain(np.array([[2.0, -2.0, 0.0], [0, 0, 0]]), np.array([1.0, 0.0]), 0.5)
-    np.testing.assert_allclose(gain, [[up, up * up, up * up * down], [0, 0, 0]])
-
-
-def test_switching_gain_rests_where_the_surface_equals_it():
-    np.testing.assert_array_equal(
-        adapt_switching_gain(np.full((1, 5), -3.0), np.array([3.0]), 0.5), np.full((1, 5), 3.0)
-    )

@@ -1,37 +1,61 @@
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
+from skarxlag.kernels import pole_search
 from skarxlag.kernels.arx_laguerre import accumulate_sums
+from skarxlag.kernels.correlation_fit import best_fits, state_correlations
 from skarxlag.kernels.laguerre import laguerre_matrices
 from skarxlag.kernels.least_squares import solve_sums
 from skarxlag.kernels.pole_search import (
-    N_FREQUENCIES,
+    LARGEST_POLE,
     closed_form_pole,
-    cross_spectra,
-    fit_spectrum,
+    correlations,
+    least_of_cubics,
     search_poles,
 )
-from skarxlag.kernels.spectra import frequency_grid
 
 
-def test_frequency_grid_has_the_midpoints_of_equal_cells():
-    np.testing.assert_allclose(frequency_grid(2), [np.pi / 4, 3 * np.pi / 4])
+def literal_correlations(windows):
+    """Every product of samples of a window, by lag."""
+    n_channels = windows.shape[1]
+    return np.array(
+        [
+            [sum(np.correlate(w[a], w[b], "full") for w in windows) for b in range(n_channels)]
+            for a in range(n_channels)
+        ]
+    )
 
 
-@pytest.mark.parametrize(("n_samples", "times"), [(1, 1), (50, 1), (1024, 1), (1025, 2), (5000, 5)])
-def test_cross_spectra_are_cell_means_of_the_periodogram(n_samples, times):
+@pytest.mark.parametrize("n_windows", [1, 70])
+@pytest.mark.parametrize(("n_channels", "n_samples"), [(1, 1), (1, 2), (3, 7), (2, 1201)])
+def test_correlations_are_sums_of_products(n_windows, n_channels, n_samples):
+    windows = np.random.default_rng(0).normal(size=(n_windows, n_channels, n_samples))
+    found = correlations(windows)
+    assert found.shape == (n_channels, n_channels, 2 * n_samples - 1)
+    np.testing.assert_allclose(found, literal_correlations(windows), atol=1e-9 * n_samples)
+
+
+@pytest.mark.parametrize(("n_samples", "length"), [(64, 64), (65, 33), (128, 64), (500, 63)])
+def test_long_windows_are_correlated_in_equal_segments(n_samples, length, monkeypatch):
+    monkeypatch.setattr(pole_search, "LONGEST_SEGMENT", 64)
     windows = np.random.default_rng(0).normal(size=(2, 2, n_samples))
-    cells = [0, 1, 500, N_FREQUENCIES - 1]
-    within = frequency_grid(N_FREQUENCIES * times).reshape(N_FREQUENCIES, times)[cells]
-    waves = np.exp(-1j * within[..., np.newaxis] * np.arange(n_samples))
-    transform = np.einsum("wan,ctn->wact", windows, waves)
-    expected = np.einsum("wact,wbct->abct", transform, transform.conj()).mean(axis=-1)
-    found = cross_spectra(windows)
+    n_segments = -(-n_samples // length)
+    padded = np.pad(windows, ((0, 0), (0, 0), (0, n_segments * length - n_samples)))
+    segments = padded.reshape(2, 2, n_segments, length).swapaxes(1, 2).reshape(-1, 2, length)
+    found = correlations(windows)
     # What a search costs does not depend on how long or how many the windows are.
-    assert found.shape == (2, 2, N_FREQUENCIES)
-    np.testing.assert_allclose(found[..., cells], expected, atol=1e-9 * n_samples)
+    assert found.shape == (2, 2, 2 * length - 1)
+    np.testing.assert_allclose(found, literal_correlations(segments), atol=1e-9)
+
+
+def test_correlations_do_not_depend_on_what_is_transformed_at_a_time(monkeypatch):
+    windows = np.random.default_rng(0).normal(size=(30, 2, 700))
+    expected = correlations(windows)
+    monkeypatch.setattr(pole_search, "_SAMPLES_A_BATCH", 1)
+    np.testing.assert_allclose(correlations(windows), expected, atol=1e-9)
 
 
 def simulated(orders, poles, coef, n_samples, seed=0, noise=1.0):
@@ -49,43 +73,60 @@ def simulated(orders, poles, coef, n_samples, seed=0, noise=1.0):
     return channels[np.newaxis] / channels[0].std()
 
 
-def test_sums_of_spectra_are_sums_in_time():
-    # Parseval, and so the same ridge as in the fit.
-    windows = np.random.default_rng(0).normal(size=(3, 1, 1500))
-    assert cross_spectra(windows).real.mean() == pytest.approx(np.sum(windows**2), rel=1e-9)
-    for alpha in (1e3, 1e5):
-        sums = accumulate_sums(windows, np.ones(3), np.array([4]), np.array([0.3]), 0)
-        found, _ = fit_spectrum(cross_spectra(windows), [4], [0.3], alpha)
-        np.testing.assert_allclose(found, solve_sums(sums, alpha)[0], rtol=0.05, atol=1e-4)
+def fit_with(windows, orders, poles, alpha=1e-6):
+    """Coefficients and share of the power left with these poles."""
+    found = correlations(windows)[np.newaxis]
+    power = found[:, 0, 0, found.shape[-1] // 2].copy()
+    orders, poles = np.array(orders), np.array(poles, dtype=float)
+    coef, error, _ = best_fits(
+        state_correlations(found, orders, poles), power, orders, poles, alpha
+    )
+    return coef[0], error
 
 
 @pytest.mark.parametrize("orders_poles", [([4], [0.5]), ([3, 2], [0.2, 0.7])], ids=str)
-def test_error_from_spectra_is_near_the_one_in_time(orders_poles):
+def test_error_from_correlations_is_near_the_one_in_time(orders_poles):
     orders, poles = orders_poles
     coef = [0.5, -0.3, 0.2, 0.1] if len(orders) == 1 else [0.5, -0.3, 0.2, 0.4, 0.3]
     windows = simulated(orders, poles, coef, 20_000)
     for tried in (poles, [0.0] * len(orders)):
         sums = accumulate_sums(windows, np.ones(1), np.array(orders), np.array(tried), 0)
         expected, error = solve_sums(sums, 1e-6)
-        found, share = fit_spectrum(cross_spectra(windows), orders, tried, 1e-6)
+        found, share = fit_with(windows, orders, tried)
         np.testing.assert_allclose(found, expected, atol=2e-3)
         assert share == pytest.approx(error / windows.shape[-1], rel=1e-3)
 
 
-def test_silent_windows_have_no_error_and_a_pole():
-    spectra = np.zeros((1, 1, 1, N_FREQUENCIES), dtype=complex)
-    coef, share = fit_spectrum(spectra[0], [3], [0.2], 1e-6)
-    np.testing.assert_array_equal(coef, 0)
-    assert share == 0
-    assert -1 < search_poles(spectra, [3], [None], 1e-6)[0] < 1
+def test_silent_windows_have_a_pole():
+    silent = correlations(np.zeros((2, 2, 50)))[np.newaxis]
+    found = search_poles(silent, [3, 2], [None, None], 1e-6)
+    assert np.all(np.abs(found) <= LARGEST_POLE)
+
+
+def test_silent_windows_and_models_do_not_move_the_poles():
+    windows = lfilter([1], [1, -1.6, 0.9], np.random.default_rng(0).normal(size=(3, 1, 500)))
+    expected = search_poles(correlations(windows)[np.newaxis], [4], [None], 1e-6)
+    more = np.concatenate([windows, np.zeros((1, 1, 500))])
+    for models in ([more], [windows, more[3:]]):
+        of_models = np.array([correlations(model) for model in models])
+        found = search_poles(of_models, [4], [None], 1e-6)
+        np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("n_samples", [1, 2, 5])
+def test_shortest_windows_have_a_pole(n_samples):
+    windows = np.random.default_rng(0).normal(size=(4, 2, n_samples))
+    found = search_poles(correlations(windows)[np.newaxis], [8, 4], [None, None], 1e-6)
+    assert np.all(np.abs(found) <= LARGEST_POLE)
 
 
 def poles_of(windows, orders, given):
-    return search_poles(cross_spectra(windows)[np.newaxis], orders, given, 1e-6)
+    return search_poles(correlations(windows)[np.newaxis], orders, given, 1e-6)
 
 
 @pytest.mark.parametrize(
-    ("pole", "coef"), [(-0.6, [0.3, -0.3]), (0.4, [-0.4, 0.4]), (0.8, [-0.4, 0.4])]
+    ("pole", "coef"),
+    [(-0.6, [0.3, -0.3]), (0.4, [-0.4, 0.4]), (0.8, [-0.4, 0.4]), (0.95, [-0.2, 0.25])],
 )
 def test_search_finds_the_pole_of_a_laguerre_system(pole, coef):
     windows = simulated([2], [pole], coef, 20_000)
@@ -96,17 +137,74 @@ def test_search_finds_the_pole_of_each_channel():
     windows = simulated([1, 2], [0.3, 0.8], [0.5, 1.0, -1.0], 20_000, noise=0.2)
     np.testing.assert_allclose(poles_of(windows, [1, 2], [None, None]), [0.3, 0.8], atol=0.03)
     np.testing.assert_allclose(poles_of(windows, [1, 2], [0.3, None]), [0.3, 0.8], atol=0.03)
+    np.testing.assert_allclose(poles_of(windows, [1, 2], [None, 0.8]), [0.3, 0.8], atol=0.03)
     assert poles_of(windows, [1, 2], [0.25, None])[0] == 0.25
 
 
-def test_search_is_no_worse_than_a_fine_grid():
+def test_search_finds_the_pole_of_a_slow_input():
+    windows = simulated([1, 2], [0.2, 0.95], [0.5, 1.0, -1.0], 20_000, noise=0.2)
+    np.testing.assert_allclose(poles_of(windows, [1, 2], [None, None]), [0.2, 0.95], atol=0.02)
+
+
+def test_poles_given_for_every_other_channel_may_be_slow():
+    windows = simulated([1, 2], [0.3, 0.8], [0.5, 1.0, -1.0], 5_000, noise=0.2)
+    found = poles_of(windows, [1, 2], [0.99999, None])
+    assert found[0] == 0.99999
+    assert abs(found[1]) <= LARGEST_POLE
+
+
+@pytest.mark.parametrize("order", [1, 6, 8, 32])
+def test_search_is_no_worse_than_a_fine_grid(order):
     noise = np.random.default_rng(0).normal(size=(3, 1, 2000))
     windows = lfilter([1], [1, -1.6, 0.9], noise)
-    spectra = cross_spectra(windows)[np.newaxis]
-    found = search_poles(spectra, [6], [None], 1e-6)
-    grid = np.linspace(-0.97, 0.97, 195)
-    best = min(fit_spectrum(spectra[0], [6], [pole], 1e-6)[1] for pole in grid)
-    assert fit_spectrum(spectra[0], [6], found, 1e-6)[1] <= best * (1 + 1e-6)
+    found = poles_of(windows, [order], [None])
+    error = fit_with(windows, [order], found)[1]
+    near = np.clip(found + np.linspace(-0.01, 0.01, 41)[:, np.newaxis], -0.98, 0.98)
+    assert error <= min(fit_with(windows, [order], p)[1] for p in near) * (1 + 1e-9)
+    # Between the starts of the search the error of a high order has ripples of this size.
+    best = min(fit_with(windows, [order], [p])[1] for p in np.linspace(-0.97, 0.97, 195))
+    assert error <= best * (1 + 1e-4)
+
+
+def test_search_in_two_channels_is_no_worse_than_a_grid():
+    windows = simulated([3, 2], [0.5, -0.4], [0.4, 0.2, -0.3, 0.6, 0.5], 3000, noise=0.5)
+    found = poles_of(windows, [2, 2], [None, None])
+    grid = np.linspace(-0.95, 0.95, 39)
+    best = min(fit_with(windows, [2, 2], [p, q])[1] for p in grid for q in grid)
+    assert fit_with(windows, [2, 2], found)[1] <= best * (1 + 1e-9)
+
+
+def test_the_pole_is_shared_by_all_models():
+    models = [simulated([2], [p], [-0.4, 0.4], 5000, seed) for seed, p in enumerate((0.2, 0.7))]
+    found = np.array([correlations(windows) for windows in models])
+    shared = search_poles(found, [2], [None], 1e-6)
+    grid = np.linspace(-0.95, 0.95, 381)
+    total = [sum(fit_with(windows, [2], [p])[1] for windows in models) for p in grid]
+    assert shared[0] == pytest.approx(grid[np.argmin(total)], abs=0.005)
+    # Loudness says nothing of a model's share.
+    found[0] *= 1e6
+    np.testing.assert_allclose(search_poles(found, [2], [None], 0.0), shared, atol=1e-3)
+
+
+def test_a_ridge_enters_as_in_the_fit():
+    windows = simulated([2], [0.4], [-0.4, 0.4], 2000)
+    found = correlations(windows)[np.newaxis]
+    ridged = search_poles(found, [2], [None], 1e4)
+    best = min(fit_with(windows, [2], [p], 1e4)[1] for p in np.linspace(-0.97, 0.97, 195))
+    assert fit_with(windows, [2], ridged, 1e4)[1] <= best * (1 + 1e-6)
+    assert abs(ridged[0] - search_poles(found, [2], [None], 1e-6)[0]) > 1e-3
+
+
+def test_least_of_cubics_is_the_least_of_the_hermite_spline():
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        places = np.sort(rng.normal(size=7))
+        values, slopes = rng.normal(size=(2, 7))
+        spline = CubicHermiteSpline(places, values, slopes)
+        fine = np.linspace(places[0], places[-1], 4001)
+        found = least_of_cubics(places, values, slopes)
+        assert spline(found) <= spline(fine).min() + 0.02
+    assert least_of_cubics(np.arange(3.0), np.array([1.0, 0.0, 1.0]), np.zeros(3)) == 1
 
 
 @pytest.mark.parametrize("pole", [-0.8, -0.2, 0.0, 0.5, 0.9])

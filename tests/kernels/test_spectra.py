@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
-from scipy import signal
+from scipy import fft, signal
 from scipy.signal import lfilter
 
 from skarxlag.kernels import spectra
 from skarxlag.kernels.arx_laguerre import accumulate_sums
+from skarxlag.kernels.linear_prediction import predictors
 
 
 def ar2(n_signals, n_samples, seed=0):
@@ -17,26 +18,17 @@ def ar2_log_spectrum(frequency):
     return -np.log(np.abs(1 - 1.2 * z + 0.8 * z**2) ** 2)
 
 
-@pytest.mark.parametrize("order", [1, 5, 40])
-def test_lagged_sums_are_the_lagged_products(order):
-    samples = np.random.default_rng(1).normal(size=200)
-    lagged = np.stack([samples[order - j : 200 - j] for j in range(order + 1)])
-    np.testing.assert_allclose(spectra.lagged_sums(samples, order), lagged @ lagged.T, rtol=1e-10)
-
-
-def test_lagged_sums_are_the_sums_of_a_network_with_its_pole_at_0():
-    samples = np.random.default_rng(2).normal(size=300)
-    network = accumulate_sums(
-        samples[np.newaxis, np.newaxis], np.ones(1), np.array([6]), np.zeros(1), 6
-    )
-    lagged = spectra.lagged_sums(samples, 6)
-    np.testing.assert_allclose(np.tril(network[:-1, :-1]), np.tril(lagged[1:, 1:]), atol=1e-10)
-    np.testing.assert_allclose(network[-1, :-1], lagged[0, 1:], atol=1e-10)
-
-
 def test_autoregressive_log_spectrum_is_that_of_the_process():
     estimated = spectra.autoregressive_log_spectrum(ar2(1, 200_000), 2, 64)[0]
     np.testing.assert_allclose(estimated, ar2_log_spectrum(spectra.frequency_grid(64)), atol=0.05)
+
+
+def test_model_is_that_of_a_network_with_its_pole_at_0():
+    signals = ar2(1, 300)
+    sums = accumulate_sums(signals[:, np.newaxis], np.ones(1), np.array([6]), np.zeros(1), 6)
+    symmetric = np.tril(sums) + np.tril(sums, -1).T
+    coef = np.linalg.solve(symmetric[:-1, :-1], symmetric[-1, :-1])
+    np.testing.assert_allclose(predictors(signals, 6, 1e-15)[0], coef, rtol=1e-9)
 
 
 def test_autoregressive_log_spectrum_agrees_with_freqz_of_plain_least_squares():
@@ -63,7 +55,7 @@ def test_log_spectra_do_not_depend_on_the_unit(scale):
 def test_signals_of_zeros_have_flat_log_spectra():
     zeros = np.zeros((2, 100))
     assert np.all(spectra.autoregressive_log_spectrum(zeros, 16, 32) == 0)
-    assert np.all(spectra.band_steadiness(zeros, 64, 8) == 0)
+    np.testing.assert_allclose(spectra.band_steadiness(zeros, 64, 8), 0, atol=1e-12)
 
 
 def test_steadiness_of_noise_is_that_of_an_exponential_variable():
@@ -129,6 +121,35 @@ def test_each_signal_is_worked_on_by_itself():
     ):
         alone = np.concatenate([log_spectrum(s[np.newaxis]) for s in signals])
         np.testing.assert_array_equal(log_spectrum(signals), alone)
+
+
+@pytest.mark.parametrize("n_signals", [1, 3, 64])
+def test_transforms_of_many_signals_are_those_of_each(n_signals):
+    # What independence of the batch rests on: SciPy transforms rows alike, whatever their number.
+    rows = np.random.default_rng(5).normal(size=(n_signals, 68, 128))
+    for transform in (fft.rfft, fft.dct):
+        alone = np.stack([[transform(row) for row in signal] for signal in rows])
+        np.testing.assert_array_equal(transform(rows), alone)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda s: s.astype(np.float32).astype(np.float64)[:, ::-1],
+        lambda s: np.asfortranarray(s),
+        lambda s: np.repeat(s, 2, axis=1)[:, ::2],
+        lambda s: s.astype(np.float32),
+    ],
+)
+def test_signals_of_any_layout_and_type(change):
+    changed = change(ar2(3, 400))
+    changed.flags.writeable = False
+    plain = np.array(changed, dtype=np.float64, order="C")
+    for log_spectrum in (
+        lambda s: spectra.autoregressive_log_spectrum(s, 16, 32),
+        lambda s: spectra.band_steadiness(s, 64, 8),
+    ):
+        np.testing.assert_array_equal(log_spectrum(changed), log_spectrum(plain))
 
 
 def test_a_short_signal_gets_a_model_of_fewer_coefficients():
