@@ -1,0 +1,234 @@
+"""Numbers of the paper, recomputed from the rows of its own tables."""
+
+import json
+from importlib.resources import files
+from itertools import product
+
+import numpy as np
+import pytest
+
+PAPER = json.loads(files("skarxlag").joinpath("paper/tables.json").read_text("utf-8"))
+TABLES = {table["id"]: table for table in PAPER["tables"]}
+CLAIMS = PAPER["claims"]
+SPEEDS = (300, 400, 450, 500)
+BY_SPEED = dict(zip(SPEEDS, ("table2", "table3", "table4", "table5"), strict=True))
+BY_CRACK = {3: "table8", 6: "table9"}
+#: Half of the last printed digit, and rounding of binary fractions.
+HALF = 0.05 + 1e-9
+
+WRONG_AVERAGES = {
+    ("table2", "proposed", 3): (96.1, 96.375),
+    ("table2", "ALPIO", 3): (77.6, 76.875),
+    ("table2", "ALPIO", 6): (79.4, 79.125),
+    ("table3", "proposed", 6): (98.2, 98.125),
+    ("table4", "proposed", 6): (98.8, 98.25),
+    ("table4", "ALPIO", 3): (79.6, 80.875),
+    ("table4", "ALPIO", 6): (82.4, 82.625),
+    ("table5", "proposed", 3): (99.9, 97.75),
+    ("table5", "proposed", 6): (99.1, 98.375),
+    ("table5", "ALPIO", 3): (81.2, 82.875),
+    ("table5", "ALPIO", 6): (84.6, 84.25),
+}
+
+
+def column(rpm, method, crack_mm, source="by speed"):
+    """Rows and printed average of one condition of test, from Tables 2-5 or from 8-9."""
+    table = TABLES[BY_SPEED[rpm] if source == "by speed" else BY_CRACK[crack_mm]]
+    wanted = {"method": method} | ({"crack_mm": crack_mm} if source == "by speed" else {"rpm": rpm})
+    place = table["columns"].index(wanted)
+    values = np.array([row[place] for row in table["values"]])
+    return values, table["printed_average"][place], table["rows"]
+
+
+def mean_over(method, cracks=(3, 6), speeds=SPEEDS, source="by speed", printed=False):
+    found = [column(rpm, method, crack, source) for rpm, crack in product(speeds, cracks)]
+    return np.mean([average if printed else values.mean() for values, average, _ in found])
+
+
+def improvement(crack, **options):
+    return mean_over("proposed", (crack,), **options) - mean_over("ALPIO", (crack,), **options)
+
+
+@pytest.mark.parametrize("method", ["proposed", "ALPIO"])
+@pytest.mark.parametrize("crack", [3, 6])
+@pytest.mark.parametrize("rpm", SPEEDS)
+def test_average_of_tables_2_to_5(rpm, crack, method):
+    values, printed, _ = column(rpm, method, crack)
+    wrong = WRONG_AVERAGES.get((BY_SPEED[rpm], method, crack))
+    if wrong is None:
+        assert abs(printed - values.mean()) <= HALF
+    else:
+        assert (printed, values.mean()) == wrong
+        assert abs(printed - values.mean()) > HALF
+
+
+def test_eleven_of_sixteen_averages_of_tables_2_to_5_are_wrong():
+    misprinted = [
+        column(rpm, method, crack)
+        for rpm, crack, method in product(SPEEDS, (3, 6), ("proposed", "ALPIO"))
+        if abs(column(rpm, method, crack)[1] - column(rpm, method, crack)[0].mean()) > HALF
+    ]
+    assert len(misprinted) == len(WRONG_AVERAGES) == 11
+
+
+def test_all_averages_of_tables_8_and_9_follow_from_their_rows():
+    for rpm, crack, method in product(SPEEDS, (3, 6), ("proposed", "ALPIO")):
+        values, printed, _ = column(rpm, method, crack, "by crack")
+        assert abs(printed - values.mean()) <= HALF
+
+
+def test_tables_8_and_9_repeat_all_but_one_row_average_of_the_proposed_method():
+    for rpm, crack in product(SPEEDS, (3, 6)):
+        first, second = (
+            column(rpm, "proposed", crack, source)[0].mean() for source in ("by speed", "by crack")
+        )
+        assert (first == second) == ((rpm, crack) != (500, 3))
+
+
+def test_a_replaced_average_gives_the_improvement_of_the_abstract():
+    printed = [column(rpm, "proposed", 3)[1] for rpm in SPEEDS]
+    assert printed[-1] == 99.9
+    alpio = mean_over("ALPIO", (3,), printed=True)
+    assert np.mean([*printed[:-1], 97.8]) - alpio == pytest.approx(17.825)
+    claimed = CLAIMS["abstract_improvement_3mm"]
+    fitting = [
+        tenths / 10
+        for tenths in range(1001)
+        if abs(np.mean([*printed[:-1], tenths / 10]) - alpio - claimed) < 0.0051
+    ]
+    assert fitting == [97.8]
+
+
+def test_improvement_of_3_mm():
+    assert CLAIMS["abstract_improvement_3mm"] == CLAIMS["section5_improvement_3mm"] == 17.82
+    assert CLAIMS["conclusion_improvement_3mm"] == 17.62
+    assert improvement(3, printed=True) == pytest.approx(18.35)
+    assert improvement(3) == pytest.approx(17.3125)
+    assert improvement(3, source="by crack") == pytest.approx(17.46875)
+
+
+def test_improvement_of_6_mm():
+    assert CLAIMS["abstract_improvement_6mm"] == CLAIMS["section5_improvement_6mm"] == 16.625
+    assert CLAIMS["conclusion_improvement_6mm"] == 16.626
+    assert improvement(6, printed=True) == pytest.approx(16.625)
+    assert improvement(6) == pytest.approx(16.375)
+    assert improvement(6, source="by crack") == pytest.approx(16.75)
+
+
+def test_improvements_are_percentage_points():
+    relative = improvement(3, printed=True) / mean_over("ALPIO", (3,), printed=True)
+    assert 100 * relative > 23
+
+
+def test_improvement_without_the_training_set():
+    tested = SPEEDS[:3]
+    assert improvement(3, speeds=tested) == pytest.approx(18.125)
+    assert improvement(6, speeds=tested) == pytest.approx(17.125)
+    assert CLAIMS["training_dataset"] == 4 == TABLES["table5"]["dataset"]
+
+
+def test_overall_average_of_the_proposed_method():
+    assert CLAIMS["average_identification_proposed_tables2_5"] == 98.8
+    assert mean_over("proposed") == pytest.approx(97.59375)
+    assert mean_over("proposed", printed=True) == pytest.approx(98.0125)
+    assert mean_over("proposed", source="by crack") == pytest.approx(97.609375)
+    assert mean_over("proposed", printed=True) - 2.1 / 8 == pytest.approx(97.75)
+
+
+def test_overall_average_of_alpio():
+    assert CLAIMS["average_identification_ALPIO_tables2_5"] == 80.5
+    assert mean_over("ALPIO") == pytest.approx(80.75)
+    assert mean_over("ALPIO", printed=True) == pytest.approx(80.525)
+    assert mean_over("ALPIO", source="by crack") == pytest.approx(80.5)
+
+
+def differing_cells():
+    """Every cell that Tables 2-5 and Tables 8-9 give different figures for."""
+    cells = []
+    for rpm, crack, method in product(SPEEDS, (3, 6), ("proposed", "ALPIO")):
+        first, _, rows = column(rpm, method, crack)
+        second, _, names = column(rpm, method, crack, "by crack")
+        assert rows == names
+        cells += [
+            {"rpm": rpm, "crack_mm": crack, "method": method, "condition": row}
+            | {"tables_2_5": int(a), "tables_8_9": int(b)}
+            for row, a, b in zip(rows, first, second, strict=True)
+            if a != b
+        ]
+    return cells
+
+
+def test_eighteen_cells_have_two_values():
+    cells = differing_cells()
+    assert len(cells) == 18
+    assert sum(cell["method"] == "ALPIO" for cell in cells) == 17
+    assert max(abs(cell["tables_2_5"] - cell["tables_8_9"]) for cell in cells) == 8
+    assert sum(len(TABLES[name]["rows"]) * 4 for name in BY_SPEED.values()) == 128
+
+
+@pytest.mark.parametrize("name", ["table6", "table7"])
+def test_precision_and_recall_are_swapped(name):
+    table = TABLES[name]
+    windows = np.array(table["values"])
+    right, below = table["printed_right_margin"], table["printed_bottom_margin"]
+    assert (right["label"], below["label"]) == ("Precision", "Recall")
+    # 100 windows of each condition: the rows are the true classes, whatever their label says.
+    assert table["printed_row_label"] == "Predict Class"
+    assert set(windows.sum(axis=1)) == {CLAIMS["windows"]}
+    assert set(windows.sum(axis=0)) != {CLAIMS["windows"]}
+    found = np.diag(windows)
+    recall, precision = found / windows.sum(axis=1), found / windows.sum(axis=0)
+    np.testing.assert_allclose(right["values"], 100 * recall)
+    np.testing.assert_allclose(below["values"], 100 * precision, atol=0.1)
+    # Table 3 gives the same figures as the share of each condition that is found.
+    values, _, rows = column(400, "proposed", table["crack_mm"])
+    by_name = dict(zip(rows, values, strict=True))
+    assert [by_name[each] for each in table["classes"]] == list(found)
+
+
+def test_overall_accuracy_of_table_6_is_impossible():
+    windows = np.array(TABLES["table6"]["values"])
+    printed = TABLES["table6"]["printed_overall"]
+    assert printed == 95.07
+    assert np.trace(windows) == 774
+    assert 100 * np.trace(windows) / windows.sum() == 96.75
+    reachable = 100 * np.arange(801) / 800
+    assert np.abs(reachable - printed).min() > 0.005  # no count of 800 rounds to it
+
+
+def test_overall_accuracy_of_table_7_is_right():
+    windows = np.array(TABLES["table7"]["values"])
+    assert np.trace(windows) == 785
+    assert TABLES["table7"]["printed_overall"] == pytest.approx(98.125, abs=0.0051)
+    # The average of the same eight figures in Table 3 is printed differently.
+    assert column(400, "proposed", 6)[1] == 98.2
+
+
+def test_margins_of_table_6_are_cut_in_two_places_and_rounded_in_the_others():
+    for name, cut in (("table6", ["Ball", "OR-Ball"]), ("table7", [])):
+        table = TABLES[name]
+        windows = np.array(table["values"])
+        exact = 100 * np.diag(windows) / windows.sum(axis=0)
+        printed = np.array(table["printed_bottom_margin"]["values"])
+        rounded = np.abs(printed - exact) <= HALF
+        assert [each for each, ok in zip(table["classes"], rounded, strict=True) if not ok] == cut
+        np.testing.assert_array_equal(printed[~rounded], np.floor(exact[~rounded] * 10) / 10)
+
+
+def test_no_normal_window_is_missed_in_table_6():
+    windows = np.array(TABLES["table6"]["values"])
+    assert TABLES["table6"]["classes"][0] == "Normal"
+    assert windows[0].tolist() == [100, 0, 0, 0, 0, 0, 0, 0]
+    assert windows[1:, 0].sum() == 3 and windows[1:].sum() == 700
+    assert np.array(TABLES["table7"]["values"])[1:, 0].sum() == 1
+    assert 100 * 100 / windows[:, 0].sum() == pytest.approx(97.09, abs=0.005)
+
+
+def test_window_geometry():
+    rate, length = CLAIMS["sampling_rate_hz"], CLAIMS["samples_per_window"]
+    assert CLAIMS["windows"] * length == CLAIMS["samples_per_condition"] == 120_000
+    assert length / rate == pytest.approx(4.8e-3)
+    turns = {rpm: rpm / 60 * length / rate for rpm in SPEEDS}
+    assert (turns[300], turns[500]) == pytest.approx((0.024, 0.040))
+    assert [100 * turns[rpm] for rpm in (300, 500)] == pytest.approx([2.4, 4.0])
+    assert 6 * max(turns.values()) < 0.25  # strikes in a window, at six a turn

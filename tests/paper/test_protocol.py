@@ -1,0 +1,110 @@
+import numpy as np
+import pytest
+from sklearn.utils import Bunch
+
+from skarxlag.paper import run_protocol
+
+CONDITIONS = ["Normal", "Ball", "IR"]
+
+
+class Recorder:
+    """Classifier that remembers what it was given, and names windows by a value in them."""
+
+    made = ()
+
+    def __init__(self, healthy):
+        self.healthy = healthy
+        self.fitted_on = None
+
+    def fit(self, X, y):
+        assert self.fitted_on is None
+        self.fitted_on = X[:, 0, :2].tolist()
+        return self
+
+    def predict(self, X):
+        return np.array([CONDITIONS[int(value)] for value in X[:, 0, 2]])
+
+
+@pytest.fixture
+def made():
+    """Classifiers in the order in which they were made, and the maker."""
+    found = []
+
+    def make(healthy):
+        found.append(Recorder(healthy))
+        return found[-1]
+
+    return Bunch(found=found, make=make)
+
+
+def load(crack_mm, rpm):
+    """Five windows a condition that tell rpm, start, and the verdict of the recorder."""
+    target = np.repeat(CONDITIONS, 5)
+    start = np.tile(np.arange(5) * 10, 3)
+    verdict = (start + rpm / 50 + crack_mm) % 3
+    data = np.stack([np.full(15, rpm), start, verdict], axis=1)[:, np.newaxis]
+    return Bunch(
+        data=data,
+        target=target,
+        target_names=CONDITIONS,
+        rpm=np.full(15, float(rpm)),
+        recording=np.char.add(target, f"_{rpm:g}"),
+        start=start,
+    )
+
+
+def test_all_windows_at_500_calibrate_and_all_windows_are_tested(made):
+    outcome = run_protocol(load, {"one": made.make, "two": made.make})
+    assert len(made.found) == 8  # 2 cracks, 2 names, all windows and first halves
+    assert all(each.healthy == "Normal" for each in made.found)
+    assert list(outcome.fitted) == [(3, "one"), (3, "two"), (6, "one"), (6, "two")]
+    everything = load(3, 500).data[:, 0, :2].tolist()
+    assert all(each.fitted_on == everything for each in outcome.fitted.values())
+    verdicts = outcome.verdicts
+    assert len(verdicts) == 2 * 2 * 4 * 15
+    assert verdicts["test_rpm"].unique().tolist() == [300, 400, 450, 500]
+    assert (verdicts["train_rpm"] == 500).all()
+    for (crack, rpm, _), own in verdicts.groupby(["crack_mm", "test_rpm", "diagnoser"]):
+        rig = load(crack, rpm)
+        assert own["true"].tolist() == rig.target.tolist()
+        assert own["start"].tolist() == rig.start.tolist()
+        assert own["predicted"].tolist() == Recorder("Normal").predict(rig.data).tolist()
+
+
+def test_halves_are_calibrated_on_the_first_and_scored_on_the_second(made):
+    outcome = run_protocol(load, {"one": made.make})
+    by_half = [each for each in made.found if each not in outcome.fitted.values()]
+    assert len(by_half) == 2
+    for each in by_half:
+        # Of five windows the middle one belongs to neither half.
+        assert each.fitted_on == [[500, 0], [500, 10]] * 3
+    halves = outcome.halves
+    assert (halves["test_rpm"] == 500).all() and set(halves["start"]) == {30, 40}
+    assert len(halves) == 2 * 3 * 2
+
+
+def test_one_rig_is_held_at_a_time(made):
+    asked, alive = [], []
+
+    class Tracked(Bunch):
+        def __del__(self):
+            alive.remove(id(self))
+
+    def tracked(crack_mm, rpm):
+        asked.append((crack_mm, rpm))
+        assert not alive
+        rig = Tracked(**load(crack_mm, rpm))
+        alive.append(id(rig))
+        return rig
+
+    run_protocol(tracked, {"one": made.make})
+    assert sorted(asked) == [(crack, rpm) for crack in (3, 6) for rpm in (300, 400, 450, 500)]
+    assert not alive
+
+
+def test_progress_tells_cracks_speeds_and_names(made):
+    told = []
+    run_protocol(load, {"one": made.make}, progress=told.append)
+    assert "".join(told) == "".join(
+        f"crack {crack} mm: 500 rpm, one, 300 rpm, 400 rpm, 450 rpm, done\n" for crack in (3, 6)
+    )

@@ -1,0 +1,173 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from skarxlag.paper import (
+    improvements,
+    load_tables,
+    paper_averages,
+    paper_improvements,
+)
+
+#: Typed from the paper: (table, condition, column): percent.
+CELLS = {
+    (2, "IR", ("proposed", 3)): 95,
+    (2, "IR", ("ALPIO", 3)): 67,
+    (2, "Ball", ("ALPIO", 6)): 74,
+    (3, "IR-OR", ("proposed", 6)): 100,
+    (3, "OR-Ball", ("ALPIO", 3)): 83,
+    (4, "IR-OR-Ball", ("ALPIO", 3)): 79,
+    (4, "OR", ("proposed", 6)): 98,
+    (5, "Normal", ("ALPIO", 6)): 90,
+    (5, "IR-OR-Ball", ("proposed", 3)): 97,
+    (8, "IR-OR-Ball", ("proposed", 500)): 98,
+    (8, "IR-OR", ("ALPIO", 450)): 72,
+    (8, "OR-Ball", ("ALPIO", 300)): 79,
+    (9, "OR", ("ALPIO", 400)): 76,
+    (9, "Ball", ("proposed", 300)): 100,
+}
+#: Printed averages that do not follow from the rows, as (table, column): (printed, recomputed).
+WRONG_AVERAGES = {
+    (2, ("proposed", 3)): (96.1, 96.375),
+    (2, ("ALPIO", 3)): (77.6, 76.875),
+    (2, ("ALPIO", 6)): (79.4, 79.125),
+    (3, ("proposed", 6)): (98.2, 98.125),
+    (4, ("proposed", 6)): (98.8, 98.25),
+    (4, ("ALPIO", 3)): (79.6, 80.875),
+    (4, ("ALPIO", 6)): (82.4, 82.625),
+    (5, ("proposed", 3)): (99.9, 97.75),
+    (5, ("proposed", 6)): (99.1, 98.375),
+    (5, ("ALPIO", 3)): (81.2, 82.875),
+    (5, ("ALPIO", 6)): (84.6, 84.25),
+}
+CONDITIONS = ["Normal", "IR", "OR", "Ball", "IR-Ball", "OR-Ball", "IR-OR", "IR-OR-Ball"]
+
+
+@pytest.mark.parametrize(("cell", "percent"), CELLS.items())
+def test_cells_of_the_paper(cell, percent):
+    number, condition, column = cell
+    assert load_tables().tables[number].frame.loc[condition, column] == percent
+
+
+@pytest.mark.parametrize("number", [2, 3, 4, 5, 8, 9])
+def test_layout_of_accuracy_tables(number):
+    table = load_tables().tables[number]
+    assert table.frame.index.tolist() == CONDITIONS
+    if number < 6:
+        assert table.rpm == {2: 300, 3: 400, 4: 450, 5: 500}[number] and table.crack_mm is None
+        inner, values = "crack_mm", [3, 6]
+    else:
+        assert table.crack_mm == {8: 3, 9: 6}[number] and table.rpm is None
+        inner, values = "rpm", [300, 400, 450, 500]
+    assert table.frame.columns.names == ["method", inner]
+    columns = [(method, value) for method in ("proposed", "ALPIO") for value in values]
+    assert table.frame.columns.tolist() == columns == table.average.index.tolist()
+    assert set(map(str, table.frame.dtypes)) == {"float64"}
+
+
+def test_averages_that_do_not_follow_from_their_rows():
+    wrong, n_printed = {}, 0
+    for number in (2, 3, 4, 5, 8, 9):
+        table = load_tables().tables[number]
+        n_printed += len(table.average)
+        for column, printed in table.average.items():
+            recomputed = table.frame[column].mean()
+            if abs(printed - recomputed) > 0.05 + 1e-9:
+                wrong[number, column] = (printed, recomputed)
+    assert n_printed == 32
+    assert wrong == WRONG_AVERAGES
+
+
+@pytest.mark.parametrize(
+    ("number", "crack_mm", "rows", "right", "bottom", "accuracy"),
+    [
+        (
+            6,
+            3,
+            {"Ball": [1, 97, 0, 0, 1, 1, 0, 0], "IR-OR-Ball": [0, 0, 0, 0, 0, 0, 3, 97]},
+            [100, 97, 95, 96, 94, 97, 98, 97],
+            [97.1, 97.9, 99, 93.2, 94, 97.9, 95.1, 100],
+            95.07,
+        ),
+        (
+            7,
+            6,
+            {"IR": [0, 0, 96, 3, 0, 0, 1, 0], "OR-Ball": [1, 2, 0, 0, 0, 97, 0, 0]},
+            [100, 99, 96, 97, 98, 97, 100, 98],
+            [99, 96.1, 97, 96, 99, 100, 98, 100],
+            98.13,
+        ),
+    ],
+)
+def test_confusion_matrices_of_the_paper(number, crack_mm, rows, right, bottom, accuracy):
+    table = load_tables().tables[number]
+    order = ["Normal", "Ball", "IR", "OR", "IR-Ball", "OR-Ball", "IR-OR", "IR-OR-Ball"]
+    assert (table.rpm, table.crack_mm, table.accuracy) == (400, crack_mm, accuracy)
+    assert table.frame.index.tolist() == table.frame.columns.tolist() == order
+    for name, values in rows.items():
+        assert table.frame.loc[name].tolist() == values
+    assert table.right_margin.loc[order].tolist() == right and table.right_label == "Precision"
+    assert table.bottom_margin.loc[order].tolist() == bottom and table.bottom_label == "Recall"
+    # Why rows are the true conditions: 100 windows of each were tested.
+    assert (table.frame.sum(axis=1) == 100).all() and (table.frame.sum() != 100).any()
+
+
+def test_what_is_loaded_can_be_changed_without_changing_the_next():
+    first = load_tables()
+    first.tables[2].frame.iloc[0, 0] = -1
+    first.claims["windows"] = -1
+    again = load_tables()
+    assert again.tables[2].frame.iloc[0, 0] == 100 and again.claims["windows"] == 100
+    assert "888" in again.source
+
+
+def test_averages_of_the_paper_recomputed():
+    table = paper_averages()
+    assert table.loc["claimed in section 5", ("proposed", "both")] == 98.8
+    assert table.loc["claimed in section 5", ("ALPIO", "both")] == 80.5
+    assert table.loc["claimed in section 5"].notna().sum() == 2
+    frames = {number: load_tables().tables[number].frame for number in (2, 3, 4, 5, 8, 9)}
+    sets = {
+        "rows of Tables 2-5": (2, 3, 4, 5),
+        "rows of Tables 2-4, the test sets": (2, 3, 4),
+    }
+    for basis, numbers in sets.items():
+        for method in ("proposed", "ALPIO"):
+            by_crack = [
+                np.mean([frames[number][method, crack].to_numpy() for number in numbers])
+                for crack in (3, 6)
+            ]
+            expected = [*by_crack, np.mean(by_crack)]
+            np.testing.assert_allclose(table.loc[basis, method], expected)
+    for method in ("proposed", "ALPIO"):
+        by_crack = [frames[number][method].to_numpy().mean() for number in (8, 9)]
+        row = table.loc["rows of Tables 8 and 9", method]
+        np.testing.assert_allclose(row, [*by_crack, np.mean(by_crack)])
+    # (96.1 + 96.8 + 97.3 + 99.9) / 4 and so on.
+    row = table.loc["printed averages of Tables 2-5"]
+    np.testing.assert_allclose(row["proposed"], [97.525, 98.5, 98.0125])
+    np.testing.assert_allclose(row["ALPIO"], [79.175, 81.875, 80.525])
+    assert table.columns.tolist() == [
+        (method, crack) for method in ("proposed", "ALPIO") for crack in ("3 mm", "6 mm", "both")
+    ]
+
+
+def test_improvements_of_the_paper_recomputed():
+    expected = {
+        "claimed in the abstract": [17.82, 16.625],
+        "claimed in section 5": [17.82, 16.625],
+        "claimed in the conclusion": [17.62, 16.626],
+        "printed averages of Tables 2-5": [18.35, 16.625],
+        "rows of Tables 2-5": [17.3125, 16.375],
+        "rows of Tables 2-4, the test sets": [18.125, 17.125],
+        "rows of Tables 8 and 9": [17.46875, 16.75],
+    }
+    table = paper_improvements()
+    assert table.index.tolist() == list(expected)
+    np.testing.assert_allclose(table[["3 mm", "6 mm"]], list(expected.values()))
+
+
+def test_improvement_is_the_difference_of_averages():
+    columns = pd.MultiIndex.from_product([["ALPIO", "proposed"], ["3 mm", "6 mm", "both"]])
+    table = improvements(pd.DataFrame([[80.0, 70, 75, 81, 75, 78]], ["x"], columns))
+    assert table.loc["x"].to_dict() == {"3 mm": 1.0, "6 mm": 5.0}
