@@ -215,5 +215,5 @@ def test_a_diagnosis_pipeline_has_what_its_last_step_has(data):
     assert [hasattr(identify, name) for name in METHODS] == [False] * 4
     assert [hasattr(detector, name) for name in METHODS] == [True, False, False, True]
     assert isinstance(make_diagnoser(n_jobs=2)[:-1], DiagnosisPipeline)
-    with pytest.raises(ValueError, match="Expected 2D array|at least one array|0 sample"):
+    with pytest.raises(ValueError, match="0 sample"):
         make_alpio().fit(*data).predict(np.empty((0, 400)))

@@ -2,12 +2,20 @@
 
 import numpy as np
 
-from ..plotting import ResidualDisplay, SpeedAccuracyDisplay, TrajectoryDisplay
+from ..plotting import SpeedAccuracyDisplay
 from .diagnosers import COMPARED
+from .paper_figures import (
+    RESIDUAL_FIGURES,
+    detection_figure,
+    identification_figure,
+    new_figure,
+    raw_signal_figure,
+    residual_figure,
+)
 from .report import confusion_verdicts, of_part
+from .rigs import TITLES
 
 _RESIDUALS_OF = COMPARED["extended-state"][0]
-_SHOWN_SAMPLES = 300
 
 
 def why_missing():
@@ -21,6 +29,9 @@ def why_missing():
 
 def save_figures(verdicts, parts, fitted, rig_title, confusion_rpm, path):
     """Draw and save everything.
+
+    Accuracy by speed, confusion matrices, and what the paper shows in its Figures 7, 8, 10, 11
+    and 12-19; on the simulated rig, which has the paper's conditions, files say which.
 
     Parameters
     ----------
@@ -45,32 +56,54 @@ def save_figures(verdicts, parts, fitted, rig_title, confusion_rpm, path):
             "confusion": _confusion_figure(own, part.rig.target_names, title, confusion_rpm),
         }
         diagnoser = fitted[part.crack_mm, _RESIDUALS_OF]
-        train_rpm = own["train_rpm"].min()
-        shown = _example_windows(own, part.rig, train_rpm)
-        title = f"{title}, {_RESIDUALS_OF}, calibrated at {train_rpm:g} rpm"
-        drawn["residuals"] = _residual_figure(diagnoser, part.rig, shown, title)
-        drawn["trajectories"] = _trajectory_figure(diagnoser, part.rig, shown, title)
+        of_paper = _figures_of_paper(own, part.rig, diagnoser, title)
+        prefixed = rig_title == TITLES["simulated"]
+        drawn |= {f"{number}_{s}" if prefixed else s: f for (number, s), f in of_paper.items()}
         for stem, figure in drawn.items():
             figure.savefig(path(f"{stem}{part.stem}", ".png"), dpi=120)
 
 
-def _new_figure(title, width, height):
-    from matplotlib.figure import Figure
+def _figures_of_paper(verdicts, rig, diagnoser, title):
+    """Figures by their number in the paper and what they show."""
+    train_rpm = verdicts["train_rpm"].min()
+    test_rpm, tested = _tested_windows(verdicts, rig, train_rpm)
+    # The first tested window of each condition, in the paper's order where it has them.
+    names = sorted(rig.target_names, key=lambda name: RESIDUAL_FIGURES.get(name, 0))
+    windows = {name: rig.data[tested[rig.target[tested] == name][0]] for name in names}
+    healthy, faulty = rig.target_names[0], rig.target_names[-1]
+    of = f"{title}, {_RESIDUALS_OF} calibrated at {train_rpm:g}, windows at {test_rpm:g} rpm"
+    return {
+        ("figure_07", "identification_healthy"): identification_figure(
+            diagnoser, rig, healthy, windows[healthy], of
+        ),
+        ("figure_08", "identification_faulty"): identification_figure(
+            diagnoser, rig, faulty, windows[faulty], of
+        ),
+        ("figure_10", "raw_signals"): raw_signal_figure(rig, train_rpm, title),
+        ("figure_11", "detection"): detection_figure(diagnoser, rig, tested, of),
+        ("figures_12-19", "residuals"): residual_figure(diagnoser, rig, windows, of),
+    }
 
-    figure = Figure(figsize=(width, height), layout="constrained")
-    figure.suptitle(title)
-    return figure
+
+def _tested_windows(verdicts, rig, train_rpm):
+    """Windows tested at the training speed, which the paper shows; if none, at the lowest."""
+    tested = verdicts[verdicts["train_rpm"] == train_rpm]
+    at = train_rpm if (tested["test_rpm"] == train_rpm).any() else tested["test_rpm"].min()
+    tested = tested[tested["test_rpm"] == at]
+    keys = set(zip(tested["recording"], tested["start"], strict=True))
+    chosen = [key in keys for key in zip(rig.recording, rig.start, strict=True)]
+    return at, np.flatnonzero(chosen)
 
 
 def _speed_figure(verdicts, title):
     by_diagnoser = list(verdicts.groupby("diagnoser", sort=False))
     train_speeds = verdicts["train_rpm"].unique()
     if len(train_speeds) == 1:
-        figure = _new_figure(f"{title}, calibrated at {train_speeds[0]:g} rpm", 6.4, 4.8)
+        figure = new_figure(f"{title}, calibrated at {train_speeds[0]:g} rpm", 6.4, 4.8)
         axes = [figure.subplots()] * len(by_diagnoser)
     else:
-        figure = _new_figure(title, 4.6 * len(by_diagnoser), 4.6)
-        axes = figure.subplots(1, len(by_diagnoser), sharey=True)
+        figure = new_figure(title, 4.6 * len(by_diagnoser), 4.6)
+        axes = figure.subplots(1, len(by_diagnoser), sharey=True, squeeze=False)[0]
     for ax, (name, own) in zip(axes, by_diagnoser, strict=True):
         display = SpeedAccuracyDisplay.from_predictions(
             own["true"],
@@ -93,10 +126,9 @@ def _confusion_figure(verdicts, conditions, title, confusion_rpm):
     by_diagnoser = list(verdicts.groupby("diagnoser", sort=False))
     _, speeds = confusion_verdicts(verdicts, confusion_rpm)
     side = 1.6 + 0.46 * len(conditions)
-    figure = _new_figure(f"{title}, {speeds}", side * len(by_diagnoser), side + 1.4)
-    for ax, (name, own) in zip(
-        figure.subplots(1, len(by_diagnoser), sharey=True), by_diagnoser, strict=True
-    ):
+    figure = new_figure(f"{title}, {speeds}", side * len(by_diagnoser), side + 1.4)
+    axes = figure.subplots(1, len(by_diagnoser), sharey=True, squeeze=False)[0]
+    for ax, (name, own) in zip(axes, by_diagnoser, strict=True):
         chosen, _ = confusion_verdicts(own, confusion_rpm)
         right = np.mean(chosen["true"] == chosen["predicted"])
         ConfusionMatrixDisplay.from_predictions(
@@ -111,47 +143,4 @@ def _confusion_figure(verdicts, conditions, title, confusion_rpm):
         ax.set_title(f"{name}: accuracy {100 * right:.1f} %")
         ax.set(xlabel="Verdict", ylabel="True condition")
         ax.label_outer()
-    return figure
-
-
-def _example_windows(verdicts, rig, train_rpm):
-    """The first tested window of each condition at the lowest other speed."""
-    tested = verdicts[(verdicts["train_rpm"] == train_rpm) & (verdicts["test_rpm"] != train_rpm)]
-    at = (verdicts if tested.empty else tested)["test_rpm"].min()
-    tested = verdicts[(verdicts["train_rpm"] == train_rpm) & (verdicts["test_rpm"] == at)]
-    windows = {}
-    for condition in rig.target_names:
-        row = tested[tested["true"] == condition].iloc[0]
-        (number,) = np.flatnonzero(
-            (rig.recording == row["recording"]) & (rig.start == row["start"])
-        )
-        windows[condition] = rig.data[number]
-    return at, windows
-
-
-def _residual_figure(diagnoser, rig, shown, title):
-    test_rpm, windows = shown
-    healthy = rig.target_names[0]
-    figure = _new_figure(f"{title}, windows at {test_rpm:g} rpm", 11, 0.6 + 1.9 * len(windows))
-    axes = figure.subplots(len(windows), 2, sharex=True, squeeze=False)
-    for row, (condition, window) in zip(axes, windows.items(), strict=True):
-        for ax, model in zip(row, (healthy, condition), strict=True):
-            if model == healthy and ax is row[1]:
-                ax.set_axis_off()
-                continue
-            ResidualDisplay.from_estimator(diagnoser, window, model=model, ax=ax)
-            ax.set_title(f"true condition {condition}, model of {model}", fontsize="medium")
-            ax.label_outer()
-    return figure
-
-
-def _trajectory_figure(diagnoser, rig, shown, title):
-    test_rpm, windows = shown
-    pair = rig.target_names[0], rig.target_names[-1]
-    figure = _new_figure(f"{title}, windows at {test_rpm:g} rpm", 11, 7)
-    columns = figure.subplots(3, 2, sharex=True)
-    for axes, condition in zip(columns.T, pair, strict=True):
-        TrajectoryDisplay.from_estimator(diagnoser, windows[condition], axes=axes)
-        axes[0].set_title(f"true condition {condition}, model of {rig.target_names[0]}")
-        axes[2].set_xlim(0, _SHOWN_SAMPLES)
     return figure

@@ -1,6 +1,17 @@
 """Figures, as Display classes in scikit-learn's manner; they need matplotlib."""
 
+from ._style import condition_styles
+from .identification import IdentificationDisplay
+from .residual import ResidualDisplay
 from .speed_accuracy import SpeedAccuracyDisplay
-from .trajectories import ResidualDisplay, TrajectoryDisplay
+from .threshold_ladder import ThresholdLadderDisplay
+from .trajectories import TrajectoryDisplay
 
-__all__ = ["ResidualDisplay", "SpeedAccuracyDisplay", "TrajectoryDisplay"]
+__all__ = [
+    "IdentificationDisplay",
+    "ResidualDisplay",
+    "SpeedAccuracyDisplay",
+    "ThresholdLadderDisplay",
+    "TrajectoryDisplay",
+    "condition_styles",
+]

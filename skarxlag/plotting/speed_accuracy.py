@@ -6,6 +6,7 @@ from sklearn.utils import check_consistent_length
 
 from ..model_selection import speed_splits
 from ._axes import new_axes
+from ._style import condition_styles
 
 
 class SpeedAccuracyDisplay:
@@ -151,9 +152,12 @@ class SpeedAccuracyDisplay:
         name = self.name if name is None else name
         prefix = "" if name is None else f"{name}, "
         self.lines_ = []
-        for accuracy, speed in zip(self.accuracy, self.train_rpm, strict=True):
+        # Lines of earlier displays on these axes keep their styles to themselves.
+        n_before = len(ax.get_legend_handles_labels()[0])
+        styles = list(condition_styles(range(n_before + len(self.train_rpm))).values())[n_before:]
+        for accuracy, speed, own in zip(self.accuracy, self.train_rpm, styles, strict=True):
             known = np.isfinite(accuracy)
-            style = {"marker": "o", "label": f"{prefix}calibrated at {speed:g} rpm"} | line_kw
+            style = own | {"label": f"{prefix}calibrated at {speed:g} rpm"} | line_kw
             (line,) = ax.plot(self.test_rpm[known], accuracy[known], **style)
             same = known & (self.test_rpm == speed)
             ax.plot(
@@ -162,7 +166,7 @@ class SpeedAccuracyDisplay:
                 linestyle="none",
                 marker=line.get_marker(),
                 color=line.get_color(),
-                markerfacecolor="white",
+                markerfacecolor=ax.get_facecolor(),
                 zorder=3,
             )
             self.lines_.append(line)

@@ -1,0 +1,68 @@
+"""Write every image of the figures page: ``python docs/paper/draw_figures.py [FOLDER]``.
+
+Block diagrams from their descriptions (SVG), the others from the simulated rig (PNG). All
+are without a background, in colours that can be read on a white and on a dark page.
+"""
+
+import sys
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from block_diagrams import FIGURES, draw
+
+from skarxlag import ExtendedStatePIObserver, make_extended_state_pio
+from skarxlag.commands.diagnosers import make_single_ladder
+from skarxlag.commands.paper_figures import (
+    RESIDUAL_FIGURES,
+    detection_figure,
+    identification_figure,
+    isolation_figure,
+    raw_signal_figure,
+    residual_figure,
+)
+from skarxlag.datasets import simulate_rig
+from skarxlag.plotting._style import ANY_PAGE
+
+RPM, CRACK_MM = 500, 6
+TITLE = f"Simulated rig, crack {CRACK_MM} mm"
+
+
+def figures():
+    """Every figure that data can draw, by the stem of its file."""
+    rig = simulate_rig(rpm=RPM, crack_mm=CRACK_MM)
+    healthy, faulty = rig.target_names[0], rig.target_names[-1]
+    is_first = rig.start < rig.start.max() / 2
+    tested = np.flatnonzero(~is_first)
+    ladder = make_single_ladder(ExtendedStatePIObserver, healthy=healthy)
+    ladder.fit(rig.data[is_first], rig.target[is_first])
+    bank = make_extended_state_pio(healthy=healthy).fit(rig.data[is_first], rig.target[is_first])
+    windows = {name: rig.data[tested[rig.target[tested] == name][0]] for name in rig.target_names}
+    title = f"{TITLE}, {RPM} rpm"
+    drawn = {
+        "figure_07": identification_figure(ladder, rig, healthy, windows[healthy], title),
+        "figure_08": identification_figure(ladder, rig, faulty, windows[faulty], title),
+        "figure_10": raw_signal_figure(rig, RPM, TITLE),
+        "figure_11": detection_figure(ladder, rig, tested, f"{title}: detection"),
+        "ladder": isolation_figure(ladder, rig, tested, f"{title}: all rungs of the ladder"),
+        "bank": isolation_figure(bank, rig, tested, f"{title}: a bank of residuals"),
+    }
+    for name, number in RESIDUAL_FIGURES.items():
+        drawn[f"figure_{number}"] = residual_figure(ladder, rig, {name: windows[name]}, title)
+    return drawn
+
+
+def main(folder):
+    """Write all images into a folder."""
+    # Without a date and with fixed ids a file changes only where its picture does.
+    settings = {"svg.hashsalt": "skarxlag", "svg.fonttype": "path"}
+    with matplotlib.rc_context(ANY_PAGE | settings):
+        for number, description in FIGURES.items():
+            path = folder / f"figure_{number:02}.svg"
+            draw(description).savefig(path, metadata={"Date": None})
+        for stem, figure in figures().items():
+            figure.savefig(folder / f"{stem}.png", dpi=90, metadata={"Software": None})
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "images")

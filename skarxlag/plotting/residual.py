@@ -1,0 +1,283 @@
+"""Residual of one window with the thresholds that it is compared with."""
+
+import numpy as np
+
+from ..kernels.ladder import log_level
+from ._axes import legend_beside, new_axes
+from ._fitted import (
+    bank_deltas,
+    chosen_model,
+    condition_names,
+    healthy_name,
+    is_bank,
+    ladder_cuts,
+    model_names,
+    observer_of,
+    ordered_conditions,
+)
+from ._style import condition_styles, ink
+
+
+class ResidualDisplay:
+    r"""Residual of one window with the ladder's thresholds (Figures 12-19 of the paper).
+
+    For the evaluation "switching_gain" the residual is :math:`r = K_s\,\mathrm{sgn}(S)` (Eq. 21),
+    and the window's level, which is what the thresholds bound, the settled :math:`K_s`. For "power"
+    the residual is the error e and the level its root-mean-square.
+
+    Parameters
+    ----------
+    residual : ndarray of shape (n_samples,)
+        Trajectory r(k), in the unit of the innovations.
+    level : float or None, default=None
+        The one number that the ladder compares, in the same unit.
+    detection_threshold : float or None, default=None
+        :math:`\Gamma`.
+    isolation_thresholds : dict of str to float or None, default=None
+        :math:`\Delta` by condition; one that is infinite, or is :math:`\Gamma`, is not drawn.
+    model : str or None, default=None
+        Condition of the model that the residual is of.
+    condition : str or None, default=None
+        True condition of the window.
+    conditions : list of str or None, default=None
+        All conditions, in the order that gives them their colours.
+
+    Attributes
+    ----------
+    line_ : matplotlib Line2D
+        The residual.
+    level_line_ : matplotlib Line2D or None
+        The level; like the thresholds, it is drawn on both sides of zero.
+    threshold_lines_ : dict of str to matplotlib Line2D
+        The thresholds, by their label.
+    ax_, figure_ : matplotlib Axes and Figure
+        Where it was plotted.
+
+    See Also
+    --------
+    ThresholdLadderDisplay : Levels of many windows.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skarxlag import make_alpio
+    >>> X = np.random.default_rng(0).normal(size=(8, 600))
+    >>> diagnoser = make_alpio(healthy="good").fit(X, np.repeat(["good", "worn"], 4))
+    >>> display = ResidualDisplay.from_estimator(diagnoser, X[5], model="worn")
+    >>> list(display.threshold_lines_)
+    ['$\\Delta$ worn']
+    """
+
+    def __init__(
+        self,
+        residual,
+        *,
+        level=None,
+        detection_threshold=None,
+        isolation_thresholds=None,
+        model=None,
+        condition=None,
+        conditions=None,
+    ):
+        self.residual = residual
+        self.level = level
+        self.detection_threshold = detection_threshold
+        self.isolation_thresholds = isolation_thresholds
+        self.model = model
+        self.condition = condition
+        self.conditions = conditions
+
+    @classmethod
+    def from_estimator(
+        cls, estimator, window, *, model=None, condition=None, conditions=None, ax=None
+    ):
+        r"""Plot the residual of a fitted diagnoser on one window.
+
+        One residual has all cuts of the ladder. A bank's :math:`\Delta` bounds the residual of one
+        model relative to the geometric mean of all of the window's residuals, so it is drawn times
+        that mean, and :math:`\Gamma` with the healthy model only.
+
+        Parameters
+        ----------
+        estimator : Pipeline
+            Fitted; an ARXLaguerre, an observer, and a ThresholdLadder or FaultDetector.
+        window : array-like of shape (n_samples,) or (n_channels, n_samples)
+            The window.
+        model : label or None, default=None
+            Condition of the model to show. None: the healthy one.
+        condition : label or None, default=None
+            True condition of the window, for its colour.
+        conditions : sequence of label or None, default=None
+            All conditions, in the order that gives them their colours. None: the healthy one
+            first, the others sorted.
+        ax : matplotlib Axes or None, default=None
+            Where to plot. None: new axes.
+
+        Returns
+        -------
+        ResidualDisplay
+            With the plot.
+
+        Raises
+        ------
+        ValueError
+            If there is no observer, its evaluation is "whiteness", which is no bound on a
+            trajectory, or there is no such model.
+        """
+        observer, decide = observer_of(estimator), estimator[-1]
+        if observer.evaluation == "whiteness":
+            raise ValueError(
+                "evaluation='whiteness' compares spectra, there is no residual trajectory to show; "
+                "expected 'power' or 'switching_gain'."
+            )
+        healthy, names = healthy_name(decide), model_names(estimator[0])
+        m = chosen_model(names, model, healthy)
+        innovations = estimator[:-2].transform(np.asarray(window)[np.newaxis])
+        trajectories = observer.observe(innovations)
+        residual = trajectories["error" if observer.evaluation == "power" else "residual"][0, m]
+        levels = np.asarray(observer.transform(innovations))[0]
+        gamma, deltas = _thresholds(decide, levels, names[m], healthy)
+        return cls.from_predictions(
+            residual,
+            level=float(levels[m]),
+            detection_threshold=gamma,
+            isolation_thresholds=deltas,
+            model=names[m],
+            condition=condition,
+            conditions=ordered_conditions([*condition_names(estimator), condition], conditions),
+            ax=ax,
+        )
+
+    @classmethod
+    def from_predictions(
+        cls,
+        residual,
+        *,
+        level=None,
+        detection_threshold=None,
+        isolation_thresholds=None,
+        model=None,
+        condition=None,
+        conditions=None,
+        ax=None,
+    ):
+        r"""Plot a residual that one has.
+
+        Parameters
+        ----------
+        residual : array-like of shape (n_samples,)
+            Trajectory.
+        level : float or None, default=None
+            The number that is compared with the thresholds.
+        detection_threshold : float or None, default=None
+            :math:`\Gamma`.
+        isolation_thresholds : dict of label to float or None, default=None
+            :math:`\Delta` by condition.
+        model, condition : label or None, default=None
+            Condition of the model, and the true one.
+        conditions : sequence of label or None, default=None
+            All conditions, in the order that gives them their colours. None: those of
+            `isolation_thresholds`, then `condition`.
+        ax : matplotlib Axes or None, default=None
+            Where to plot. None: new axes.
+
+        Returns
+        -------
+        ResidualDisplay
+            With the plot.
+
+        Raises
+        ------
+        ValueError
+            If `residual` is not one trajectory, or `conditions` leaves out one that is drawn.
+        """
+        residual = np.asarray(residual)
+        if residual.ndim != 1 or len(residual) == 0:
+            raise ValueError(
+                f"residual has the shape {residual.shape}, expected one trajectory: (n_samples,)."
+            )
+        deltas = {str(name): float(d) for name, d in (isolation_thresholds or {}).items()}
+        display = cls(
+            residual,
+            level=level,
+            detection_threshold=detection_threshold,
+            isolation_thresholds=deltas,
+            model=None if model is None else str(model),
+            condition=None if condition is None else str(condition),
+            conditions=ordered_conditions([*deltas, condition], conditions),
+        )
+        return display.plot(ax=ax)
+
+    def plot(self, ax=None, **line_kw):
+        """Plot.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes or None, default=None
+            Where to plot. None: new axes.
+        **line_kw : dict
+            Passed to ``Axes.plot`` for the residual.
+
+        Returns
+        -------
+        ResidualDisplay
+            With the plot.
+        """
+        ax = new_axes(1)[0] if ax is None else ax
+        styles = condition_styles(self.conditions or [])
+        known = styles.get(self.condition)
+        of = [
+            f"{what} {name}"
+            for what, name in (("window of", self.condition), ("model of", self.model))
+            if name is not None
+        ]
+        style = {
+            "linewidth": 0.6,
+            "alpha": 0.4,
+            "color": ink() if known is None else known["color"],
+            "label": ", ".join(["residual", *of]),
+        }
+        (self.line_,) = ax.plot(self.residual, **style | line_kw)
+        self.level_line_ = None
+        if self.level is not None:
+            self.level_line_ = _on_both_sides(
+                ax, self.level, "level of the window", color=ink(), linewidth=2.4
+            )
+        self.threshold_lines_ = {}
+        if self.detection_threshold is not None:
+            self._threshold(ax, r"$\Gamma$", self.detection_threshold, color=ink(), linestyle="--")
+        for name, value in (self.isolation_thresholds or {}).items():
+            if np.isfinite(value) and value != self.detection_threshold:
+                shown = {key: styles[name][key] for key in ("color", "linestyle")}
+                self._threshold(ax, rf"$\Delta$ {name}", value, **shown)
+        drawn = [line.get_ydata()[0] for line in self.threshold_lines_.values()]
+        reach = 1.08 * np.max(np.abs([*self.residual, *drawn]))
+        ax.set(xlabel="Sample", ylabel="Residual r(k)", xlim=(0, len(self.residual) - 1))
+        if reach > 0:
+            ax.set_ylim(-reach, reach)
+        level = [] if self.level_line_ is None else [self.level_line_]
+        lines = [*level, *self.threshold_lines_.values()]
+        # As they lie, the highest on top.
+        legend_beside(ax, sorted(lines, key=lambda line: -line.get_ydata()[0]))
+        ax.set_title(self.line_.get_label(), fontsize="medium", loc="left")
+        self.ax_, self.figure_ = ax, ax.figure
+        return self
+
+    def _threshold(self, ax, label, value, **style):
+        self.threshold_lines_[label] = _on_both_sides(ax, value, label, linewidth=1.4, **style)
+
+
+def _on_both_sides(ax, value, label, **style):
+    ax.axhline(-value, **style)
+    return ax.axhline(value, label=label, **style)
+
+
+def _thresholds(decide, levels, model, healthy):
+    """Gamma and Deltas on the residual of one model, for one window with these levels."""
+    gamma = decide.detection_threshold_
+    if healthy is None:
+        return gamma, {}
+    if not is_bank(decide):
+        return gamma, ladder_cuts(decide)
+    scale = float(np.exp(log_level(levels).mean()))
+    return gamma if model == healthy else None, {model: bank_deltas(decide)[model] * scale}

@@ -1,0 +1,62 @@
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from scipy.signal import lfilter
+from sklearn.pipeline import make_pipeline
+
+from skarxlag import (
+    ARXLaguerre,
+    FaultDetector,
+    PIObserver,
+    ThresholdLadder,
+    make_extended_state_pio,
+)
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "paper"))
+
+
+@pytest.fixture
+def ax():
+    return Figure().subplots()
+
+
+@pytest.fixture
+def axes():
+    return Figure().subplots(2)
+
+
+@pytest.fixture(scope="session")
+def rig():
+    """Windows of two colours and levels, at two speeds."""
+    rng = np.random.default_rng(0)
+    parts = [
+        size * lfilter([1.0], [1.0, a], rng.normal(size=(12, 300)))
+        for size, a in ((1, -0.9), (3, 0.9))
+    ]
+    return SimpleNamespace(
+        X=np.concatenate(parts),
+        y=np.repeat(["good", "worn"], 12),
+        rpm=np.tile(np.repeat([300.0, 500.0], 6), 2),
+        recording=np.repeat(["a", "b", "c", "d"], 6),
+    )
+
+
+@pytest.fixture(scope="session")
+def bank(rig):
+    return make_extended_state_pio(healthy="good").fit(rig.X, rig.y)
+
+
+@pytest.fixture(scope="session")
+def ladder(rig):
+    return make_pipeline(
+        ARXLaguerre(healthy="good", unit_rms=False), PIObserver(), ThresholdLadder(healthy="good")
+    ).fit(rig.X, rig.y)
+
+
+@pytest.fixture(scope="session")
+def detector(rig):
+    return make_pipeline(ARXLaguerre(unit_rms=False), PIObserver(), FaultDetector()).fit(rig.X[:12])

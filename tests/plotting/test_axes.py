@@ -1,0 +1,58 @@
+import os
+import subprocess
+import sys
+
+import matplotlib
+import pytest
+
+from skarxlag.plotting import (
+    IdentificationDisplay,
+    ResidualDisplay,
+    SpeedAccuracyDisplay,
+    ThresholdLadderDisplay,
+    TrajectoryDisplay,
+)
+
+#: How to draw each display on new axes.
+DRAW = {
+    "identification": lambda: IdentificationDisplay.from_predictions([1, 2], [1, 1]),
+    "residual": lambda: ResidualDisplay.from_predictions([1, 2], level=1),
+    "ladder": lambda: ThresholdLadderDisplay.from_predictions(["a"], [1.0]),
+    "trajectories": lambda: TrajectoryDisplay.from_predictions([1, 2], [1, 1], [0, 1]),
+    "speeds": lambda: SpeedAccuracyDisplay.from_predictions(
+        ["a"], ["a"], train_rpm=[1], test_rpm=[2]
+    ),
+}
+
+
+@pytest.mark.parametrize("draw", DRAW.values(), ids=DRAW)
+def test_new_axes_come_from_pyplot(draw):
+    from matplotlib import pyplot
+
+    before = matplotlib.get_backend()
+    pyplot.switch_backend("agg")
+    try:
+        assert draw().figure_ is pyplot.gcf()
+        assert draw().figure_ is pyplot.gcf() and len(pyplot.get_fignums()) == 2
+    finally:
+        pyplot.close("all")
+        pyplot.switch_backend(before)
+
+
+@pytest.mark.parametrize("draw", DRAW.values(), ids=DRAW)
+def test_missing_matplotlib_tells_what_to_install(monkeypatch, draw):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)
+    with pytest.raises(ImportError, match=r"pip install 'skarxlag\[plot\]'"):
+        draw()
+
+
+def test_importing_the_displays_does_not_import_matplotlib():
+    code = (
+        "import sys, skarxlag, skarxlag.plotting, skarxlag.commands\n"
+        "assert not [name for name in sys.modules if name.startswith('matplotlib')]\n"
+        "skarxlag.plotting.ResidualDisplay([1.0, -1.0]).plot()\n"
+        "assert 'matplotlib.pyplot' in sys.modules\n"
+    )
+    environment = os.environ | {"MPLBACKEND": "Agg"}
+    subprocess.run([sys.executable, "-c", code], check=True, env=environment)

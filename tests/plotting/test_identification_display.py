@@ -1,0 +1,114 @@
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from sklearn.metrics import r2_score
+
+from skarxlag import ARXLaguerre, make_alpio
+from skarxlag.plotting import IdentificationDisplay
+from skarxlag.plotting._style import NEUTRAL, PALETTE
+
+
+def test_lines_carry_output_prediction_and_error(bank, rig, axes):
+    window = 7 + 100 * rig.X[15]
+    display = IdentificationDisplay.from_estimator(bank, window, model="worn", axes=axes)
+    prediction = bank[0].predict_output(window[np.newaxis])[0, 1]
+    output = window[-len(prediction) :]
+    np.testing.assert_array_equal(display.output_line_.get_ydata(), output)
+    np.testing.assert_array_equal(display.prediction_line_.get_ydata(), prediction)
+    np.testing.assert_array_equal(display.error_line_.get_ydata(), output - prediction)
+    assert list(display.axes_) == list(axes) and display.figure_ is axes[0].figure
+    # Output less prediction is the innovation, in the unit of the sensor.
+    innovations = bank[0].transform(window[np.newaxis])[0, 1]
+    error = display.error_line_.get_ydata() / np.std(window)
+    np.testing.assert_allclose(error, innovations, atol=1e-10)
+
+
+def test_estimator_and_predictions_draw_the_same(bank, rig, axes):
+    given = {"condition": "worn", "conditions": ["good", "worn"], "sampling_rate": 1000.0}
+    one = IdentificationDisplay.from_estimator(bank, rig.X[15], axes=axes, **given)
+    prediction = bank[0].predict_output(rig.X[15:16])[0, 0]
+    other = IdentificationDisplay.from_predictions(
+        rig.X[15, -len(prediction) :],
+        prediction,
+        model="good",
+        axes=Figure().subplots(2),
+        **given,
+    )
+    for first, second in zip(one.axes_, other.axes_, strict=True):
+        for a, b in zip(first.lines, second.lines, strict=True):
+            np.testing.assert_array_equal(a.get_xydata(), b.get_xydata())
+            assert a.get_color() == b.get_color() and a.get_label() == b.get_label()
+        assert first.get_xlabel() == second.get_xlabel()
+
+
+def test_fit_is_that_of_the_model_and_stands_in_the_legend(bank, rig, axes):
+    display = IdentificationDisplay.from_estimator(bank, rig.X[3], axes=axes)
+    # The transient is a small part of the window; beyond it both see the same samples.
+    error = display.output - display.prediction
+    spread = display.output - display.output.mean()
+    expected = 100 * (1 - np.sqrt(np.sum(error**2) / np.sum(spread**2)))
+    assert display.fit_percentage == pytest.approx(expected, rel=1e-12)
+    assert expected == pytest.approx(
+        100 * (1 - np.sqrt(1 - r2_score(display.output, display.prediction))), rel=1e-9
+    )
+    label = axes[0].get_legend().get_texts()[1].get_text()
+    assert label == f"prediction, model of good: fit {expected:.1f} %"
+
+
+def test_model_of_the_healthy_condition_is_the_default(bank, rig, axes):
+    assert IdentificationDisplay.from_estimator(bank, rig.X[0], axes=axes).model == "good"
+    alpio = make_alpio(healthy="worn").fit(rig.X, rig.y)
+    assert IdentificationDisplay.from_estimator(alpio, rig.X[0], axes=axes).model == "worn"
+    identify = ARXLaguerre().fit(rig.X, rig.y)
+    display = IdentificationDisplay.from_estimator(identify, rig.X[0], model="worn", axes=axes)
+    np.testing.assert_array_equal(display.prediction, identify.predict_output(rig.X[:1])[0, 1])
+    assert display.conditions == ["good", "worn"]
+
+
+def test_free_run_is_the_simulation(rig, axes):
+    identify = ARXLaguerre(order=4).fit(rig.X)
+    one_step = IdentificationDisplay.from_estimator(identify, rig.X[0], axes=axes)
+    free = IdentificationDisplay.from_estimator(identify, rig.X[0], free_run=True, axes=axes)
+    expected = identify.predict_output(rig.X[:1], free_run=True)[0, 0]
+    np.testing.assert_array_equal(free.prediction, expected)
+    assert free.fit_percentage < one_step.fit_percentage
+
+
+def test_windows_with_inputs_show_their_output(rig, axes):
+    windows = np.stack([rig.X, np.random.default_rng(1).normal(size=rig.X.shape)], axis=1)
+    display = IdentificationDisplay.from_estimator(
+        ARXLaguerre().fit(windows, rig.y), windows[0], axes=axes
+    )
+    np.testing.assert_array_equal(display.output, rig.X[0, -len(display.output) :])
+
+
+def test_condition_and_order_give_the_colour(axes):
+    draw = IdentificationDisplay.from_predictions
+    signals = [1.0, 2.0, 0.0], [1.0, 1.0, 1.0]
+    assert draw(*signals, axes=axes).error_line_.get_color() == NEUTRAL
+    assert draw(*signals, condition="b", axes=axes).error_line_.get_color() == PALETTE[0]
+    display = draw(*signals, condition="b", conditions=["a", "b"], axes=axes)
+    assert display.error_line_.get_color() == display.output_line_.get_color() == PALETTE[1]
+    with pytest.raises(ValueError, match=r"conditions=\['a'\] must name each condition once"):
+        draw(*signals, condition="b", conditions=["a"], axes=axes)
+
+
+def test_time_axis_and_line_keywords(axes):
+    display = IdentificationDisplay(np.array([1.0, 2.0, 0.0]), np.ones(3), sampling_rate=2000.0)
+    display.plot(axes=axes, color="red", linewidth=1.5)
+    np.testing.assert_array_equal(display.output_line_.get_xdata(), [0, 0.5, 1])
+    assert axes[1].get_xlabel() == "Time (ms)"
+    assert to_rgba(display.output_line_.get_color()) == to_rgba("red")
+    assert display.output_line_.get_linewidth() == 1.5
+    display.sampling_rate = None
+    assert display.plot(axes=Figure().subplots(2)).axes_[1].get_xlabel() == "Sample"
+
+
+def test_what_cannot_be_shown_is_refused(bank, rig):
+    with pytest.raises(ValueError, match=r"model='bent' is not a model .* \['good', 'worn'\]"):
+        IdentificationDisplay.from_estimator(bank, rig.X[0], model="bent")
+    with pytest.raises(ValueError, match=r"prediction has the shape \(2,\) and output \(3,\)"):
+        IdentificationDisplay.from_predictions([1, 2, 3], [1, 2])
+    with pytest.raises(ValueError, match=r"expected one shape for both: \(n_samples,\)"):
+        IdentificationDisplay.from_predictions([[1, 2]], [[1, 2]])

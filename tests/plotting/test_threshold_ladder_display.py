@@ -1,0 +1,186 @@
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from sklearn.pipeline import make_pipeline
+
+from skarxlag import ARXLaguerre, PIObserver, ThresholdLadder
+from skarxlag.plotting import ThresholdLadderDisplay
+from skarxlag.plotting._style import PALETTE
+
+THREE = {"low": 1.0, "middle": 2.0, "high": np.inf}
+
+
+def heights(display):
+    return {label: line.get_ydata()[0] for label, line in display.threshold_lines_.items()}
+
+
+def shown_levels(display):
+    return {name: line.get_ydata() for name, line in display.lines_.items()}
+
+
+def test_rungs_are_bands_and_verdicts_can_be_read_off(ladder, rig, ax):
+    display = ThresholdLadderDisplay.from_estimator(ladder, rig.X, rig.y, ax=ax)
+    levels = ladder[:-1].transform(rig.X)[:, 0]
+    for name in ("good", "worn"):
+        np.testing.assert_array_equal(shown_levels(display)[name], levels[rig.y == name])
+    decide = ladder[-1]
+    assert heights(display) == {r"$\Gamma$": decide.detection_threshold_}
+    assert list(display.bands_) == decide.rungs_.tolist()
+    bounds = {n: (b.get_y(), b.get_y() + b.get_height()) for n, b in display.bands_.items()}
+    assert bounds["good"][1] == pytest.approx(decide.isolation_thresholds_[0], rel=1e-12)
+    assert bounds["worn"][0] == pytest.approx(decide.isolation_thresholds_[0], rel=1e-12)
+    assert (bounds["good"][0], bounds["worn"][1]) == pytest.approx(ax.get_ylim())
+    verdict = [
+        next(n for n, (low, high) in bounds.items() if low < each <= high) for each in levels
+    ]
+    assert verdict == decide.predict(levels[:, np.newaxis]).tolist()
+
+
+def test_detection_shows_the_healthy_residual_and_gamma(bank, ladder, detector, rig, ax):
+    for estimator, residual in ((bank, 0), (ladder, 0), (detector, 0)):
+        display = ThresholdLadderDisplay.from_estimator(
+            estimator, rig.X, rig.y, decision="detection", ax=Figure().subplots()
+        )
+        levels = estimator[:-1].transform(rig.X)[:, residual]
+        np.testing.assert_array_equal(shown_levels(display)["worn"], levels[rig.y == "worn"])
+        assert heights(display) == {r"$\Gamma$": estimator[-1].detection_threshold_}
+        assert not display.bands_ and display.rival_line_ is None
+    default = ThresholdLadderDisplay.from_estimator(detector, rig.X, rig.y, ax=ax)
+    assert heights(default) == heights(display)
+
+
+def test_healthy_model_of_a_bank_need_not_be_the_first(rig, ax):
+    bank = make_pipeline(ARXLaguerre(), PIObserver(), ThresholdLadder(healthy="worn"))
+    bank.fit(rig.X, rig.y)
+    display = ThresholdLadderDisplay.from_estimator(bank, rig.X, rig.y, decision="detection", ax=ax)
+    assert display.conditions == ["worn", "good"]
+    levels = bank[:-1].transform(rig.X)[:, 1]
+    np.testing.assert_array_equal(shown_levels(display)["good"], levels[rig.y == "good"])
+
+
+def test_bank_shows_own_and_rival_relative_to_all(bank, rig, ax):
+    display = ThresholdLadderDisplay.from_estimator(bank, rig.X, rig.y, ax=ax)
+    levels = bank[:-1].transform(rig.X)
+    relative = levels / np.sqrt(levels[:, :1] * levels[:, 1:])
+    for column, name in enumerate(["good", "worn"]):
+        own = relative[rig.y == name]
+        np.testing.assert_allclose(shown_levels(display)[name], own[:, column], rtol=1e-12)
+        x = display.lines_[name].get_xdata()
+        of_name = np.isin(display.rival_line_.get_xdata(), x)
+        rivals = display.rival_line_.get_ydata()[of_name]
+        np.testing.assert_allclose(rivals, own[:, 1 - column], rtol=1e-12)
+        np.testing.assert_array_equal(
+            display.levels[rig.y == name] < rivals, bank.predict(rig.X[rig.y == name]) == name
+        )
+        delta = display.threshold_lines_[rf"$\Delta$ {name}"]
+        np.testing.assert_array_equal(delta.get_ydata(), bank[-1].isolation_thresholds_[column])
+        np.testing.assert_array_equal(delta.get_xdata(), [x[0], x[-1]])
+    assert not display.bands_ and r"$\Gamma$" not in display.threshold_lines_
+
+
+def test_estimator_may_be_the_last_step_alone(bank, ladder, rig, ax):
+    for pipeline in (bank, ladder):
+        whole = ThresholdLadderDisplay.from_estimator(pipeline, rig.X, rig.y, ax=ax)
+        levels = pipeline[:-1].transform(rig.X)
+        last = ThresholdLadderDisplay.from_estimator(
+            pipeline[-1], -levels, rig.y, ax=Figure().subplots()
+        )
+        np.testing.assert_array_equal(whole.levels, last.levels)
+        assert heights(whole) == heights(last)
+
+
+def test_several_residuals_that_are_no_bank_are_combined(ax):
+    levels = np.array([[3.0, 4.0, 0.0], [0.3, 0.4, 0.0]])
+    decide = ThresholdLadder().fit(np.repeat(levels, 2, axis=0), list("aabb"))
+    display = ThresholdLadderDisplay.from_estimator(decide, levels, ["a", "b"], ax=ax)
+    np.testing.assert_allclose(display.levels, np.array([5.0, 0.5]) / np.sqrt(3), rtol=1e-12)
+
+
+def test_estimator_and_predictions_draw_the_same(bank, rig, ax):
+    given = {"conditions": ["worn", "good"]}
+    one = ThresholdLadderDisplay.from_estimator(bank, rig.X, rig.y, ax=ax, **given)
+    other = ThresholdLadderDisplay.from_predictions(
+        rig.y,
+        one.levels,
+        rivals=one.rivals,
+        isolation_thresholds=one.isolation_thresholds,
+        ax=Figure().subplots(),
+        **given,
+    )
+    for a, b in zip(one.ax_.lines, other.ax_.lines, strict=True):
+        np.testing.assert_array_equal(a.get_xydata(), b.get_xydata())
+        assert a.get_color() == b.get_color() and a.get_label() == b.get_label()
+    assert one.lines_["worn"].get_color() == PALETTE[0]
+
+
+def test_order_places_and_colours(ax):
+    y = ["high", "low", "middle", "low"]
+    display = ThresholdLadderDisplay.from_predictions(
+        y, [3.0, 0.5, 1.5, 0.7], isolation_thresholds=THREE, ax=ax
+    )
+    assert list(display.lines_) == list(THREE)
+    np.testing.assert_array_equal(display.lines_["low"].get_ydata(), [0.5, 0.7])
+    places = np.concatenate([line.get_xdata() for line in display.lines_.values()])
+    assert np.all(np.diff(places) > 0)
+    assert [label.get_text() for label in ax.get_xticklabels()] == list(THREE)
+    colors = [line.get_color() for line in display.lines_.values()]
+    assert colors == list(PALETTE[:3])
+    assert display.bands_["middle"].get_y() == 1.0
+    assert display.bands_["middle"].get_height() == pytest.approx(1.0)
+    legend = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert legend == [r"$\Delta$ middle", r"$\Delta$ low"]
+    turned = ThresholdLadderDisplay.from_predictions(
+        y, [3.0, 0.5, 1.5, 0.7], conditions=["high", "middle", "low"], ax=Figure().subplots()
+    )
+    assert list(turned.lines_) == ["high", "middle", "low"]
+    assert turned.lines_["high"].get_color() == PALETTE[0]
+
+
+def test_conditions_without_windows_keep_their_colours(ax):
+    display = ThresholdLadderDisplay.from_predictions(
+        ["high"], [3.0], isolation_thresholds=THREE, detection_threshold=0.9, ax=ax
+    )
+    assert list(display.lines_) == ["high"] and display.lines_["high"].get_color() == PALETTE[2]
+    assert heights(display) == {r"$\Gamma$": 0.9, r"$\Delta$ low": 1.0, r"$\Delta$ middle": 2.0}
+    bank = ThresholdLadderDisplay.from_predictions(
+        ["low"], [0.9], rivals=[1.1], isolation_thresholds=THREE, ax=Figure().subplots()
+    )
+    assert heights(bank) == {r"$\Delta$ low": 1.0}
+
+
+def test_line_keywords_ticks_and_repeated_plots(ax):
+    display = ThresholdLadderDisplay.from_predictions(["a", "b"], [0.1, 0.2], ax=ax)
+    ax.figure.canvas.draw()
+    ticks = [label.get_text() for label in ax.get_yticklabels()]
+    assert ticks and all(float(tick) > 0 for tick in ticks)
+    wide = Figure().subplots()
+    assert display.plot(ax=wide, markersize=9).ax_ is wide
+    assert display.lines_["a"].get_markersize() == 9 and display.figure_ is wide.figure
+    spread = ThresholdLadderDisplay.from_predictions(["a", "b"], [0.0, 2e3], ax=Figure().subplots())
+    assert spread.ax_.get_yscale() == "log"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((["a"], [1.0, 2.0]), "inconsistent numbers of samples"),
+        ((["a"], [[1.0]]), r"levels has the shape \(1, 1\), expected one level a window"),
+    ],
+)
+def test_wrong_arrays_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        ThresholdLadderDisplay.from_predictions(*arguments)
+
+
+def test_wrong_parameters_are_refused(bank, detector, rig):
+    draw = ThresholdLadderDisplay
+    with pytest.raises(ValueError, match=r"isolation_thresholds=.* must ascend"):
+        draw.from_predictions(["a"], [1.0], isolation_thresholds={"a": 2.0, "b": 1.0})
+    with pytest.raises(ValueError, match=r"conditions=\['b'\] .* expected all of \['a'\]"):
+        draw.from_predictions(["a"], [1.0], conditions=["b"])
+    with pytest.raises(ValueError, match=r"decision='both', expected one of \('detection', 'iso"):
+        draw.from_estimator(bank, rig.X, rig.y, decision="both")
+    with pytest.raises(ValueError, match=r"decision='isolation', expected one of \('detection',\)"):
+        draw.from_estimator(detector, rig.X, rig.y, decision="isolation")
+    with pytest.raises(ValueError, match=r"y has the conditions \['bent'\], the bank has models"):
+        draw.from_estimator(bank, rig.X[:1], ["bent"])
