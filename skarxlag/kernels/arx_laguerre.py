@@ -13,14 +13,25 @@ from .compiled import compiled
 from .laguerre import advance, advance_block
 from .lanes import LANES, TILE, carry, deinterleave, interleave
 
-#: Samples whose states are held at once while sums are formed.
-_SUMMED = 4096
 #: States and models that one pass over a block of predictions takes together.
 _STATES, _MODELS = 4, 2
 
 
 def accumulate_sums(windows, weights, orders, poles, n_transient):
-    """Weighted sums for least squares of y(k) on x(k), over samples after the transient.
+    r"""Weighted sums for least squares of y(k) on x(k), over samples after the transient.
+
+    Only the products of states and signals are summed over the samples. What they leave of the
+    products of states follows exactly: of a state i of one network, of pole :math:`\zeta`, and a
+    state j of another, of pole :math:`\xi`, the all-passes
+    :math:`x_i^+ + \zeta x_{i-1}^+ = \zeta x_i + x_{i-1}` give, multiplied and summed,
+
+    .. math::
+
+        (1 - \zeta\xi)(D_{ij} - D_{i-1,j-1}) = (\zeta - \xi)(D_{i,j-1} - D_{i-1,j})
+            - (M_{ij} + \xi M_{i,j-1} + \zeta M_{i-1,j} + \zeta\xi M_{i-1,j-1})
+
+    with :math:`D` the sums over k of :math:`x_i z_j`, and :math:`M` what they would change by if
+    they began and ended one sample later.
 
     Parameters
     ----------
@@ -38,50 +49,102 @@ def accumulate_sums(windows, weights, orders, poles, n_transient):
     ndarray of shape (n_states + 1, n_states + 1)
         Sum w [x; y][x; y]'.
     """
-    n_samples = windows.shape[2]
-    n_rows = int(orders.sum()) + 1
-    sums = np.zeros((n_rows, n_rows))
-    histories = np.empty((n_rows, min(_SUMMED, n_samples) + 1))
-    for window, weight in zip(windows, weights, strict=True):
-        histories[:, 0] = 0.0
-        for start in range(0, n_samples, _SUMMED):
-            length = min(_SUMMED, n_samples - start)
-            continue_states(window, start, length, orders, poles, histories)
-            regressors = histories[:, max(n_transient - start, 0) : length]
-            sums += weight * (regressors @ regressors.T)
-            histories[:, 0] = histories[:, length]
+    n_states = int(orders.sum())
+    windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
+    ends = np.zeros((len(windows), 2, n_states))
+    driven = np.zeros((windows.shape[1], n_states))
+    sum_driven_states(windows, weights, orders, poles, n_transient, driven, ends)
+    first, last = ends[:, 0], ends[:, 1]
+    moved = (last.T * weights) @ last - (first.T * weights) @ first
+    signals = windows[..., n_transient:]
+    power = np.tensordot(weights, signals @ signals.transpose(0, 2, 1), axes=1)
+    sums = np.zeros((n_states + 1, n_states + 1))
+    sum_states(power, driven, moved, orders, poles, sums)
+    sums[-1, :-1] = sums[:-1, -1] = driven[0]
+    sums[-1, -1] = power[0, 0]
     return sums
 
 
 @compiled
-def continue_states(window, start, length, orders, poles, histories):
-    """States of all networks through some samples of one window, and its output below them.
+def sum_driven_states(windows, weights, orders, poles, n_transient, driven, ends):
+    """Products of states and signals, and the states at both ends of what is summed.
 
     Parameters
     ----------
-    window : ndarray of shape (n_channels, n_samples)
-        Output and inputs.
-    start, length : int
-        First sample, and how many.
+    windows, weights, orders, poles, n_transient
+        As in `accumulate_sums`.
+    driven : ndarray of shape (n_channels, n_states)
+        Zeros; gets the sum of each state times each channel's signal.
+    ends : ndarray of shape (n_windows, 2, n_states)
+        Zeros; gets the states at the first sample that is summed, and after the last one.
+    """
+    n_windows, n_channels, n_samples = windows.shape
+    for w in range(n_windows):
+        states, before_transient, weight = ends[w, 1], ends[w, 0], weights[w]
+        for k in range(n_samples):
+            if k == n_transient:
+                for n in range(len(states)):
+                    before_transient[n] = states[n]
+            if k >= n_transient:
+                for channel in range(n_channels):
+                    row, sample = driven[channel], weight * windows[w, channel, k]
+                    for n in range(len(states)):
+                        row[n] += sample * states[n]
+            first = 0
+            for channel in range(n_channels):
+                last = first + orders[channel]
+                advance(states[first:last], windows[w, channel, k], poles[channel])
+                first = last
+
+
+@compiled
+def sum_states(power, driven, moved, orders, poles, sums):
+    """Fill the sums of products of states from those of states and signals.
+
+    Parameters
+    ----------
+    power : ndarray of shape (n_channels, n_channels)
+        Sums of products of the signals.
+    driven : ndarray of shape (n_channels, n_states)
+        Sums of each state times each channel's signal.
+    moved : ndarray of shape (n_states, n_states)
+        What the sums would change by if they began and ended one sample later.
     orders, poles : ndarray of shape (n_channels,)
         The networks.
-    histories : ndarray of shape (n_states + 1, at least length + 1)
-        Column 0 holds the states at `start`; the others are written.
+    sums : ndarray of shape (at least n_states, at least n_states)
+        Written.
     """
-    for k in range(length):
-        first = 0
-        for channel in range(window.shape[0]):
-            pole, sample = poles[channel], window[channel, start + k]
-            before = histories[first, k]
-            state = pole * before + math.sqrt(1.0 - pole * pole) * sample
-            histories[first, k + 1] = state
-            for n in range(first + 1, first + orders[channel]):
-                held = histories[n, k]
-                state = pole * (held - state) + before
-                histories[n, k + 1] = state
-                before = held
-            first += orders[channel]
-        histories[first, k] = window[0, start + k]
+    i0 = 0
+    for a in range(len(orders)):
+        j0 = 0
+        for b in range(a + 1):
+            p, q = poles[a], poles[b]
+            p_gain, q_gain = math.sqrt(1.0 - p * p), math.sqrt(1.0 - q * q)
+            for i in range(i0, i0 + orders[a]):
+                for j in range(j0, j0 + orders[b]):
+                    change = moved[i, j]
+                    # What the section before hands on: its states, or the signal behind a gain.
+                    if i > i0:
+                        change += p * moved[i - 1, j]
+                    if j > j0:
+                        change += q * moved[i, j - 1]
+                    if i > i0 and j > j0:
+                        change += p * q * moved[i - 1, j - 1]
+                        total = (1.0 - p * q) * sums[i - 1, j - 1]
+                        total += (p - q) * (sums[i, j - 1] - sums[i - 1, j])
+                    elif i > i0:
+                        total = q_gain * (p * driven[b, i] + driven[b, i - 1])
+                        total -= (p - q) * sums[i - 1, j]
+                    elif j > j0:
+                        total = p_gain * (q * driven[a, j] + driven[a, j - 1])
+                        total += (p - q) * sums[i, j - 1]
+                    else:
+                        total = p * q_gain * driven[b, i] + q * p_gain * driven[a, j]
+                        total += p_gain * q_gain * power[a, b]
+                    sums[i, j] = (total - change) / (1.0 - p * q)
+                    sums[j, i] = sums[i, j]
+            j0 += orders[b]
+        i0 += orders[a]
 
 
 def innovations(windows, orders, poles, coef, n_transient, out):

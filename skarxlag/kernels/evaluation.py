@@ -1,4 +1,4 @@
-"""Residual evaluation: one number for each signal (Eqs. 21 and 22, and the innovations test)."""
+"""Residual evaluation: one number for each signal (equations 21, 22 and the innovations test)."""
 
 import math
 
@@ -59,8 +59,8 @@ def switching_gain(surface, step):
 def adapt_switching_gain(surface, start, step):
     r"""Switching gain that follows the size of the sliding surface.
 
-    :math:`\ln K_s^+ = \ln K_s + \mathrm{step}\,\mathrm{sgn}(|S| - K_s)` rests where |S| lies above
-    and below equally often: at its median.
+    :math:`\ln K_s^+ = \ln K_s + \mathrm{step}\,\mathrm{sgn}(|S| - K_s)` rests where
+    :math:`|S|` lies above and below equally often: at its median.
 
     Parameters
     ----------

@@ -22,13 +22,19 @@ def centred(signals):
         Largest value of the row, in the unit of the signal; 1 where the row is zero.
     """
     signals = np.ascontiguousarray(signals, dtype=np.float64)
-    peak = np.max(np.abs(signals), axis=-1, keepdims=True)
+    peak = largest(signals)
     peak[peak == 0] = 1.0
     # Dividing in two steps: the reciprocal of a subnormal peak is infinite.
     unit = signals / peak
     unit -= unit.mean(axis=-1, keepdims=True)
-    unit[np.max(np.abs(unit), axis=-1) <= ROUNDING] = 0.0
+    unit[largest(unit)[..., 0] <= ROUNDING] = 0.0
     return unit, peak
+
+
+def largest(signals):
+    """Largest size over the last axis, which is kept; without a copy of the signals."""
+    highest = np.max(signals, axis=-1, keepdims=True)
+    return np.maximum(highest, -np.min(signals, axis=-1, keepdims=True))
 
 
 def unit_rms_windows(windows):
@@ -50,7 +56,7 @@ def unit_rms_windows(windows):
         What was divided by, in the unit of the output; 1 for a constant output.
     """
     unit, peak = centred(windows)
-    rms = np.sqrt(np.mean(unit[:, 0] ** 2, axis=-1))
+    rms = np.sqrt(np.einsum("wk,wk->w", unit[:, 0], unit[:, 0]) / unit.shape[-1])
     constant = rms == 0
     rms[constant] = 1.0
     peak[constant, 0] = 1.0
@@ -62,7 +68,7 @@ def unit_rms_windows(windows):
 
 def root_mean_square(signals):
     """Root-mean-square over the last axis without overflow or underflow of the squares."""
-    peak = np.max(np.abs(signals), axis=-1, keepdims=True)
+    peak = largest(signals)
     peak[peak == 0] = 1.0
     return peak[..., 0] * np.sqrt(np.mean((signals / peak) ** 2, axis=-1))
 
