@@ -49,6 +49,8 @@ def rigs(options):
 def markdown(frame, digits=3):
     """Markdown table of a data frame without its index; floats rounded, NaN left empty.
 
+    Numbers stand on the right, also those that are text already.
+
     Examples
     --------
     >>> print(markdown(pd.DataFrame({"rig": ["a"], "mean": [0.12345], "n": [3]})))
@@ -62,7 +64,14 @@ def markdown(frame, digits=3):
             return "" if pd.isna(value) else f"{round(value, digits) + 0.0:.{digits}f}"
         return str(value)
 
-    numeric = [pd.api.types.is_numeric_dtype(dtype) for dtype in frame.dtypes]
+    def is_number(column):
+        filled = column[~column.isin(["", "-"])]
+        return len(filled) > 0 and pd.to_numeric(filled, errors="coerce").notna().all()
+
+    numeric = [
+        pd.api.types.is_numeric_dtype(dtype) or is_number(frame.iloc[:, place])
+        for place, dtype in enumerate(frame.dtypes)
+    ]
     lines = [list(map(str, frame.columns)), ["---:" if each else "---" for each in numeric]]
     lines += [[cell(value) for value in row] for row in frame.itertuples(index=False)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)

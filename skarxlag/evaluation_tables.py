@@ -172,15 +172,33 @@ def confusion_table(verdicts, conditions):
     precision % 100.0  50.0  66.66...
     """
     counts = confusion_matrix(verdicts["true"], verdicts["predicted"], labels=conditions)
-    right = np.diag(counts).astype(float)
-    with np.errstate(invalid="ignore"):
-        recall = 100 * right / counts.sum(axis=1)
-        precision = 100 * right / counts.sum(axis=0)
-    table = pd.DataFrame(
-        counts.astype(float),
-        index=pd.Index(conditions, name="true"),
-        columns=pd.Index(conditions, name="predicted"),
+    return confusion_margins(
+        pd.DataFrame(
+            counts.astype(float),
+            index=pd.Index(conditions, name="true"),
+            columns=pd.Index(conditions, name="predicted"),
+        )
     )
+
+
+def confusion_margins(counts):
+    """Counts with recall and precision beside them, as `confusion_table` has them.
+
+    Parameters
+    ----------
+    counts : DataFrame
+        Rows are true conditions, columns verdicts, in the same order.
+
+    Returns
+    -------
+    DataFrame
+        See `confusion_table`.
+    """
+    right = np.diag(counts)
+    with np.errstate(invalid="ignore"):
+        recall = 100 * right / counts.sum(axis=1).to_numpy()
+        precision = 100 * right / counts.sum(axis=0).to_numpy()
+    table = counts.copy()
     table["recall %"] = recall
-    table.loc["precision %"] = [*precision, 100 * right.sum() / counts.sum()]
+    table.loc["precision %"] = [*precision, 100 * right.sum() / counts.to_numpy().sum()]
     return table

@@ -1,10 +1,12 @@
 """The diagnosers by the names that the commands give them."""
 
+from functools import partial
+
 from sklearn.pipeline import Pipeline
 
 from ..identification import ARXLaguerre
-from ..ladder import FaultDetector
-from ..observers import PIObserver
+from ..ladder import FaultDetector, ThresholdLadder
+from ..observers import ExtendedStatePIObserver, PIObserver
 from ..pipelines import make_alpio, make_diagnoser, make_extended_state_pio
 
 
@@ -19,12 +21,46 @@ def make_detector():
     )
 
 
+def make_single_ladder(observer, *, healthy, n_jobs=None):
+    """The paper's ladder as printed: one model, of the healthy condition, and one residual.
+
+    Its thresholds cut the residual's level into bands (Eqs. 23-32), one for each condition. The
+    level is in the sensor's unit: on windows of unit root-mean-square it would not grow with the
+    fault.
+
+    Parameters
+    ----------
+    observer : callable
+        Makes the observer, `PIObserver` or `ExtendedStatePIObserver`.
+    healthy : label
+        The condition that the model is identified on.
+    n_jobs : int or None, default=None
+        Threads that work on windows.
+    """
+    return Pipeline(
+        [
+            ("identify", ARXLaguerre(healthy=healthy, unit_rms=False, n_jobs=n_jobs)),
+            ("observe", observer(n_jobs=n_jobs)),
+            ("decide", ThresholdLadder(healthy=healthy)),
+        ]
+    )
+
+
 #: Those that `evaluate` compares, in the order of its tables: title and maker. `fit` offers these
 #: and the detector.
 COMPARED = {
     "alpio": ("ALPIO", make_alpio),
     "extended-state": ("Extended state", make_extended_state_pio),
     "diagnoser": ("Diagnoser", make_diagnoser),
+}
+#: What `evaluate` puts into the paper's tables, by its option --ladder: makers by title. A single
+#: residual has no counterpart of our own diagnoser.
+LADDERS = {
+    "bank": dict(COMPARED.values()),
+    "single": {
+        COMPARED["alpio"][0]: partial(make_single_ladder, PIObserver),
+        COMPARED["extended-state"][0]: partial(make_single_ladder, ExtendedStatePIObserver),
+    },
 }
 
 

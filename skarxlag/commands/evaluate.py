@@ -1,6 +1,7 @@
 """``python -m skarxlag evaluate``: calibrate at one speed, test at every speed."""
 
 import sys
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 
@@ -9,23 +10,26 @@ import pandas as pd
 
 from ..evaluation_tables import window_verdicts
 from ..model_selection import speed_splits
+from ..paper import run_protocol
 from ..persistence import write_atomically
 from . import figures
 from .arguments import job_count, positive_int, seed, speed_or_all, window_length
-from .diagnosers import COMPARED
+from .diagnosers import COMPARED, LADDERS
 from .errors import UsageError, reported
+from .paper_report import paper_heading, paper_report
 from .report import evaluation_report
-from .rigs import TITLES, load_parts
+from .rigs import TITLES, load_parts, select_windows
 
 _DESCRIPTION = """\
 Compare the three diagnosers across shaft speeds: ALPIO, the paper's baseline; the extended-state
-observer, its proposal as repaired; and the diagnoser that we recommend. Each is calibrated on
-the first half of every recording of one speed and tested on the second half of every recording
-of every speed. On the simulated rig each crack size is diagnosed by itself, with the normal
-windows.
+observer, its proposal as repaired; and the diagnoser that we recommend. On the simulated rig this
+fills Tables 2-9 of the paper under its protocol, with the paper's printed figures beside ours:
+calibrated on all windows at 500 rpm, tested on all windows at every speed. On a real rig each is
+calibrated on the first half of every recording of one speed and tested on the second half of
+every recording of every speed.
 """
-#: The paper calibrates at this speed and shows confusion matrices at that one.
-_SIMULATED_TRAIN_RPM, _SIMULATED_CONFUSION_RPM = 500.0, 400.0
+#: The paper shows confusion matrices at this speed.
+_PAPER_CONFUSION_RPM = 400.0
 
 
 def add_parser(subparsers):
@@ -41,7 +45,7 @@ def add_parser(subparsers):
         "--train-rpm",
         type=speed_or_all,
         metavar="RPM",
-        help="speed to calibrate at, or all; default: 500 on the simulated rig, else all",
+        help="speed to calibrate at on a real rig, or all; default: all",
     )
     parser.add_argument(
         "--window-length", type=window_length, default=1200, metavar="N", help="default: 1200"
@@ -51,6 +55,12 @@ def add_parser(subparsers):
         type=positive_int,
         metavar="N",
         help="samples of a recording of the simulated rig; default: 120000",
+    )
+    parser.add_argument(
+        "--ladder",
+        choices=LADDERS,
+        help="on the simulated rig: a bank of residuals, one for each condition (default), or the "
+        "paper's single residual, of the healthy condition's model",
     )
     parser.add_argument("--seed", type=seed, metavar="N", help="of the simulated rig; default: 0")
     parser.add_argument(
@@ -75,81 +85,89 @@ def run(args):
     title = TITLES[args.rig]
     _progress(f"{title}: loading\n")
     parts = load_parts(args)
-    train_speeds = _train_speeds(args, parts[0].rig.rpm)
-    verdicts, fitted = _evaluate(parts, train_speeds, args.n_jobs)
-    confusion_rpm = _SIMULATED_CONFUSION_RPM if args.rig == "simulated" else None
-    tables = evaluation_report(verdicts, parts, title, confusion_rpm)
-    blocks = [f"{table.title}\n{table.text}\n" for table in tables]
-    text = "\n".join([_heading(args, title, parts), *blocks])
+    fill = _paper_tables if args.rig == "simulated" else _speed_tables
+    heading, tables, verdicts, fitted = fill(args, parts)
+    text = "\n".join([heading, *(table.text for table in tables)])
     print(text)
     with reported():
         _write_files(args, tables, verdicts, text)
         missing = figures.why_missing()
         if missing is None:
+            confusion_rpm = _PAPER_CONFUSION_RPM if args.rig == "simulated" else None
             figures.save_figures(verdicts, parts, fitted, title, confusion_rpm, _file(args))
-    print(missing or "Accuracy, confusion matrices, residuals and trajectories are drawn as PNG.")
+    drawn = "accuracy, confusion matrices, signals, identification, detection, residuals"
+    print(missing or f"Drawn as PNG: {drawn}.")
     print(f"{title}: tables (CSV) and figures (PNG) are in {args.output.resolve()}")
     return 0
 
 
+def _paper_tables(args, parts):
+    """The paper's tables, its protocol applied to the parts of the simulated rig."""
+    ladder = "bank" if args.ladder is None else args.ladder
+
+    def load(crack_mm, rpm):
+        rig = next(part.rig for part in parts if part.crack_mm == crack_mm)
+        return select_windows(rig, rig.rpm == rpm)
+
+    started = perf_counter()
+    makers = {title: partial(make, n_jobs=args.n_jobs) for title, make in LADDERS[ladder].items()}
+    with reported():
+        outcome = run_protocol(load, makers, progress=_progress)
+    _progress(f"{perf_counter() - started:.1f} s\n")
+    heading = paper_heading(parts[0].rig, ladder, 0 if args.seed is None else args.seed)
+    return heading, paper_report(outcome), outcome.verdicts, outcome.fitted
+
+
+def _speed_tables(args, parts):
+    """Every pair of speeds of a real rig."""
+    (part,) = parts
+    rig = part.rig
+    verdicts, fitted = _evaluate(rig, _train_speeds(args, rig.rpm), args.n_jobs)
+    title = TITLES[args.rig]
+    speeds = ", ".join(f"{speed:g}" for speed in np.unique(rig.rpm))
+    heading = (
+        f"{title}: {len(rig.target_names)} conditions at {speeds} rpm, "
+        f"windows of {args.window_length} samples at {rig.sampling_rate:g} Hz.\n"
+        "Calibrated on first halves of recordings at one speed, tested on second halves.\n"
+    )
+    return heading, evaluation_report(verdicts, rig.target_names, title), verdicts, fitted
+
+
 def _train_speeds(args, rpm):
     speeds = np.unique(rpm).tolist()
-    chosen = args.train_rpm
-    if chosen is None:
-        chosen = _SIMULATED_TRAIN_RPM if args.rig == "simulated" else "all"
-    if chosen == "all":
+    if args.train_rpm in (None, "all"):
         return speeds
-    if chosen not in speeds:
+    if args.train_rpm not in speeds:
         listed = ", ".join(f"{speed:g}" for speed in speeds)
-        raise UsageError(f"argument --train-rpm: {chosen:g}, expected one of {listed}, or all")
-    return [chosen]
+        raise UsageError(f"argument --train-rpm: {args.train_rpm:g}, expected {listed}, or all")
+    return [args.train_rpm]
 
 
-def _evaluate(parts, train_speeds, n_jobs):
+def _evaluate(rig, train_speeds, n_jobs):
     """Verdicts on all tested windows, and the diagnosers of the first training speed."""
     frames, fitted = [], {}
-    total = len(parts) * len(train_speeds) * len(COMPARED)
-    for part in parts:
-        rig = part.rig
-        for train_rpm in train_speeds:
-            splits = speed_splits(
-                rig.rpm, train_rpm=train_rpm, recording=rig.recording, same_speed=True
-            )
-            for title, maker in COMPARED.values():
-                started = perf_counter()
-                number = 1 + len(frames) // len(splits)
-                _progress(
-                    f"[{number}/{total}] {title}{part.title}, calibrated at {train_rpm:g} rpm: "
-                    "fitting,"
-                )
-                diagnoser = maker(healthy=rig.target_names[0], n_jobs=n_jobs)
-                train = splits[0][0]
-                with reported():
-                    diagnoser.fit(rig.data[train], rig.target[train])
-                crack = {} if part.crack_mm is None else {"crack_mm": part.crack_mm}
-                constants = {"diagnoser": title, **crack, "train_rpm": train_rpm}
-                _progress(" scoring")
-                for _, test in splits:
-                    _progress(f" {rig.rpm[test[0]]:g}")
-                    frames.append(window_verdicts(diagnoser, rig, test, constants))
-                _progress(f" rpm, {perf_counter() - started:.1f} s\n")
-                if train_rpm == train_speeds[0]:
-                    fitted[part.crack_mm, title] = diagnoser
+    total = len(train_speeds) * len(COMPARED)
+    for train_rpm in train_speeds:
+        splits = speed_splits(
+            rig.rpm, train_rpm=train_rpm, recording=rig.recording, same_speed=True
+        )
+        for title, maker in COMPARED.values():
+            started = perf_counter()
+            number = 1 + len(frames) // len(splits)
+            _progress(f"[{number}/{total}] {title}, calibrated at {train_rpm:g} rpm: fitting,")
+            diagnoser = maker(healthy=rig.target_names[0], n_jobs=n_jobs)
+            train = splits[0][0]
+            with reported():
+                diagnoser.fit(rig.data[train], rig.target[train])
+            constants = {"diagnoser": title, "train_rpm": train_rpm}
+            _progress(" scoring")
+            for _, test in splits:
+                _progress(f" {rig.rpm[test[0]]:g}")
+                frames.append(window_verdicts(diagnoser, rig, test, constants))
+            _progress(f" rpm, {perf_counter() - started:.1f} s\n")
+            if train_rpm == train_speeds[0]:
+                fitted[None, title] = diagnoser
     return pd.concat(frames, ignore_index=True), fitted
-
-
-def _heading(args, title, parts):
-    rig = parts[0].rig
-    speeds = ", ".join(f"{speed:g}" for speed in np.unique(rig.rpm))
-    lines = [
-        f"{title}: {len(rig.target_names)} conditions at {speeds} rpm, "
-        f"windows of {args.window_length} samples at {rig.sampling_rate:g} Hz.",
-        "Calibrated on first halves of recordings at one speed, tested on second halves.",
-    ]
-    if args.rig == "simulated":
-        lines[0] += f" Seed {0 if args.seed is None else args.seed}."
-        lines.append("These figures come from a simulation, not from measurements.")
-    return "\n".join(lines) + "\n"
 
 
 def _file(args):
@@ -164,8 +182,7 @@ def _write_files(args, tables, verdicts, text):
     verdicts = verdicts.assign(rig=title).set_index("rig")
     write_atomically(path("verdicts", ".csv"), verdicts.to_csv().encode())
     for table in tables:
-        frame = pd.concat({title: table.frame}, names=["rig"])
-        content = frame.to_csv(float_format="%.6g").encode()
+        content = table.frame.to_csv(float_format="%.6g").encode()
         write_atomically(path(table.stem, ".csv"), content)
 
 

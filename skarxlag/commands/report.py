@@ -1,6 +1,6 @@
-"""The tables of ``evaluate``, as text and as CSV."""
+"""The tables of ``evaluate`` on a real rig, as text and as CSV."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pandas as pd
 
@@ -11,20 +11,17 @@ from ..evaluation_tables import (
     speed_summary,
 )
 
-#: How values that head a column are written in a file.
-_UNITS = {"crack_mm": "{:g} mm", "test_rpm": "{:g} rpm"}
-
 
 @dataclass(frozen=True)
 class Table:
-    """One table: a title, its text, and the frame that goes into its file.
+    """One table: a title, what is shown of it, and the frame that goes into its file.
 
     Parameters
     ----------
     title : str
-        With the name of the rig.
-    text : str
-        Rows and columns, for a terminal.
+        What it is about.
+    blocks : list of (str, DataFrame)
+        Captions, empty for none, and cells as text, in the order in which they are shown.
     stem : str
         Name of its CSV without rig and suffix.
     frame : DataFrame
@@ -32,38 +29,52 @@ class Table:
     """
 
     title: str
-    text: str
+    blocks: list
     stem: str
     frame: pd.DataFrame
 
+    @property
+    def text(self):
+        """Title, captions and cells, for a terminal."""
+        lines = [self.title]
+        for caption, cells in self.blocks:
+            lines += [caption] if caption else []
+            lines.append(cells.to_string())
+        return "\n".join(lines) + "\n"
 
-def evaluation_report(verdicts, parts, rig_title, confusion_rpm):
+
+def evaluation_report(verdicts, conditions, rig_title):
     """All tables of an evaluation.
 
     Parameters
     ----------
     verdicts : DataFrame
         As `skarxlag.evaluation_tables` describes it.
-    parts : list of Part
+    conditions : list of str
         Of the rig.
     rig_title : str
         Heads every table.
-    confusion_rpm : float or None
-        Test speed of the confusion matrices; None for all.
 
     Returns
     -------
     list of Table
-        By condition, confusion matrices, pairs of speeds, summary.
+        By condition, confusion matrices, pairs of speeds, summary. Frames have the title of the
+        rig as their first level.
     """
-    tables = []
-    for train_rpm, trained in verdicts.groupby("train_rpm"):
-        tables += _by_condition(trained, train_rpm, parts, rig_title)
-    for part in parts:
-        tables += _confusion(of_part(verdicts, part), part, rig_title, confusion_rpm)
-    for part in parts:
-        tables += _speeds(of_part(verdicts, part), part, rig_title)
-    return [*tables, _summary(verdicts, parts, rig_title)]
+    tables = [
+        _by_condition(trained, train_rpm, conditions, rig_title)
+        for train_rpm, trained in verdicts.groupby("train_rpm")
+    ]
+    for name, own in verdicts.groupby("diagnoser", sort=False):
+        chosen, speeds = confusion_verdicts(own, None)
+        title = f"{rig_title}: confusion matrix, {name}, {speeds}"
+        table = confusion_table(chosen, conditions)
+        block = "rows: true condition, columns: verdict, corner: accuracy in %", matrix_text(table)
+        tables.append(Table(title, [block], f"confusion_{file_stem(name)}", table))
+    tables += [_speeds(verdicts, rig_title), _summary(verdicts, rig_title)]
+    return [
+        replace(table, frame=pd.concat({rig_title: table.frame}, names=["rig"])) for table in tables
+    ]
 
 
 def of_part(verdicts, part):
@@ -98,55 +109,44 @@ def confusion_verdicts(verdicts, confusion_rpm):
     return chosen, f"calibrated at {_speed_list(trained)}, tested at {_speed_list(tested)} rpm"
 
 
+def file_stem(title):
+    """Name of a diagnoser in a file's name."""
+    return title.lower().replace(" ", "-")
+
+
+def matrix_text(table, digits=1):
+    """Cells of a confusion matrix with margins, as text with at most that many decimals."""
+    cells = table.map(lambda value: number_text(value, digits) or "-")
+    return cells.rename_axis(None).rename_axis(None, axis=1)
+
+
+def number_text(value, digits):
+    """A number with at most `digits` decimals; nothing for NaN.
+
+    Examples
+    --------
+    >>> [number_text(value, 1) for value in (97.0, 0.25, 100.0, float("nan"))]
+    ['97', '0.2', '100', '']
+    """
+    if pd.isna(value):
+        return ""
+    return f"{round(value, digits) + 0.0:.{digits}f}".rstrip("0").rstrip(".")
+
+
 def _speed_list(speeds):
     return ", ".join(f"{speed:g}" for speed in sorted(speeds))
 
 
-def _by_condition(trained, train_rpm, parts, rig_title):
-    conditions = parts[0].rig.target_names
-    tables = []
-    if len(parts) > 1:
-        for test_rpm, tested in trained.groupby("test_rpm"):
-            table = condition_accuracy(tested, conditions, ["diagnoser", "crack_mm"])
-            title = f"tested at {test_rpm:g} rpm, calibrated at {train_rpm:g} rpm"
-            stem = f"conditions_{train_rpm:g}rpm_{test_rpm:g}rpm"
-            tables.append(_accuracy_table(f"{rig_title}: accuracy in %, {title}", table, stem))
-    for part in parts:
-        table = condition_accuracy(of_part(trained, part), conditions, ["diagnoser", "test_rpm"])
-        title = f"by speed of the test (rpm), calibrated at {train_rpm:g} rpm{part.title}"
-        stem = f"conditions{part.stem}_{train_rpm:g}rpm"
-        tables.append(_accuracy_table(f"{rig_title}: accuracy in %, {title}", table, stem))
-    return tables
+def _by_condition(trained, train_rpm, conditions, rig_title):
+    table = condition_accuracy(trained, conditions, ["diagnoser", "test_rpm"])
+    title = f"{rig_title}: accuracy in %, by speed of the test (rpm), calibrated at {train_rpm:g}"
+    shown = table.map("{:.1f}".format).rename(columns="{:g}".format, level="test_rpm")
+    flat = table.set_axis([f"{name}, {rpm:g} rpm" for name, rpm in table.columns], axis=1)
+    blocks = [("", shown.rename_axis(None).rename_axis([None, None], axis=1))]
+    return Table(f"{title} rpm", blocks, f"conditions_{train_rpm:g}rpm", flat)
 
 
-def _accuracy_table(title, table, stem):
-    units = [_UNITS.get(name, "{}") for name in table.columns.names]
-    heads = [[unit.format(v) for unit, v in zip(units, key, strict=True)] for key in table.columns]
-    narrow = [tuple(head[:1] + [last.removesuffix(" rpm") for last in head[1:]]) for head in heads]
-    shown = table.set_axis(pd.MultiIndex.from_tuples(narrow), axis=1)
-    flat = table.set_axis([", ".join(head) for head in heads], axis=1)
-    return Table(title, _text(shown.rename_axis(None)), stem, flat)
-
-
-def _confusion(verdicts, part, rig_title, confusion_rpm):
-    tables = []
-    for name, own in verdicts.groupby("diagnoser", sort=False):
-        chosen, speeds = confusion_verdicts(own, confusion_rpm)
-        table = confusion_table(chosen, part.rig.target_names)
-        counts = table.map(lambda value: f"{value:.0f}")
-        margins = table.map(lambda value: "-" if pd.isna(value) else f"{value:.1f}")
-        counts["recall %"] = margins["recall %"]
-        counts.loc["precision %"] = margins.loc["precision %"]
-        title = f"{rig_title}: confusion matrix, {name}{part.title}, {speeds}"
-        stem = f"confusion{part.stem}_{name.lower().replace(' ', '-')}"
-        text = "rows: true condition, columns: verdict, corner: accuracy in %\n" + _text(
-            counts.rename_axis(None).rename_axis(None, axis=1)
-        )
-        tables.append(Table(title, text, stem, table))
-    return tables
-
-
-def _speeds(verdicts, part, rig_title):
+def _speeds(verdicts, rig_title):
     accuracy = pd.concat(
         {name: speed_accuracy(own) for name, own in verdicts.groupby("diagnoser", sort=False)},
         names=["diagnoser"],
@@ -159,23 +159,21 @@ def _speeds(verdicts, part, rig_title):
         index=[f"{name}, {train:g} rpm" for name, train in accuracy.index],
         columns=[f"{test:g} " for test in accuracy.columns],
     )
-    title = f"{rig_title}: accuracy in %, every pair of speeds{part.title}"
-    text = "rows: calibrated at, columns: tested at, [same speed]\n" + _text(shown)
+    title = f"{rig_title}: accuracy in %, every pair of speeds"
+    caption = "rows: calibrated at, columns: tested at, [same speed]"
     frame = accuracy.set_axis([f"{test:g} rpm" for test in accuracy.columns], axis=1)
-    return [Table(title, text, f"speeds{part.stem}", frame)]
+    return Table(title, [(caption, shown)], "speeds", frame)
 
 
 def _pair_text(accuracy, same_speed):
     return f"[{accuracy:.1f}]" if same_speed else f"{accuracy:.1f} "
 
 
-def _summary(verdicts, parts, rig_title):
-    rows = []
-    for part in parts:
-        for name, own in of_part(verdicts, part).groupby("diagnoser", sort=False):
-            crack = {} if part.crack_mm is None else {"crack_mm": part.crack_mm}
-            rows.append({"diagnoser": name} | crack | speed_summary(speed_accuracy(own)))
-    frame = pd.DataFrame(rows)
+def _summary(verdicts, rig_title):
+    frame = pd.DataFrame(
+        {"diagnoser": name} | speed_summary(speed_accuracy(own))
+        for name, own in verdicts.groupby("diagnoser", sort=False)
+    ).set_index("diagnoser")
     pair = [
         f"{row.worst_pair:.1f} ({row.worst_train_rpm:g} -> {row.worst_test_rpm:g})"
         for row in frame.itertuples()
@@ -187,13 +185,5 @@ def _summary(verdicts, parts, rig_title):
             "same speed": frame["mean_same_speed"].map("{:.1f}".format),
         }
     )
-    labels = frame["diagnoser"]
-    if "crack_mm" in frame:
-        labels = labels + frame["crack_mm"].map(", {:g} mm".format)
     title = f"{rig_title}: mean accuracy in % over pairs of different speeds"
-    indexed = frame.set_index([name for name in ("diagnoser", "crack_mm") if name in frame])
-    return Table(title, _text(shown.set_axis(labels.tolist())), "summary", indexed)
-
-
-def _text(table):
-    return table.to_string(float_format="{:.1f}".format, na_rep="-")
+    return Table(title, [("", shown.rename_axis(None))], "summary", frame)

@@ -16,6 +16,7 @@ TITLES = {
 }
 _FETCHERS = {"uestc": fetch_uestc, "hit_sm": fetch_hit_sm}
 _SIMULATED_SAMPLES = 120_000
+_SIMULATED_CRACKS_MM = (3.0, 6.0)
 _ROW_WISE = ("data", "target", "rpm", "recording", "start")
 
 
@@ -51,7 +52,8 @@ def load_parts(args):
     Parameters
     ----------
     args : argparse.Namespace
-        With ``rig``, ``data_home``, ``window_length``, ``n_samples`` and ``seed``.
+        With ``rig``, ``data_home``, ``window_length``, ``train_rpm``, ``n_samples``, ``seed``
+        and ``ladder``.
 
     Returns
     -------
@@ -66,8 +68,8 @@ def load_parts(args):
         If a file cannot be read.
     """
     if args.rig == "simulated":
-        return _by_crack_size(_simulate(args))
-    for name in ("n_samples", "seed"):
+        return _simulate(args)
+    for name in ("n_samples", "seed", "ladder"):
         if getattr(args, name) is not None:
             option = "--" + name.replace("_", "-")
             raise UsageError(f"argument {option}: only the simulated rig has it, not {args.rig}")
@@ -91,11 +93,22 @@ def _simulate(args):
             f"argument --window-length: {args.window_length}, expected at most half of the "
             f"{n_samples} samples of a recording"
         )
-    return simulate_rig(
-        n_samples=n_windows * args.window_length,
-        window_length=args.window_length,
-        random_state=0 if args.seed is None else args.seed,
-    )
+    if args.train_rpm is not None:
+        raise UsageError(
+            "argument --train-rpm: only the real rigs have it; the paper calibrates at 500 rpm"
+        )
+    return [
+        Part(
+            crack_mm,
+            simulate_rig(
+                crack_mm=crack_mm,
+                n_samples=n_windows * args.window_length,
+                window_length=args.window_length,
+                random_state=0 if args.seed is None else args.seed,
+            ),
+        )
+        for crack_mm in _SIMULATED_CRACKS_MM
+    ]
 
 
 def _check_halves(rig, window_length):
@@ -107,10 +120,19 @@ def _check_halves(rig, window_length):
         )
 
 
-def _by_crack_size(rig):
-    parts = []
-    for crack in np.unique(rig.crack_mm[rig.crack_mm > 0]):
-        chosen = (rig.crack_mm == 0) | (rig.crack_mm == crack)
-        own = {name: rig[name][chosen] for name in _ROW_WISE}
-        parts.append(Part(float(crack), Bunch(**(dict(rig) | own))))
-    return parts
+def select_windows(rig, chosen):
+    """Some windows of a rig.
+
+    Parameters
+    ----------
+    rig : Bunch
+        As `skarxlag.datasets` returns it.
+    chosen : ndarray of bool of shape (n_windows,)
+        Which.
+
+    Returns
+    -------
+    Bunch
+        The same with these windows alone.
+    """
+    return Bunch(**(dict(rig) | {name: rig[name][chosen] for name in _ROW_WISE}))

@@ -1,21 +1,28 @@
 import re
+from functools import partial
 
 import numpy as np
 import pandas as pd
 import pytest
 from scipy.signal import lfilter
-from sklearn.metrics import accuracy_score, confusion_matrix, precision_score, recall_score
+from sklearn.metrics import confusion_matrix, precision_score, recall_score
+from sklearn.pipeline import make_pipeline
 from sklearn.utils import Bunch
 
-from skarxlag import make_alpio, make_diagnoser, make_extended_state_pio, speed_splits
+from skarxlag import (
+    ARXLaguerre,
+    ExtendedStatePIObserver,
+    PIObserver,
+    ThresholdLadder,
+    make_alpio,
+    make_diagnoser,
+    make_extended_state_pio,
+)
 from skarxlag.commands import figures, main, rigs
 from skarxlag.datasets.simulated import simulate_rig
+from skarxlag.paper import load_tables
 
-MAKERS = {
-    "ALPIO": make_alpio,
-    "Extended state": make_extended_state_pio,
-    "Diagnoser": make_diagnoser,
-}
+TITLES = ("ALPIO", "Extended state", "Diagnoser")
 TINY = ("evaluate", "--n-samples", "2400", "--window-length", "400")
 
 
@@ -31,79 +38,177 @@ def simulated(tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="module")
+def single_ladder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("single")
+    assert main([*TINY, "--ladder", "single", "--output", str(folder)]) == 0
+    return folder
+
+
 def numbers(folder, name, index=("rig", "condition")):
     return pd.read_csv(folder / name).set_index(list(index))
 
 
-def test_writes_tables_and_figures_that_all_name_the_simulated_rig(simulated):
-    names = sorted(path.name for path in simulated.iterdir())
+def paper_makers(ladder):
+    """Name in the paper's tables and maker."""
+    if ladder == "bank":
+        return {
+            "proposed": make_extended_state_pio,
+            "ALPIO": make_alpio,
+            "Diagnoser": make_diagnoser,
+        }
+
+    def make(observer, healthy):
+        # One model of healthy windows, one residual in the sensor's unit, one ladder.
+        identify = ARXLaguerre(healthy=healthy, unit_rms=False)
+        return make_pipeline(identify, observer, ThresholdLadder(healthy=healthy))
+
+    return {
+        "proposed": partial(make, ExtendedStatePIObserver()),
+        "ALPIO": partial(make, PIObserver()),
+    }
+
+
+def test_writes_tables_and_figures(simulated):
+    names = {path.name for path in simulated.iterdir()}
     assert all(name.startswith("simulated_") for name in names)
-    for rpm in (300, 400, 450, 500):
-        assert f"simulated_conditions_500rpm_{rpm}rpm.csv" in names
+    stems = [f"table{number}" for number in range(2, 10)]
+    stems += ["table5_by_halves", "averages", "improvements", "verdicts"]
+    assert {f"simulated_{stem}.csv" for stem in stems} == {n for n in names if n.endswith(".csv")}
     for crack in ("3mm", "6mm"):
-        for stem in ("speeds", "confusion", "residuals", "trajectories"):
+        for stem in ("speeds", "confusion"):
             content = (simulated / f"simulated_{stem}_{crack}.png").read_bytes()
             assert content.startswith(b"\x89PNG") and len(content) > 10_000
-    for path in simulated.glob("*.csv"):
-        assert (pd.read_csv(path)["rig"] == "Simulated rig").all()
-    titles = [
-        line
-        for line in (simulated / "simulated_report.txt").read_text().splitlines()
-        if "accuracy" in line and "rows:" not in line
-    ]
-    assert len(titles) > 6 and all(line.startswith("Simulated rig") for line in titles)
 
 
-@pytest.mark.parametrize("crack", [3.0, 6.0])
-def test_tables_are_those_of_the_diagnosers_themselves(simulated, crack):
+def test_every_figure_of_the_report_has_its_source(simulated):
+    lines = (simulated / "simulated_report.txt").read_text().splitlines()
+    assert lines[0].startswith(
+        "Simulated rig in the place of the paper's: 8 conditions at 300, 400"
+    )
+    assert lines[1].strip().startswith("6 windows of 400 samples at 250000 Hz. Seed 0.")
+    assert any("simulation, not from measurements" in line for line in lines[:8])
+    starts = [n for n, line in enumerate(lines) if re.match(r"Table [234589]\b", line)]
+    assert len(starts) == 7
+    for start in starts:
+        heads = lines[start + 1 : start + 3]
+        assert any(re.search(r"simulated rig .*paper", head) for head in heads)
+    for number in (6, 7):
+        (start,) = [n for n, line in enumerate(lines) if line.startswith(f"Table {number}:")]
+        assert lines[start + 1] == "paper, proposed; corner: accuracy in %"
+        assert "simulated rig, proposed; corner: accuracy in %" in lines[start + 2 : start + 15]
+    for title in ("Average accuracy", "Improvement"):
+        (start,) = [n for n, line in enumerate(lines) if line.startswith(title)]
+        rows = [line for line in lines[start + 1 : start + 13] if "rows of" in line]
+        assert len(rows) == 6
+        assert all(row.startswith(("paper, ", "simulated rig, ")) for row in rows)
+    same = [n for n, line in enumerate(lines) if "same windows are calibrated and scored" in line]
+    assert [lines[n - 1][:8] for n in same] == ["Table 5:", "Table 8:", "Table 9:"]
+
+
+@pytest.mark.parametrize("crack", [3, 6])
+@pytest.mark.parametrize("ladder", ["bank", "single"])
+def test_tables_are_those_of_the_diagnosers_themselves(request, ladder, crack):
+    folder = request.getfixturevalue({"bank": "simulated", "single": "single_ladder"}[ladder])
     rig = simulate_rig(n_samples=2400, window_length=400)
     own = (rig.crack_mm == 0) | (rig.crack_mm == crack)
-    X, y, rpm, recording = (v[own] for v in (rig.data, rig.target, rig.rpm, rig.recording))
-    splits = speed_splits(rpm, recording=recording, train_rpm=500, same_speed=True)
-    by_speed = numbers(simulated, f"simulated_conditions_{crack:g}mm_500rpm.csv")
-    pairs = numbers(simulated, f"simulated_speeds_{crack:g}mm.csv", ("diagnoser", "train_rpm"))
-    for title, maker in MAKERS.items():
-        diagnoser = maker(healthy="Normal").fit(X[splits[0][0]], y[splits[0][0]])
-        for _, test in splits:
-            at = f"{rpm[test[0]]:g} rpm"
-            predicted = diagnoser.predict(X[test])
-            recall = 100 * recall_score(y[test], predicted, labels=rig.target_names, average=None)
-            by_crack = numbers(simulated, f"simulated_conditions_500rpm_{at.replace(' ', '')}.csv")
-            expected = [*recall, recall.mean()]
-            np.testing.assert_allclose(by_speed[f"{title}, {at}"], expected, rtol=1e-5)
-            np.testing.assert_allclose(by_crack[f"{title}, {crack:g} mm"], expected, rtol=1e-5)
-            assert pairs.loc[(title, 500), at] == pytest.approx(
-                100 * accuracy_score(y[test], predicted), rel=1e-5
-            )
-            if at == "400 rpm":
-                stem = title.lower().replace(" ", "-")
-                table = numbers(simulated, f"simulated_confusion_{crack:g}mm_{stem}.csv", ["true"])
-                counts = confusion_matrix(y[test], predicted, labels=rig.target_names)
-                assert table.loc[rig.target_names, rig.target_names].to_numpy().tolist() == (
-                    counts.tolist()
-                )
-                np.testing.assert_allclose(table["recall %"].iloc[:-1], recall, rtol=1e-5)
-                precision = precision_score(
-                    y[test], predicted, labels=rig.target_names, average=None, zero_division=np.nan
-                )
-                np.testing.assert_allclose(
-                    table.loc["precision %"].iloc[1:-1].astype(float), 100 * precision, rtol=1e-5
-                )
+    X, y, rpm = (values[own] for values in (rig.data, rig.target, rig.rpm))
+    is_first = rig.start[own] < 1200
+    by_speed = {
+        speed: numbers(folder, f"simulated_table{number}.csv", ["condition"])
+        for speed, number in ((300, 2), (400, 3), (450, 4), (500, 5))
+    }
+    by_crack = numbers(folder, f"simulated_table{ {3: 8, 6: 9}[crack] }.csv", ["condition"])
+    by_half = numbers(folder, "simulated_table5_by_halves.csv", ["condition"])
+    matrices = numbers(
+        folder, f"simulated_table{ {3: 6, 6: 7}[crack] }.csv", ["source", "method", "true"]
+    ).sort_index()
+    averages = numbers(folder, "simulated_averages.csv", ["source", "basis"]).loc["simulated rig"]
+    order = ["Normal", "IR", "OR", "Ball", "IR-Ball", "OR-Ball", "IR-OR", "IR-OR-Ball"]
+    for name, maker in paper_makers(ladder).items():
+        diagnoser = maker(healthy="Normal").fit(X[rpm == 500], y[rpm == 500])
+        if ladder == "single":
+            assert diagnoser[:-1].transform(X[:2]).shape == (2, 1)
+        all_averages = []
+        for speed, table in by_speed.items():
+            true, predicted = y[rpm == speed], diagnoser.predict(X[rpm == speed])
+            recall = 100 * recall_score(true, predicted, labels=order, average=None)
+            all_averages.append(recall.mean())
+            for column in (
+                table[f"simulated rig, {name}, {crack} mm"],
+                by_crack[f"simulated rig, {name}, {speed} rpm"],
+            ):
+                assert column.index[:8].tolist() == order
+                np.testing.assert_allclose(column.iloc[:9], [*recall, recall.mean()], rtol=1e-5)
+            if speed == 400:
+                check_matrix(matrices.loc["simulated rig", name.lower()], true, predicted)
+        assert averages.loc["rows of Tables 2-5", f"{name}, {crack} mm"] == pytest.approx(
+            np.mean(all_averages), rel=1e-5
+        )
+        first, second = ((rpm == 500) & half for half in (is_first, ~is_first))
+        diagnoser = maker(healthy="Normal").fit(X[first], y[first])
+        predicted = diagnoser.predict(X[second])
+        recall = 100 * recall_score(y[second], predicted, labels=order, average=None)
+        column = by_half[f"simulated rig, {name}, {crack} mm"]
+        np.testing.assert_allclose(column.iloc[:8], recall, rtol=1e-5)
 
 
-def test_report_tells_progress_protocol_and_folder(run, tmp_path, no_figures):
+def check_matrix(table, true, predicted):
+    order = ["Normal", "Ball", "IR", "OR", "IR-Ball", "OR-Ball", "IR-OR", "IR-OR-Ball"]
+    counts = confusion_matrix(true, predicted, labels=order)
+    assert table.loc[order, order].to_numpy().tolist() == counts.tolist()
+    options = {"labels": order, "average": None}
+    recall = 100 * recall_score(true, predicted, **options)
+    precision = 100 * precision_score(true, predicted, zero_division=np.nan, **options)
+    np.testing.assert_allclose(table.loc[order, "recall %"], recall, rtol=1e-5)
+    below = table.loc["precision %", order].astype(float)
+    np.testing.assert_allclose(below, precision, rtol=1e-5)
+
+
+def test_reference_columns_hold_what_the_paper_prints(simulated):
+    for number in (2, 3, 4, 5, 8, 9):
+        table = numbers(simulated, f"simulated_table{number}.csv", ["condition"])
+        printed = load_tables().tables[number]
+        unit = "mm" if number < 6 else "rpm"
+        columns = [name for name in table if name.startswith("paper, ")]
+        assert columns == [f"paper, {m}, {v:g} {unit}" for m, v in printed.frame.columns]
+        paper = table[columns].to_numpy()
+        assert paper[:8].tolist() == printed.frame.to_numpy().tolist()
+        np.testing.assert_allclose(paper[8], printed.frame.mean(), rtol=1e-5)
+        assert paper[9].tolist() == printed.average.tolist()
+    improvements = numbers(simulated, "simulated_improvements.csv", ["source", "basis"])
+    assert improvements.loc["paper", "3 mm"].tolist()[:2] == [17.82, 17.82]
+    own = improvements.loc[("simulated rig", "rows of Tables 2-5")]
+    averages = numbers(simulated, "simulated_averages.csv", ["source", "basis"])
+    row = averages.loc[("simulated rig", "rows of Tables 2-5")]
+    for crack in ("3 mm", "6 mm"):
+        difference = row[f"proposed, {crack}"] - row[f"ALPIO, {crack}"]
+        assert own[crack] == pytest.approx(difference, abs=1e-3)
+
+
+def test_report_tells_progress_and_folder(run, tmp_path, no_figures):
     folder = tmp_path / "new" / "folder"
-    arguments = ("--n-samples", "3000", "--window-length", "600", "--train-rpm", "300")
-    code, out, err = run("evaluate", "--output", folder, *arguments)
+    code, out, err = run(*TINY[:3], "--window-length", "600", "--output", folder)
     assert code == 0
-    assert "[6/6] Diagnoser, crack 6 mm, calibrated at 300 rpm: fitting, scoring 300 400" in err
+    names = "ALPIO, Extended state, Diagnoser"
+    assert f"crack 6 mm: 500 rpm, {names}, 300 rpm, 400 rpm, 450 rpm, done" in err
     assert "No figures today." in out
     assert out.rstrip().endswith(str(folder))
     assert not list(folder.glob("*.png"))
-    assert out.startswith("Simulated rig: 8 conditions at 300, 400, 450, 500 rpm, windows of 600")
+    assert "4 windows of 600 samples" in out
     verdicts = pd.read_csv(folder / "simulated_verdicts.csv")
-    assert set(verdicts["train_rpm"]) == {300} and set(verdicts["test_rpm"]) == {300, 400, 450, 500}
-    assert set(verdicts["start"]) == {1800, 2400}
+    assert set(verdicts["train_rpm"]) == {500} and set(verdicts["test_rpm"]) == {300, 400, 450, 500}
+    assert set(verdicts["start"]) == {0, 600, 1200, 1800}
+
+
+def test_single_ladder_has_no_diagnoser_of_ours(single_ladder):
+    assert (single_ladder / "simulated_confusion_6mm.png").stat().st_size > 10_000
+    report = (single_ladder / "simulated_report.txt").read_text()
+    assert "on one model, of the healthy condition" in report and "Diagnoser" not in report
+    assert set(pd.read_csv(single_ladder / "simulated_verdicts.csv")["diagnoser"]) == {
+        "ALPIO",
+        "Extended state",
+    }
 
 
 @pytest.mark.parametrize(
@@ -160,7 +265,7 @@ def test_real_rig_is_calibrated_at_every_speed(run, tmp_path, fetched, real_rig)
     pairs = numbers(tmp_path / "out", "uestc_speeds.csv", ("diagnoser", "train_rpm"))
     summary = numbers(tmp_path / "out", "uestc_summary.csv", ["diagnoser"])
     assert len(pairs) == 6
-    for title in MAKERS:
+    for title in TITLES:
         accuracy = pairs.loc[title, ["800 rpm", "900 rpm"]].to_numpy()
         other = accuracy[[0, 1], [1, 0]]
         assert len(np.unique(accuracy)) > 1
@@ -187,7 +292,7 @@ def test_one_training_speed_of_a_real_rig(run, tmp_path, fetched, no_figures):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--train-rpm", "333"], "--train-rpm: 333, expected one of 300, 400, 450, 500, or all"),
+        (["--train-rpm", "300"], "--train-rpm: only the real rigs have it; the paper calibrates"),
         (["--train-rpm", "fast"], "--train-rpm: 'fast', expected a speed in rpm, or all"),
         (["--train-rpm", "nan"], "--train-rpm: 'nan', expected a speed"),
         (["--window-length", "99"], "--window-length: '99', expected an integer of at least 100"),
@@ -195,6 +300,7 @@ def test_one_training_speed_of_a_real_rig(run, tmp_path, fetched, no_figures):
         (["--seed", "-1"], "--seed: '-1', expected an integer from 0"),
         (["--n-jobs", "0"], "--n-jobs: '0', expected a number of threads"),
         (["--n-samples", "x"], "--n-samples: 'x', expected an integer of at least 1"),
+        (["--ladder", "none"], "--ladder: invalid choice: 'none'"),
         (["--rig", "mine"], "--rig: invalid choice: 'mine'"),
         (["--data-home", "x"], "--data-home: the simulated rig reads no files"),
         (["--rig", "uestc"], "--n-samples: only the simulated rig has it, not uestc"),
@@ -206,11 +312,15 @@ def test_wrong_arguments_are_named(run, tmp_path, arguments, message):
     assert f"argument {message}" in err and "Traceback" not in err
 
 
-def test_seed_of_a_real_rig_and_windows_longer_than_its_halves_are_refused(
+def test_options_that_do_not_fit_a_real_rig_and_windows_longer_than_its_halves_are_refused(
     run, tmp_path, fetched, real_rig
 ):
     code, _, err = run("evaluate", "--rig", "uestc", "--seed", "1", "--output", tmp_path)
     assert code == 2 and "argument --seed: only the simulated rig" in err
+    code, _, err = run("evaluate", "--rig", "uestc", "--ladder", "bank", "--output", tmp_path)
+    assert code == 2 and "argument --ladder: only the simulated rig has it, not uestc" in err
+    code, _, err = run("evaluate", "--rig", "uestc", "--train-rpm", "850", "--output", tmp_path)
+    assert code == 2 and "argument --train-rpm: 850, expected 800, 900, or all" in err
     for name in ("data", "target", "rpm", "recording", "start"):
         real_rig[name] = real_rig[name][::9]
     code, _, err = run("evaluate", "--rig", "uestc", "--output", tmp_path)
