@@ -189,7 +189,7 @@ METHODS = ["predict", "predict_proba", "predict_log_proba", "decision_function"]
 def test_batches_of_windows_change_no_bit(make, data, n_jobs):
     diagnoser = make(n_jobs=n_jobs).fit(*data)
     plain = Pipeline(diagnoser.steps)
-    many = np.tile(data[0], (17, 1))[: 2 * 256 + 5]
+    many = np.tile(data[0], (30, 1))[: 2 * 512 + 5]
     for name in METHODS:
         np.testing.assert_array_equal(getattr(diagnoser, name)(many), getattr(plain, name)(many))
     np.testing.assert_array_equal(diagnoser.predict(pd.DataFrame(many)), plain.predict(many))
@@ -198,7 +198,7 @@ def test_batches_of_windows_change_no_bit(make, data, n_jobs):
 
 def test_batches_need_no_memory_for_all_innovations(data):
     diagnoser = make_alpio().fit(*data)
-    many = np.tile(data[0], (100, 1))
+    many = np.tile(data[0], (200, 1))
     innovations = diagnoser["identify"].transform(many).nbytes
     tracemalloc.start()
     diagnoser.predict(many)
