@@ -101,6 +101,7 @@ def simulate_rig(
     asperity_um=5.0,
     noise_level=5e-4,
     random_state=0,
+    return_fault=False,
     return_X_y=False,
 ):
     r"""Simulate the acoustic emission and the drive torque of a bearing rig.
@@ -186,6 +187,9 @@ def simulate_rig(
         RMS of the sensor noise in V. Chosen: 5 uV at the input of a preamplifier of 40 dB.
     random_state : int, RandomState instance or None, default=0
         Source of randomness.
+    return_fault : bool, default=False
+        Also return the known fault signal, which takes half the memory of `data`. It does not
+        change `data`, and needs ``return_X_y=False``.
     return_X_y : bool, default=False
         Return ``(data, target)`` instead of a Bunch.
 
@@ -202,13 +206,17 @@ def simulate_rig(
         - crack_mm : float ndarray of shape (n_windows,), 0 for the normal condition
         - recording : str ndarray of shape (n_windows,)
         - start : int ndarray of shape (n_windows,), first sample in the recording
+        - fault : float64 ndarray of shape (n_windows, window_length), only with
+          ``return_fault=True``; the first sum of the equation, what the defects add to channel 0
+          of `data`, in V; 0 for the normal condition
         - sampling_rate : float, in Hz
         - DESCR : str
 
     Raises
     ------
     ValueError, TypeError
-        If a parameter is out of its range or of another type.
+        If a parameter is out of its range or of another type, or both `return_fault` and
+        `return_X_y` are asked for.
 
     References
     ----------
@@ -232,7 +240,19 @@ def simulate_rig(
     (20, 2, 1200)
     >>> rig.target[[0, 10]].tolist(), str(rig.recording[10])
     (['Normal', 'IR'], 'IR_500rpm_3mm')
+
+    What the crack alone emits:
+
+    >>> rig = simulate_rig(rpm=500, crack_mm=3, conditions=["Normal", "IR"], n_samples=12_000,
+    ...                    return_fault=True)
+    >>> rig.fault.shape, float(abs(rig.fault[rig.target == "Normal"]).max())
+    ((20, 1200), 0.0)
     """
+    if return_fault and return_X_y:
+        raise ValueError(
+            "return_fault=True puts the fault signal into the Bunch, which return_X_y=True does "
+            "not return: expected one of them at most."
+        )
     speeds = _check_positive_values("rpm", rpm)
     cracks = _check_positive_values("crack_mm", crack_mm)
     names = _check_conditions(conditions)
@@ -271,6 +291,7 @@ def simulate_rig(
     ]
     n_windows = n_samples // window_length
     data = np.empty((len(recordings), n_windows, 2, window_length))
+    fault = np.zeros((len(recordings), n_samples)) if return_fault else None
     defects = {}
     for row, (speed, name, crack) in enumerate(recordings):
         key = (list(CONDITIONS).index(name), speed, crack)
@@ -282,6 +303,8 @@ def simulate_rig(
                     rig, speed, location, crack, n_samples, partial(_generator, entropy, defect)
                 )
             emission += defects[defect]
+            if return_fault:
+                fault[row] += defects[defect]
         data[row, :, 0] = emission.reshape(n_windows, window_length)
         data[row, :, 1] = drive.reshape(n_windows, window_length)
 
@@ -294,6 +317,7 @@ def simulate_rig(
         f"{name}_{speed:.12g}rpm" + (f"_{crack:.12g}mm" if crack else "")
         for speed, name, crack in recordings
     ]
+    on_request = {"fault": fault.reshape(-1, window_length)} if return_fault else {}
     return Bunch(
         data=data,
         target=target,
@@ -312,4 +336,5 @@ def simulate_rig(
             n_samples=n_samples,
             window_length=window_length,
         ),
+        **on_request,
     )

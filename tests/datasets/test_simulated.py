@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import welch
 from sklearn.utils import Bunch
 
 from skarxlag.datasets.simulated import simulate_rig
@@ -90,6 +91,45 @@ def test_conditions_come_in_the_order_of_the_table():
     assert rig.target[[0, -1]].tolist() == ["Normal", "OR"]
 
 
+def test_fault_is_what_the_defects_add_to_an_unchanged_output():
+    asked = {"rpm": (300, 500), "crack_mm": (3, 6), "n_samples": 6000, "random_state": 5}
+    rig = simulate_rig(**asked, return_fault=True)
+    plain = simulate_rig(**asked)
+    assert "fault" not in plain
+    np.testing.assert_array_equal(rig.data, plain.data)
+    assert rig.fault.shape == (len(rig.data), 1200)
+    # Without the sources of the healthy bearing the output is the fault signal, and vice versa.
+    silent = {"friction_level": 0.0, "noise_level": 0.0, "torque_leak": ()}
+    alone = simulate_rig(**asked, **silent, return_fault=True)
+    np.testing.assert_allclose(rig.fault, alone.data[:, 0], rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(rig.fault, alone.fault)
+    without = simulate_rig(**asked, impact_level=0.0, rubbing_level=0.0)
+    np.testing.assert_allclose(rig.data[:, 0] - rig.fault, without.data[:, 0], rtol=0, atol=1e-14)
+    faulty = rig.target != "Normal"
+    assert np.all(rig.fault[~faulty] == 0)
+    assert rig.fault[faulty].std(axis=1).min() > 1e-4
+
+
+def test_output_less_the_fault_is_that_of_a_healthy_bearing():
+    rig = simulate_rig(rpm=500, crack_mm=6, n_samples=120_000, return_fault=True)
+    healthy = (rig.data[:, 0] - rig.fault).reshape(8, -1)
+    spectra = welch(healthy, nperseg=64)[1]
+    np.testing.assert_allclose(spectra[1:, 1:-1] / spectra[0, 1:-1], 1, atol=0.25)
+    raw = welch(rig.data[:, 0].reshape(8, -1), nperseg=64)[1]
+    assert np.abs(np.log(raw[1:] / raw[0])).max(axis=1).min() > 1
+
+
+def test_output_keeps_its_values():
+    # Printed tables rest on them.
+    rig = simulate_rig(
+        rpm=(250, 500), crack_mm=(1, 5), n_samples=12_000, random_state=3, return_fault=True
+    )
+    emission, torque = rig.data[:, 0], rig.data[:, 1]
+    assert np.sum(emission**2) == pytest.approx(94.65552584031477, rel=1e-9)
+    assert np.sum(np.abs(np.diff(emission))) == pytest.approx(1823.9463020382584, rel=1e-9)
+    assert np.sum(torque**3) == pytest.approx(2888208.545562112, rel=1e-9)
+
+
 def test_return_X_y():
     data, target = simulate_rig(**SMALL, conditions=["Normal", "IR"], return_X_y=True)
     rig = simulate_rig(**SMALL, conditions=["Normal", "IR"])
@@ -172,6 +212,11 @@ def test_compound_faults_are_superpositions():
         ({"asperity_um": 0.0}, ValueError, "asperity_um == 0"),
         ({"noise_level": -1e-3}, ValueError, "noise_level == -0.001"),
         ({"random_state": "seed"}, ValueError, "seed"),
+        (
+            {"return_fault": True, "return_X_y": True},
+            ValueError,
+            "return_fault=True .* return_X_y=True",
+        ),
     ],
 )
 def test_bad_input_is_refused_by_name_and_value(parameters, error, message):
