@@ -151,10 +151,11 @@ def difference(variant, reference):
 def accuracies(pairs):
     """Table of mean and worst pair: a row for each variant, two columns for each rig."""
     cross = pairs[(pairs.train_rpm != pairs.test_rpm) & (pairs.verdict == "window")]
-    grouped = cross.groupby(["method", "rig"], sort=False).accuracy
-    mean, worst = grouped.mean().unstack(sort=False), grouped.min().unstack(sort=False)
-    table = pd.DataFrame({"variant": mean.index})
-    for rig in mean.columns:
+    grouped = cross.groupby(["method", "rig"]).accuracy
+    variants = cross.method.unique()
+    mean, worst = (score.unstack().loc[variants] for score in (grouped.mean(), grouped.min()))
+    table = pd.DataFrame({"variant": variants})
+    for rig in cross.rig.unique():
         table[f"{rig}: mean"] = mean[rig].to_numpy()
         table[f"{rig}: worst pair"] = worst[rig].to_numpy()
     return table
