@@ -230,7 +230,8 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             len(windows),
             self.n_jobs,
         )
-        return np.sum(parts, axis=0)
+        power, driven, moved = (sum(part) for part in zip(*parts, strict=True))
+        return arx_laguerre.sums_of_products(power, driven, moved, self.orders_, self.poles_)
 
     def _make_room_for(self, classes):
         if (self.classes_.dtype.kind in "biuf") != (classes.dtype.kind in "biuf"):

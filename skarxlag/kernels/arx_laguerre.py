@@ -8,9 +8,10 @@ Laguerre states of channel 0, then of channel 1, and so on; it is strictly causa
 import math
 
 import numpy as np
+from scipy import linalg
 
 from .compiled import compiled
-from .laguerre import advance, advance_block
+from .laguerre import advance, advance_block, network_matrices
 from .lanes import LANES, TILE, carry, deinterleave, interleave
 
 #: States and models that one pass over a block of predictions takes together.
@@ -18,20 +19,7 @@ _STATES, _MODELS = 4, 2
 
 
 def accumulate_sums(windows, weights, orders, poles, n_transient):
-    r"""Weighted sums for least squares of y(k) on x(k), over samples after the transient.
-
-    Only the products of states and signals are summed over the samples. What they leave of the
-    products of states follows exactly: of a state i of one network, of pole :math:`\zeta`, and a
-    state j of another, of pole :math:`\xi`, the all-passes
-    :math:`x_i^+ + \zeta x_{i-1}^+ = \zeta x_i + x_{i-1}` give, multiplied and summed,
-
-    .. math::
-
-        (1 - \zeta\xi)(D_{ij} - D_{i-1,j-1}) = (\zeta - \xi)(D_{i,j-1} - D_{i-1,j})
-            - (M_{ij} + \xi M_{i,j-1} + \zeta M_{i-1,j} + \zeta\xi M_{i-1,j-1})
-
-    with :math:`D` the sums over k of :math:`x_i z_j`, and :math:`M` what they would change by if
-    they began and ended one sample later.
+    """Weighted sums from which `sums_of_products` follow, over samples after the transient.
 
     Parameters
     ----------
@@ -46,105 +34,86 @@ def accumulate_sums(windows, weights, orders, poles, n_transient):
 
     Returns
     -------
+    power : ndarray of shape (n_channels, n_channels)
+        Sum w s s' over the signals s.
+    driven : ndarray of shape (n_channels, n_states)
+        Sum w s x'.
+    moved : ndarray of shape (n_states, n_states)
+        What sum w x x' would change by if it began and ended one sample later.
+    """
+    n_windows, n_channels, _ = windows.shape
+    windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
+    signals = windows[..., n_transient:]
+    power = np.tensordot(weights, signals @ signals.transpose(0, 2, 1), axes=1)
+    first, last = np.zeros((2, n_windows, int(orders.sum())))
+    driven = np.zeros((n_channels, first.shape[1]))
+    sum_driven_states(windows, weights, orders, poles, n_transient, driven, first, last)
+    moved = (last.T * weights) @ last - (first.T * weights) @ first
+    return power, driven, moved
+
+
+@compiled
+def sum_driven_states(windows, weights, orders, poles, n_transient, driven, first, last):
+    """Fill the last three arrays, which come as zeros.
+
+    They get the sums of each state times each channel's signal, and of each window the states at
+    the first sample that is summed, and after the last one.
+    """
+    n_windows, n_channels, n_samples = windows.shape
+    n_states = driven.shape[1]
+    for w in range(n_windows):
+        for k in range(n_samples):
+            if k == n_transient:
+                for n in range(n_states):
+                    first[w, n] = last[w, n]
+            if k >= n_transient:
+                for channel in range(n_channels):
+                    sample = weights[w] * windows[w, channel, k]
+                    for n in range(n_states):
+                        driven[channel, n] += sample * last[w, n]
+            begin = 0
+            for channel in range(n_channels):
+                pole = poles[channel]
+                before = last[w, begin]
+                state = pole * before + math.sqrt(1.0 - pole * pole) * windows[w, channel, k]
+                last[w, begin] = state
+                for n in range(begin + 1, begin + orders[channel]):
+                    held = last[w, n]
+                    state = pole * (held - state) + before
+                    last[w, n] = state
+                    before = held
+                begin += orders[channel]
+
+
+def sums_of_products(power, driven, moved, orders, poles):
+    r"""Sums for least squares of y(k) on x(k).
+
+    The sums D of products of states need not be formed sample by sample. With
+    :math:`x^+ = A x + B s`, multiplied by itself and summed,
+
+    .. math::
+
+        D + M = A D A^T + A C B^T + B C^T A^T + B R B^T
+
+    where C are the sums of x s', R those of s s', and M what D would change by if it began and
+    ended one sample later: a discrete Lyapunov equation, since A is stable.
+
+    Parameters
+    ----------
+    power, driven, moved : ndarray
+        R, C' and M, as `accumulate_sums` gives them.
+    orders, poles : ndarray of shape (n_channels,)
+        The networks.
+
+    Returns
+    -------
     ndarray of shape (n_states + 1, n_states + 1)
         Sum w [x; y][x; y]'.
     """
-    n_states = int(orders.sum())
-    windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
-    ends = np.zeros((len(windows), 2, n_states))
-    driven = np.zeros((windows.shape[1], n_states))
-    sum_driven_states(windows, weights, orders, poles, n_transient, driven, ends)
-    first, last = ends[:, 0], ends[:, 1]
-    moved = (last.T * weights) @ last - (first.T * weights) @ first
-    signals = windows[..., n_transient:]
-    power = np.tensordot(weights, signals @ signals.transpose(0, 2, 1), axes=1)
-    sums = np.zeros((n_states + 1, n_states + 1))
-    sum_states(power, driven, moved, orders, poles, sums)
-    sums[-1, :-1] = sums[:-1, -1] = driven[0]
-    sums[-1, -1] = power[0, 0]
-    return sums
-
-
-@compiled
-def sum_driven_states(windows, weights, orders, poles, n_transient, driven, ends):
-    """Products of states and signals, and the states at both ends of what is summed.
-
-    Parameters
-    ----------
-    windows, weights, orders, poles, n_transient
-        As in `accumulate_sums`.
-    driven : ndarray of shape (n_channels, n_states)
-        Zeros; gets the sum of each state times each channel's signal.
-    ends : ndarray of shape (n_windows, 2, n_states)
-        Zeros; gets the states at the first sample that is summed, and after the last one.
-    """
-    n_windows, n_channels, n_samples = windows.shape
-    for w in range(n_windows):
-        states, before_transient, weight = ends[w, 1], ends[w, 0], weights[w]
-        for k in range(n_samples):
-            if k == n_transient:
-                for n in range(len(states)):
-                    before_transient[n] = states[n]
-            if k >= n_transient:
-                for channel in range(n_channels):
-                    row, sample = driven[channel], weight * windows[w, channel, k]
-                    for n in range(len(states)):
-                        row[n] += sample * states[n]
-            first = 0
-            for channel in range(n_channels):
-                last = first + orders[channel]
-                advance(states[first:last], windows[w, channel, k], poles[channel])
-                first = last
-
-
-@compiled
-def sum_states(power, driven, moved, orders, poles, sums):
-    """Fill the sums of products of states from those of states and signals.
-
-    Parameters
-    ----------
-    power : ndarray of shape (n_channels, n_channels)
-        Sums of products of the signals.
-    driven : ndarray of shape (n_channels, n_states)
-        Sums of each state times each channel's signal.
-    moved : ndarray of shape (n_states, n_states)
-        What the sums would change by if they began and ended one sample later.
-    orders, poles : ndarray of shape (n_channels,)
-        The networks.
-    sums : ndarray of shape (at least n_states, at least n_states)
-        Written.
-    """
-    i0 = 0
-    for a in range(len(orders)):
-        j0 = 0
-        for b in range(a + 1):
-            p, q = poles[a], poles[b]
-            p_gain, q_gain = math.sqrt(1.0 - p * p), math.sqrt(1.0 - q * q)
-            for i in range(i0, i0 + orders[a]):
-                for j in range(j0, j0 + orders[b]):
-                    change = moved[i, j]
-                    # What the section before hands on: its states, or the signal behind a gain.
-                    if i > i0:
-                        change += p * moved[i - 1, j]
-                    if j > j0:
-                        change += q * moved[i, j - 1]
-                    if i > i0 and j > j0:
-                        change += p * q * moved[i - 1, j - 1]
-                        total = (1.0 - p * q) * sums[i - 1, j - 1]
-                        total += (p - q) * (sums[i, j - 1] - sums[i - 1, j])
-                    elif i > i0:
-                        total = q_gain * (p * driven[b, i] + driven[b, i - 1])
-                        total -= (p - q) * sums[i - 1, j]
-                    elif j > j0:
-                        total = p_gain * (q * driven[a, j] + driven[a, j - 1])
-                        total += (p - q) * sums[i, j - 1]
-                    else:
-                        total = p * q_gain * driven[b, i] + q * p_gain * driven[a, j]
-                        total += p_gain * q_gain * power[a, b]
-                    sums[i, j] = (total - change) / (1.0 - p * q)
-                    sums[j, i] = sums[i, j]
-            j0 += orders[b]
-        i0 += orders[a]
+    A, B = network_matrices(orders, poles)
+    mixed = A @ driven.T @ B.T
+    states = linalg.solve_discrete_lyapunov(A, mixed + mixed.T + B @ power @ B.T - moved)
+    return np.block([[states, driven[0][:, np.newaxis]], [driven[0], power[0, 0]]])
 
 
 def innovations(windows, orders, poles, coef, n_transient, out):

@@ -43,7 +43,8 @@ def test_sums_are_weighted_products_of_states_and_output(case, n_transient):
         states, _, _ = literal_states(window, orders, poles)
         both = np.column_stack([states, window[0]])[n_transient:]
         expected = expected + weight * both.T @ both
-    sums = arx_laguerre.accumulate_sums(windows, weights, orders, poles, n_transient)
+    parts = arx_laguerre.accumulate_sums(windows, weights, orders, poles, n_transient)
+    sums = arx_laguerre.sums_of_products(*parts, orders, poles)
     np.testing.assert_allclose(np.tril(sums), np.tril(expected), rtol=1e-10, atol=1e-12)
 
 
