@@ -17,7 +17,7 @@ from .validation import check_real
 
 
 class ThresholdLadder(ClassifierMixin, BaseEstimator):
-    r"""Classify residual levels by calibrated thresholds (Eqs. 23-32).
+    r"""Classify residual levels by calibrated thresholds (equations 23-32).
 
     One residual, of the healthy model: the paper's ladder. Conditions are ordered by their median
     training level; the cut between neighbours is the geometric mean of their medians, and the cut
@@ -239,7 +239,7 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
         return log_softmax(self.confidence_scale_ * scores, axis=1)
 
     def detect(self, X):
-        r"""Whether each window is faulty: its healthy residual exceeds :math:`\Gamma` (Eq. 24).
+        r"""Whether the healthy residual of each window exceeds :math:`\Gamma` (equation 24).
 
         The stated rate holds where levels are those of the calibration or lower: in the sensor's
         unit, calibrated at the highest speed. On windows scaled to unit root-mean-square, as in a
@@ -266,7 +266,7 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
 
 
 class FaultDetector(OutlierMixin, BaseEstimator):
-    r"""Flag windows whose residual level exceeds what healthy ones reach (Eqs. 23 and 24).
+    r"""Flag windows whose residual level exceeds what healthy ones reach (equations 23 and 24).
 
     Calibrate it on healthy windows alone, in the sensor's unit and at the highest speed: levels
     grow with speed, so the stated rate holds below it.

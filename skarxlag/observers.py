@@ -8,7 +8,7 @@ from .validation import check_real
 
 
 class PIObserver(Observer):
-    r"""Linear proportional-integral observer, the baseline (Eqs. 17 and 18).
+    r"""Linear proportional-integral observer, the baseline (equations 17 and 18).
 
     With fault direction and output correction of the full-state observer chosen so that both
     reach the output through :math:`1/(z-\zeta)`, its output error e obeys a recursion on the

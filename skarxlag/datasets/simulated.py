@@ -224,7 +224,7 @@ def simulate_rig(
        Diagnosis of Bearings", Applied Sciences 9(5), 888, 2019.
     .. [2] R. B. Randall, J. Antoni, "Rolling element bearing diagnostics - a tutorial",
        Mechanical Systems and Signal Processing 25, 2011.
-    .. [3] T. A. Harris, M. N. Kotzalas, "Rolling Bearing Analysis", 5th ed., 2006.
+    .. [3] T.A. Harris, M.N. Kotzalas, "Rolling Bearing Analysis", 5th ed., 2006.
     .. [4] N. Sawalhi, R. B. Randall, "Vibration response of spalled rolling element bearings:
        observations, simulations and signal processing techniques to track the spall size",
        Mechanical Systems and Signal Processing 25, 2011.

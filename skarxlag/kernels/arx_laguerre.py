@@ -10,7 +10,7 @@ import math
 import numpy as np
 from scipy import linalg
 
-from .compiled import compiled
+from .compiled import compiled, inlined
 from .laguerre import advance, advance_block, network_matrices
 from .lanes import LANES, TILE, carry, deinterleave, interleave
 
@@ -192,7 +192,7 @@ def subtract_predictions(
                 carry(histories[n], length)
 
 
-@compiled
+@inlined
 def _subtract_block(coef, histories, output, errors):
     """Output less predictions on one block; several states and models a pass spare memory."""
     for c in range(0, coef.shape[0], _MODELS):

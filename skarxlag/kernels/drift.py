@@ -98,7 +98,6 @@ def raised_noise(log_spectra):
     )
 
 
-@compiled
 def whitened(features, whitener):
     """Features in coordinates in which their covariance is the identity.
 
@@ -114,12 +113,18 @@ def whitened(features, whitener):
     ndarray of shape (n_rows, n_features)
         Rows times W, summed in an order that does not depend on the number of rows.
     """
-    n_rows, n_features = features.shape
-    rows = np.zeros((n_rows, n_features))
-    for row in range(n_rows):
+    # Whatever comes in, the loop is compiled for one kind of array only.
+    features, whitener = (np.require(a, np.float64, ["C", "W"]) for a in (features, whitener))
+    rows = np.zeros(features.shape)
+    _add_products(features, whitener, rows)
+    return rows
+
+
+@compiled
+def _add_products(features, whitener, rows):
+    for row in range(features.shape[0]):
         target = rows[row]
-        for i in range(n_features):
+        for i in range(features.shape[1]):
             feature, weights = features[row, i], whitener[i]
             for j in range(i + 1):
                 target[j] += feature * weights[j]
-    return rows

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from .compiled import compiled
+from .compiled import compiled, inlined
 from .lanes import LANES, TILE, carry
 from .observer import ERROR, carry_loop, loop_histories, observe, observe_block, start_loop
 from .scaling import root_mean_square
@@ -222,7 +222,7 @@ def fill_switching_gain_levels(
                 levels[w + lane, c] = math.sqrt(votes[0, lane] / n_samples) * math.exp(step * mean)
 
 
-@compiled
+@inlined
 def _size_block(histories, slope, sizes, start, votes):
     """Size of the sliding surface, and the sum of its squares."""
     for i in range(TILE * LANES):
@@ -232,7 +232,7 @@ def _size_block(histories, slope, sizes, start, votes):
         votes[0, i + LANES] = votes[0, i] + surface * surface
 
 
-@compiled
+@inlined
 def _vote_block(sizes, start, settled, up, down, votes):
     """One step of the gain a sample."""
     for i in range(TILE * LANES):

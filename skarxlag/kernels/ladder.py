@@ -1,4 +1,4 @@
-"""Thresholds, rungs and confidences of the ladder (Eqs. 23-32)."""
+"""Thresholds, rungs and confidences of the ladder (equations 23-32)."""
 
 import numpy as np
 from scipy.optimize import minimize_scalar

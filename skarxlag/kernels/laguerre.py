@@ -1,11 +1,11 @@
-"""The orthonormal Laguerre filter network (Eqs. 4-6, 11-15 of the paper)."""
+"""The orthonormal Laguerre filter network (equations 4-6, 11-15 of the paper)."""
 
 import math
 
 import numpy as np
 from scipy.linalg import block_diag, toeplitz
 
-from .compiled import compiled
+from .compiled import compiled, inlined
 from .lanes import LANES, TILE
 
 
@@ -86,7 +86,7 @@ def advance(states, sample, pole):
         before = held
 
 
-@compiled
+@inlined
 def advance_block(histories, signal, pole):
     """The same cascade on a block of signals, see `lanes`: one all-pass after another.
 

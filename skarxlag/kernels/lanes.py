@@ -8,7 +8,7 @@ arrays are rows of which each is written in one place only. A history is a block
 sample in front, the one before the block begins.
 """
 
-from .compiled import compiled
+from .compiled import inlined
 
 #: Signals in a block. All lanes go through the same instructions, so no result depends on its lane.
 LANES = 16
@@ -16,7 +16,7 @@ LANES = 16
 TILE = 16
 
 
-@compiled
+@inlined
 def interleave(signals, first, channel, start, block):
     """Copy samples of up to `LANES` signals into a block.
 
@@ -34,7 +34,7 @@ def interleave(signals, first, channel, start, block):
             block[k * LANES + lane] = signals[first + lane, channel, start + k]
 
 
-@compiled
+@inlined
 def deinterleave(block, dropped, signals, first, channel, start):
     """Copy samples of a block to where up to `LANES` signals want them.
 
@@ -54,7 +54,7 @@ def deinterleave(block, dropped, signals, first, channel, start):
             signals[first + lane, channel, start + k] = block[(dropped + k) * LANES + lane]
 
 
-@compiled
+@inlined
 def carry(history, n_samples):
     """Make a sample of a history the one that it begins with.
 

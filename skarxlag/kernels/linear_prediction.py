@@ -65,22 +65,22 @@ def lagged_products(signals, order):
     """
     # Four products at a time are summed in machine code, the few at the start that are over here.
     rest = (signals.shape[1] - order) % 4
-    rows = _summed_products(signals, order, rest)
+    rows = np.empty((len(signals), order + 1))
+    _sum_products(signals, rest, *np.empty((2, order + 2)), rows)
     for m in range(rest):
         rows += signals[:, m : m + 1] * signals[:, m : m + order + 1]
     return rows
 
 
 @compiled
-def _summed_products(signals, order, first):
-    """Sums of s(m) s(m + b) over m from the first, a multiple of four before the end."""
+def _sum_products(signals, first, even, odd, rows):
+    """Fill `rows` with sums of s(m) s(m + b) over m from the first, a multiple of four of them."""
     n_signals, n_samples = signals.shape
-    rows = np.empty((n_signals, order + 1))
-    even, odd = np.empty(order + 2), np.empty(order + 2)
+    order = rows.shape[1] - 1
     for w in range(n_signals):
         samples = signals[w]
-        even[:] = 0.0
-        odd[:] = 0.0
+        for b in range(order + 2):
+            even[b] = odd[b] = 0.0
         # The loop waits for loads and stores: a sample that meets an even one meets the odd one
         # after it, too, and each sum takes two products before it is stored.
         for m in range(first, n_samples - order, 4):
@@ -92,10 +92,8 @@ def _summed_products(signals, order, first):
                 odd[b] = odd[b] + f * s + h * t
         for b in range(order + 1):
             rows[w, b] = even[b] + odd[b + 1]
-    return rows
 
 
-@compiled
 def schur_solutions(first_rows, entering, leaving, ridges):
     r"""Solve :math:`\sum_b (R(a, b) + \rho\,\delta_{ab})\,c_b = R(a, p)`, a, b = 0 .. p - 1.
 
@@ -117,10 +115,18 @@ def schur_solutions(first_rows, entering, leaving, ridges):
     ndarray of shape (n_signals, order)
         The solutions.
     """
-    n_signals, order = first_rows.shape[0], first_rows.shape[1] - 1
-    solutions = np.zeros((n_signals, order))
-    u, v = np.empty(order + 1), np.empty(order + 1)
+    order = first_rows.shape[1] - 1
+    solutions = np.zeros((len(first_rows), order))
+    u, v = np.empty((2, order + 1))
     factor = np.empty((order, order + 1))
+    _fill_solutions(first_rows, entering, leaving, ridges, u, v, factor, solutions)
+    return solutions
+
+
+@compiled
+def _fill_solutions(first_rows, entering, leaving, ridges, u, v, factor, solutions):
+    """Fill `solutions`; u, v and the factor are those of one signal."""
+    n_signals, order = solutions.shape
     for w in range(n_signals):
         if ridges[w] == 0:
             continue
@@ -162,4 +168,3 @@ def schur_solutions(first_rows, entering, leaving, ridges):
                 solution[a] -= factor[a, b - 1] * before + factor[a, b] * last
         if order % 2 == 1:
             solution[0] /= factor[0, 0]
-    return solutions

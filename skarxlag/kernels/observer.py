@@ -1,9 +1,9 @@
-"""Observer loops on innovations (Eqs. 17-20, A-1, A-2) and their stability."""
+"""Observer loops on innovations (equations 17-20, A-1, A-2) and their stability."""
 
 import numpy as np
 from scipy import linalg
 
-from .compiled import compiled
+from .compiled import compiled, inlined
 from .lanes import LANES, TILE, carry, deinterleave, interleave
 
 #: Rows of the histories of a loop.
@@ -64,7 +64,7 @@ def record_trajectories(innovations, loop, histories, error, fault_estimate):
                 carry_loop(histories, TILE)
 
 
-@compiled
+@inlined
 def start_loop(innovations, first, model, histories):
     """State before the first sample: at rest, and an error that has not changed yet."""
     for row in range(CORRECTION, ESTIMATE + 1):
@@ -74,7 +74,7 @@ def start_loop(innovations, first, model, histories):
         histories[ERROR, lane] = innovations[first + lane, model, 0]
 
 
-@compiled
+@inlined
 def observe_block(innovations, first, model, start, loop, histories):
     """Run the loop through one block of windows, see `lanes`.
 
@@ -101,13 +101,13 @@ def observe_block(innovations, first, model, start, loop, histories):
             _close_loop(histories, i, _surface(histories, i, loop) ** exponent, loop)
 
 
-@compiled
+@inlined
 def _surface(histories, i, loop):
     e = histories[INNOVATION, i] - histories[CORRECTION, i]
     return min(abs(histories[INTEGRAL, i] + loop[3] * e), loop[6])
 
 
-@compiled
+@inlined
 def _close_loop(histories, i, surface, loop):
     pole, kp, ki_a, _, gain, _, _ = loop
     e = histories[INNOVATION, i] - histories[CORRECTION, i]
@@ -119,7 +119,7 @@ def _close_loop(histories, i, surface, loop):
     histories[ESTIMATE, i + LANES] = gain * (1.0 + surface) * integral
 
 
-@compiled
+@inlined
 def carry_loop(histories, n_samples):
     """Make a sample of the block the one that the next block begins after."""
     for row in range(ERROR, ESTIMATE + 1):

@@ -2,13 +2,12 @@
 
 import numpy as np
 
-from .compiled import compiled
+from .compiled import compiled, inlined
 
 #: Bands that are sorted side by side: with a hundred segments they fit the nearest cache.
 _SIDE_BY_SIDE = 32
 
 
-@compiled
 def windowed_segments(signals, window, hop):
     """Segments of signals, each times a window.
 
@@ -26,19 +25,22 @@ def windowed_segments(signals, window, hop):
     ndarray of shape (n_signals, n_segments, segment)
         As many segments as lie within a signal.
     """
-    n_signals, n_samples = signals.shape
-    segment = len(window)
-    n_segments = (n_samples - segment) // hop + 1
-    segments = np.empty((n_signals, n_segments, segment))
-    for w in range(n_signals):
-        for s in range(n_segments):
-            samples, target = signals[w, s * hop :], segments[w, s]
-            for k in range(segment):
-                target[k] = samples[k] * window[k]
+    n_segments = (signals.shape[1] - len(window)) // hop + 1
+    segments = np.empty((len(signals), n_segments, len(window)))
+    _fill_segments(signals, window, hop, segments)
     return segments
 
 
 @compiled
+def _fill_segments(signals, window, hop, segments):
+    for w in range(segments.shape[0]):
+        for s in range(segments.shape[1]):
+            samples, target = signals[w, s * hop :], segments[w, s]
+            for k in range(len(window)):
+                target[k] = samples[k] * window[k]
+
+
+@inlined
 def sort_columns(rows):
     """Sort each column in place, by merge exchange.
 
@@ -72,7 +74,6 @@ def sort_columns(rows):
         p //= 2
 
 
-@compiled
 def median_over_mean(spectra, floor):
     """Median power of each band over its mean power.
 
@@ -90,13 +91,22 @@ def median_over_mean(spectra, floor):
     """
     n_signals, n_segments, n_bands = spectra.shape
     ratio = np.empty((n_signals, n_bands))
-    power = np.zeros((n_segments, _SIDE_BY_SIDE))
-    total = np.empty(_SIDE_BY_SIDE)
-    middle = power[(n_segments - 1) // 2], power[n_segments // 2]
+    _fill_ratio(
+        spectra, floor, np.zeros((n_segments, _SIDE_BY_SIDE)), np.empty(_SIDE_BY_SIDE), ratio
+    )
+    return ratio
+
+
+@compiled
+def _fill_ratio(spectra, floor, power, total, ratio):
+    """Fill `ratio`; `power` and `total` are for some bands of one signal."""
+    n_signals, n_segments, n_bands = spectra.shape
+    lower, upper = power[(n_segments - 1) // 2], power[n_segments // 2]
     for w in range(n_signals):
         for first in range(0, n_bands, _SIDE_BY_SIDE):
             n = min(_SIDE_BY_SIDE, n_bands - first)
-            total[:] = 0.0
+            for i in range(_SIDE_BY_SIDE):
+                total[i] = 0.0
             least = floor[w]
             for s in range(n_segments):
                 bands, row = spectra[w, s, first:], power[s]
@@ -105,5 +115,4 @@ def median_over_mean(spectra, floor):
                     total[i] += row[i]
             sort_columns(power)
             for i in range(n):
-                ratio[w, first + i] = (middle[0][i] + middle[1][i]) / 2 * n_segments / total[i]
-    return ratio
+                ratio[w, first + i] = (lower[i] + upper[i]) / 2 * n_segments / total[i]

@@ -5,7 +5,7 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
 from skarxlag.kernels import pole_search
-from skarxlag.kernels.arx_laguerre import accumulate_sums
+from skarxlag.kernels.arx_laguerre import accumulate_sums, sums_of_products
 from skarxlag.kernels.correlation_fit import best_fits, state_correlations
 from skarxlag.kernels.laguerre import laguerre_matrices
 from skarxlag.kernels.least_squares import solve_sums
@@ -90,8 +90,9 @@ def test_error_from_correlations_is_near_the_one_in_time(orders_poles):
     coef = [0.5, -0.3, 0.2, 0.1] if len(orders) == 1 else [0.5, -0.3, 0.2, 0.4, 0.3]
     windows = simulated(orders, poles, coef, 20_000)
     for tried in (poles, [0.0] * len(orders)):
-        sums = accumulate_sums(windows, np.ones(1), np.array(orders), np.array(tried), 0)
-        expected, error = solve_sums(sums, 1e-6)
+        network = np.array(orders), np.array(tried)
+        parts = accumulate_sums(windows, np.ones(1), *network, 0)
+        expected, error = solve_sums(sums_of_products(*parts, *network), 1e-6)
         found, share = fit_with(windows, orders, tried)
         np.testing.assert_allclose(found, expected, atol=2e-3)
         assert share == pytest.approx(error / windows.shape[-1], rel=1e-3)

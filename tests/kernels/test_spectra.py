@@ -4,7 +4,7 @@ from scipy import fft, signal
 from scipy.signal import lfilter
 
 from skarxlag.kernels import spectra
-from skarxlag.kernels.arx_laguerre import accumulate_sums
+from skarxlag.kernels.arx_laguerre import accumulate_sums, sums_of_products
 from skarxlag.kernels.linear_prediction import predictors
 
 
@@ -25,9 +25,10 @@ def test_autoregressive_log_spectrum_is_that_of_the_process():
 
 def test_model_is_that_of_a_network_with_its_pole_at_0():
     signals = ar2(1, 300)
-    sums = accumulate_sums(signals[:, np.newaxis], np.ones(1), np.array([6]), np.zeros(1), 6)
-    symmetric = np.tril(sums) + np.tril(sums, -1).T
-    coef = np.linalg.solve(symmetric[:-1, :-1], symmetric[-1, :-1])
+    network = np.array([6]), np.zeros(1)
+    parts = accumulate_sums(signals[:, np.newaxis], np.ones(1), *network, 6)
+    sums = sums_of_products(*parts, *network)
+    coef = np.linalg.solve(sums[:-1, :-1], sums[-1, :-1])
     np.testing.assert_allclose(predictors(signals, 6, 1e-15)[0], coef, rtol=1e-9)
 
 
