@@ -8,6 +8,8 @@ flags everything at the others; calibrated at the highest, it keeps its false-al
 faults that are quieter at lower speeds.
 """
 
+import matplotlib.pyplot as plt
+import numpy as np
 from sklearn.pipeline import make_pipeline
 
 from skarxlag import ARXLaguerre, FaultDetector, PIObserver
@@ -41,6 +43,22 @@ for calibration in (min(SPEEDS), max(SPEEDS)):
     print(f"calibrated at {calibration} rpm")
     for speed in SPEEDS:
         print("   ", report(speed))
+
+# %%
+# Why: the residual levels of healthy and of faulty windows with the threshold of the highest speed,
+# which was fitted last.
+residual_levels = np.abs(detector[:-1].transform(rig.data)).ravel()
+fig, axes = plt.subplots(1, len(SPEEDS), sharey=True, layout="constrained", figsize=(7, 3.5))
+for ax, speed in zip(axes, SPEEDS, strict=True):
+    tested = ~is_first & (rig.rpm == speed)
+    ax.boxplot(
+        [residual_levels[tested & (rig.target == name)] for name in rig.target_names],
+        tick_labels=rig.target_names,
+    )
+    ax.axhline(detector[-1].detection_threshold_, color="tab:red", linestyle="--")
+    ax.set(title=f"{speed} rpm", yscale="log")
+axes[0].set_ylabel("Residual level; dashed: threshold")
+plt.show()
 
 # %%
 # With healthy data at every speed, one detector for each.

@@ -7,6 +7,7 @@ ARX-Laguerre model *is* an ARX model, so identification must return these coeffi
 that suits the system, few filters do the work of many lags.
 """
 
+import matplotlib.pyplot as plt
 import numpy as np
 from scipy.signal import lfilter
 
@@ -34,7 +35,17 @@ print(f"fit without the input {without.fit_percentage(windows[:, 0]).mean():5.1f
 # single filter. Eight lags of the input are too few; eight filters with a searched pole are not.
 slow = lfilter([0, 1], [1, -1.8, 0.82], u)
 slow_windows = np.stack([slow.reshape(-1, 1200), u.reshape(-1, 1200)], axis=1)
-for pole in (0.0, "optimise"):
+shown = slice(400, 600)
+_, ax = plt.subplots(layout="constrained")
+for pole, style in ((0.0, ":"), ("optimise", "--")):
     model = ARXLaguerre(order=[1, 8], pole=[0.0, pole]).fit(slow_windows)
     fit = model.fit_percentage(slow_windows, free_run=True).mean()
     print(f"pole of the input's network {model.poles_[1]:.3f}: simulation fits {fit:5.1f} %")
+    simulated = model.predict_output(slow_windows[:1], free_run=True)[0, 0]
+    name = f"eight filters, pole {model.poles_[1]:.2f}"
+    ax.plot(simulated[shown], linestyle=style, label=name, zorder=3)
+    measured = slow_windows[0, 0, -len(simulated) :]
+    ax.plot(measured[shown], color="grey", label="system" if pole == 0.0 else None)
+ax.set(xlabel="Sample", ylabel="Output")
+ax.legend()
+plt.show()

@@ -1,7 +1,9 @@
-"""README, docs and examples run as they stand."""
+"""README, docs and examples run as they stand, and are found."""
 
 import doctest
+import importlib
 import inspect
+import pkgutil
 import re
 import runpy
 from pathlib import Path
@@ -9,10 +11,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from skarxlag import kernels
 from skarxlag.datasets import simulate_rig
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+# Written by a build of the site.
+BUILT = {"_build", "gallery", "project"}
+DOCS = [
+    page
+    for page in sorted((ROOT / "docs").rglob("*.md"))
+    if BUILT.isdisjoint(page.relative_to(ROOT / "docs").parts)
+]
+PAGES = [ROOT / "README.md", *DOCS]
+LINKED = [*sorted(ROOT.glob("*.md")), ROOT / "benchmarks" / "README.md", *DOCS]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 OPTIONS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 
@@ -38,22 +49,83 @@ def test_blocks_end_with_an_empty_line(page):
     assert all(block.endswith("\n\n") for block in blocks)
 
 
-@pytest.mark.parametrize("page", sorted(ROOT.glob("*.md")) + PAGES[1:], ids=_name)
+def _links(page):
+    """Files within the repository that a page links to, each with the anchor or None."""
+    # Formulas and the site's own list of pages hold brackets that are no links.
+    prose = re.sub(r"\$+[^$]*\$+|^```\{.*?^```", "", page.read_text("utf-8"), flags=re.S | re.M)
+    found = re.findall(r"\]\((?!\w+:)([^)#\s]*)(?:#([^)\s]*))?\)", prose)
+    return [((page.parent / path).resolve() if path else page, anchor) for path, anchor in found]
+
+
+def _is_built(path):
+    return (ROOT / "docs" / "gallery") in path.parents
+
+
+def _anchors(page):
+    headings = re.findall(r"^#+ (.*)$", page.read_text("utf-8"), flags=re.M)
+    return [re.sub(r"[^\w -]", "", each).lower().replace(" ", "-") for each in headings]
+
+
+@pytest.mark.parametrize("page", LINKED, ids=_name)
 def test_links_within_the_repository(page):
-    prose = re.sub(r"\$+[^$]*\$+", "", page.read_text("utf-8"))
-    targets = re.findall(r"\]\((?!https?:)([^)#]*)(?:#[^)]*)?\)", prose)
-    missing = [each for each in targets if each and not (page.parent / each).exists()]
-    assert not missing
+    paths = [path for path, _ in _links(page) if not _is_built(path)]
+    assert not [path for path in paths if not path.exists()]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=_name)
+@pytest.mark.parametrize("page", LINKED, ids=_name)
 def test_anchors(page):
-    text = page.read_text("utf-8")
-    for target, anchor in re.findall(r"\]\((?!https?:)([^)#]*)#([^)]*)\)", text):
-        other = (page.parent / target if target else page).read_text("utf-8")
-        headings = re.findall(r"^#+ (.*)$", other, flags=re.M)
-        slugs = [re.sub(r"[^\w -]", "", each).lower().replace(" ", "-") for each in headings]
-        assert anchor in slugs
+    wanted = [(path, anchor) for path, anchor in _links(page) if anchor and path.suffix == ".md"]
+    assert not [(path, anchor) for path, anchor in wanted if anchor not in _anchors(path)]
+
+
+def test_readme_reaches_everything_in_two_clicks():
+    first = {path for path, _ in _links(ROOT / "README.md")}
+    pages = [path for path in first if path.suffix == ".md"]
+    second = first.union(*({path for path, _ in _links(page)} for page in pages))
+    wanted = {*LINKED, ROOT / "examples"} - {ROOT / "README.md"}
+    assert not wanted - second
+
+
+def test_index_of_the_site_lists_every_page():
+    text = (ROOT / "docs" / "index.md").read_text("utf-8")
+    listed = re.search(r"^```\{toctree\}\n:hidden:\n\n(.*?)^```", text, flags=re.S | re.M)[1]
+    names = {re.sub(r".*<(.*)>", r"\1", line) for line in listed.splitlines()}
+    top = {page.stem for page in (ROOT / "docs").glob("*.md")} - {"index"}
+    assert top | {"gallery/index", "api/index", "paper/index"} <= names
+
+
+def test_api_page_lists_every_public_name():
+    text = (ROOT / "docs" / "api" / "index.rst").read_text("utf-8")
+    listed, module = set(), None
+    for line in text.splitlines():
+        if line.startswith(".. currentmodule:: "):
+            module = line.split()[-1]
+        elif name := re.fullmatch(r"(?:   |\.\. py:data:: )([\w.]+)", line):
+            listed.add(f"{module}.{name[1]}")
+    public = {f"{kernels.__name__}.{each.name}" for each in pkgutil.iter_modules(kernels.__path__)}
+    for name in ("skarxlag", "skarxlag.datasets", "skarxlag.paper", "skarxlag.plotting"):
+        public |= {f"{name}.{each}" for each in importlib.import_module(name).__all__}
+    assert listed == public
+
+
+@pytest.mark.parametrize(
+    ("source", "page", "link", "on_site"),
+    [
+        ("docs/guide.md", "guide.md", "../examples/detection.py", "gallery/detection.rst"),
+        ("docs/guide.md", "guide.md", "../SECURITY.md#reporting", "project/security.md#reporting"),
+        ("docs/guide.md", "guide.md", "method.md#references", "method.md#references"),
+        ("docs/guide.md", "guide.md", "#windows", "#windows"),
+        ("docs/guide.md", "guide.md", "https://doi.org/10.1", "https://doi.org/10.1"),
+        ("docs/paper/errata.md", "paper/errata.md", "../../examples", "../gallery/index.rst"),
+        ("docs/paper/errata.md", "paper/errata.md", "../../README.md", "../index.md"),
+        ("docs/paper/errata.md", "paper/errata.md", "images/a.svg", "images/a.svg"),
+        ("CONTRIBUTING.md", "project/contributing.md", "docs/data.md", "../data.md"),
+        ("benchmarks/README.md", "project/benchmarks.md", "cnn.py", "../../benchmarks/cnn.py"),
+    ],
+)
+def test_links_on_the_site(source, page, link, on_site):
+    relink = runpy.run_path(str(ROOT / "docs" / "repository.py"))["relink"]
+    assert relink(f"[text]({link})", source, page) == f"[text]({on_site})"
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=_name)
@@ -62,8 +134,9 @@ def test_example(example, monkeypatch, capsys):
     pyplot.switch_backend("Agg")
     monkeypatch.setattr(pyplot, "show", lambda: None)
     runpy.run_path(str(example), run_name="__main__")
+    has_figure = bool(pyplot.get_fignums())
     pyplot.close("all")
-    assert capsys.readouterr().out
+    assert has_figure and capsys.readouterr().out
 
 
 def test_readme_has_a_place_for_the_cross_speed_table():
