@@ -1,146 +1,108 @@
-"""Time of the kernels next to other ways to compute the same, in one run: ratios, not seconds.
+"""Speed, start-up and memory next to peers and to the machine's own limit, in one run.
 
     python benchmarks/speed.py
+    python benchmarks/speed.py --only transforms identification
+    python benchmarks/speed.py --write benchmarks/README.md
 
-Every pair is timed in turn, five times after a warm-up; the ratio of the medians is printed, above
-1 where the package is faster.
+The sides of a ratio are timed in turn in the same run, on one thread and in processor time unless
+the line says otherwise; the median of the ratios is printed and, as spread, half the range between
+their quartiles.
+Libraries that are not installed are left out, and named below the table.
 """
 
-import time
+import argparse
+import sys
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.signal import lfilter
+import speed_identification
+import speed_peers
+import speed_processes
+import speed_rows
+from pages import markdown, write_blocks
+from speed_timing import matrix_product, ratio, take_turns
+from threadpoolctl import threadpool_limits
 
-from skarxlag import ARXLaguerre, make_diagnoser
-from skarxlag.kernels import arx_laguerre, observer
-from skarxlag.kernels.laguerre import laguerre_matrices
-from skarxlag.kernels.spectra import lagged_sums
-
-N_WINDOWS, N_SAMPLES, ORDER, POLE = 64, 1200, 32, 0.3
-
-
-def laguerre_cascade(windows):
-    """States of the network by SciPy's filter, one all-pass after another."""
-    low_pass = lfilter([0, np.sqrt(1 - POLE**2)], [1, -POLE], windows, axis=-1)
-    states = [low_pass]
-    for _ in range(ORDER - 1):
-        states.append(lfilter([-POLE, 1], [1, -POLE], states[-1], axis=-1))
-    return np.stack(states, axis=-1)
-
-
-def triangular(windows, coef):
-    """Innovations with the triangular state matrix, all windows at once."""
-    A, b = laguerre_matrices(ORDER, POLE)
-    states = np.zeros((len(windows), ORDER))
-    errors = np.empty((N_SAMPLES, len(coef), len(windows)))
-    for k in range(N_SAMPLES):
-        errors[k] = windows[:, k] - coef @ states.T
-        states = states @ A.T + np.outer(windows[:, k], b)
-    return errors
+ROWS = {
+    "transforms": speed_rows.transforms,
+    "extended-state-predict": speed_rows.extended_state_predict,
+    "diagnoser-predict": speed_rows.diagnoser_predict,
+    "diagnoser-fit": speed_rows.diagnoser_fit,
+    "identification": speed_identification.identification,
+    "pole-search": speed_identification.pole_search,
+    "grid-search": speed_rows.grid_search,
+    "two-threads": speed_rows.two_threads,
+    "start-up": speed_processes.start_up,
+    "memory": speed_processes.memory,
+}
 
 
-def recursive_least_squares(samples):
-    """The paper's recursion, one sample after another."""
-    states = laguerre_cascade(samples)
-    coef, covariance = np.zeros(ORDER), np.eye(ORDER) * 1e6
-    for x, y in zip(states, samples, strict=True):
-        gain = covariance @ x / (1 + x @ covariance @ x)
-        coef = coef + gain * (y - coef @ x)
-        covariance = covariance - np.outer(gain, x @ covariance)
-    return coef
+def table(measurements):
+    """Measurements as a data frame with the columns that are published.
 
+    Parameters
+    ----------
+    measurements : list of dict
+        As `speed_rows` describes them.
 
-def observer_loop(innovations, pole, kp, ki):
-    """The linear observer in NumPy, all windows at once."""
-    error = np.empty_like(innovations)
-    correction = integral = np.zeros(len(innovations))
-    for k in range(innovations.shape[1]):
-        error[:, k] = innovations[:, k] - correction
-        correction = pole * correction + kp * error[:, k] + integral
-        integral = integral + ki * error[:, k]
-    return error
-
-
-def pairs():
-    """What is timed: (name, the package's way, the other way and its name)."""
-    rng = np.random.default_rng(0)
-    windows = rng.normal(size=(N_WINDOWS, N_SAMPLES))
-    y = np.repeat(["a", "b", "c", "d"], N_WINDOWS // 4)
-    coef = rng.normal(size=(4, ORDER)) / ORDER
-    network = np.array([ORDER]), np.array([POLE])
-    model, diagnoser = ARXLaguerre(order=ORDER, pole=POLE), make_diagnoser().fit(windows, y)
-    bank = ARXLaguerre(order=ORDER, pole=POLE).fit(windows, y)
-    return [
-        (
-            "innovations of 4 models",
-            lambda: arx_laguerre.innovations(windows[:, None], *network, coef, 0),
-            "states by scipy.signal.lfilter",
-            lambda: laguerre_cascade(windows) @ coef.T,
-        ),
-        (
-            "innovations of 4 models",
-            lambda: arx_laguerre.innovations(windows[:, None], *network, coef, 0),
-            "triangular A in NumPy",
-            lambda: triangular(windows, coef),
-        ),
-        (
-            "fit of one window",
-            lambda: model.fit(windows[:1]),
-            "literal recursive least squares",
-            lambda: recursive_least_squares(windows[0]),
-        ),
-        (
-            "linear observer",
-            lambda: observer.observe(windows, POLE, 0.1, 0.05, 0.0, 1.0, 1.0, 0.0),
-            "loop in NumPy over samples",
-            lambda: observer_loop(windows, POLE, 0.1, 0.05),
-        ),
-        (
-            "lagged sums, order 128",
-            lambda: [lagged_sums(window, 128) for window in windows],
-            "product of lagged matrices",
-            lambda: [
-                lagged.T @ lagged
-                for lagged in np.lib.stride_tricks.sliding_window_view(windows, 129, axis=1)
-            ],
-        ),
-        (
-            "verdicts of make_diagnoser",
-            lambda: diagnoser.predict(windows),
-            "innovations of its bank of 4 alone",
-            lambda: bank.transform(windows),
-        ),
-    ]
-
-
-def median_times(*functions, n_runs=5):
-    """Median seconds of each function, called in turn after a warm-up."""
-    times = np.empty((n_runs + 1, len(functions)))
-    for run in range(n_runs + 1):
-        for i, function in enumerate(functions):
-            start = time.perf_counter()
-            function()
-            times[run, i] = time.perf_counter() - start
-    return np.median(times[1:], axis=0)
-
-
-def main():
-    """Print the table."""
+    Examples
+    --------
+    >>> lines = [{"what": "a", "reached": 2.5, "target": 3, "at_most": True, "spread": 0.04}]
+    >>> table(lines).to_dict("records")
+    [{'what': 'a', 'ours': '', 'next to': '', 'target': 'at most 3', 'reached': '2.5', ...
+    """
     rows = []
-    for name, ours, other_name, other in pairs():
-        seconds = median_times(ours, other)
+    for line in measurements:
+        target, reached = line.get("target"), line["reached"]
+        at_most = line.get("at_most", False)
+        missed = target is not None and (reached > target if at_most else reached < target)
+        bound = "at most" if at_most else "at least"
         rows.append(
             {
-                "the package": name,
-                "next to": other_name,
-                "ratio": round(seconds[1] / seconds[0], 1),
-                "ms a window": round(
-                    seconds[0] / (1 if "one window" in name else N_WINDOWS) * 1e3, 3
-                ),
+                "what": line["what"],
+                "ours": line.get("ours", ""),
+                "next to": line.get("beside", ""),
+                "target": "" if target is None else f"{bound} {target:g}",
+                "reached": f"{reached:.3g}" + (" (missed)" if missed else ""),
+                "spread": f"{line['spread']:.0%}" if "spread" in line else "",
             }
         )
-    print(pd.DataFrame(rows).to_string(index=False))
+    return pd.DataFrame(rows)
+
+
+def machine():
+    """One sentence on the machine: rate of the matrix product, and how far runs of it differ."""
+    product, n_product = matrix_product()
+    seconds = take_turns({"first": product, "second": product}, 15)
+    rate = n_product / np.median(seconds["first"]) / 1e9
+    spread = ratio(seconds["first"], seconds["second"])[1]
+    return (
+        f"Matrix product in float64 on one thread: {rate:.3g} G multiply-adds/s. The ratio of one "
+        f"product to the next has a spread of {spread:.0%}, which is the machine's noise."
+    )
+
+
+def main(arguments=None):
+    """Measure, print and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", nargs="+", choices=ROWS, default=list(ROWS), metavar="ROW")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="Markdown file for the table")
+    options = parser.parse_args(arguments)
+    measurements = []
+    with threadpool_limits(1):
+        about = machine()
+        for name in options.only:
+            print(f"{name} ...", file=sys.stderr, flush=True)
+            measurements += ROWS[name]()
+    missing = speed_peers.missing_libraries()
+    block = "\n\n".join(
+        [markdown(table(measurements)), about]
+        + ([f"Not installed, so left out: {', '.join(missing)}."] if missing else [])
+    )
+    print(block)
+    if options.write:
+        write_blocks(options.write, {"speed": block})
 
 
 if __name__ == "__main__":

@@ -1,15 +1,54 @@
 """Tables of a user's own recordings, and the rig that they make."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from sklearn.utils import Bunch
 
-from skarxlag.recordings import read_csv_frame, read_recording
+from skarxlag.recording_formats import read_csv_frame
+from skarxlag.recordings import recording_blocks
 from skarxlag.signals import stack_windows
 
 COLUMNS = ("path", "condition", "rpm", "sampling_rate", "channel")
+
+
+@dataclass(frozen=True)
+class ListedRecording:
+    """One line of a table of recordings; nothing of the file has been read."""
+
+    where: str
+    name: str
+    path: Path
+    channel: str | list | None
+    sampling_rate: float | None
+    condition: str | None
+    rpm: float | None
+
+    def blocks(self, n_samples=None):
+        """Blocks of the recording and its sampling rate, as `recording_blocks` yields them.
+
+        Raises
+        ------
+        FileNotFoundError, ImportError, ValueError
+            As there, and if table and file disagree on the sampling rate, or neither states it.
+            The message names the table and the line.
+        """
+        try:
+            for signal, known in recording_blocks(self.path, n_samples, channel=self.channel):
+                yield signal, self._agreed_rate(known)
+        except (FileNotFoundError, ImportError, ValueError) as error:
+            raise type(error)(f"{self.where}: {error}") from error
+
+    def _agreed_rate(self, known):
+        if self.sampling_rate is None and known is None:
+            raise ValueError(f"sampling_rate is missing and {self.path} does not state it")
+        if None not in (self.sampling_rate, known) and self.sampling_rate != known:
+            raise ValueError(
+                f"sampling_rate is {self.sampling_rate:g} Hz but {self.path} states {known:g} Hz"
+            )
+        return known if self.sampling_rate is None else self.sampling_rate
 
 
 def read_recording_table(path):
@@ -80,34 +119,64 @@ def read_recording_table(path):
     >>> [signal.shape for signal in table.recordings]
     [(5,), (7,)]
     """
-    table_path = Path(path)
-    table = _read_table(table_path)
-    recordings, rates, filenames = [], [], []
-    for line, row in table.iterrows():
-        where = f"{table_path}, line {line}"
-        filename = table_path.parent / row["path"]
-        channel = [each.strip() for each in row["channel"].split(";")] if row["channel"] else [None]
-        try:
-            signal, known_rate = read_recording(
-                filename, channel=channel if len(channel) > 1 else channel[0]
-            )
-        except (FileNotFoundError, ImportError, ValueError) as error:
-            raise type(error)(f"{where}: {error}") from error
-        recordings.append(signal)
-        rates.append(_sampling_rate(where, filename, row["sampling_rate"], known_rate))
-        filenames.append(str(filename))
-    _check_equal(table_path, table.index, "sampling rates (Hz)", rates)
+    listed = list_recordings(path)
+    recordings, rates = [], []
+    for entry in listed:
+        for signal, sampling_rate in entry.blocks():
+            recordings.append(signal)
+            rates.append(sampling_rate)
+    _check_equal(listed, "sampling rates (Hz)", rates)
     shapes = [1 if signal.ndim == 1 else len(signal) for signal in recordings]
-    _check_equal(table_path, table.index, "numbers of channels", shapes)
-    repeated = table["path"].duplicated(keep=False)
+    _check_equal(listed, "numbers of channels", shapes)
+    first = listed[0]
     return Bunch(
         recordings=recordings,
-        condition=table["condition"].to_numpy(dtype=str) if "condition" in table else None,
-        rpm=_speeds(table_path, table["rpm"]) if "rpm" in table else None,
-        recording=table["path"].where(~repeated, table["path"] + ":" + table["channel"]).tolist(),
+        condition=None if first.condition is None else np.array([e.condition for e in listed]),
+        rpm=None if first.rpm is None else np.array([entry.rpm for entry in listed]),
+        recording=[entry.name for entry in listed],
         sampling_rate=rates[0],
-        filenames=filenames,
+        filenames=[str(entry.path) for entry in listed],
     )
+
+
+def list_recordings(path):
+    """Lines of a table, without reading the recordings.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The table, see :func:`read_recording_table`.
+
+    Returns
+    -------
+    list of ListedRecording
+        In the order of the table.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        As in :func:`read_recording_table`, as far as the table itself is at fault.
+    """
+    path = Path(path)
+    table = _read_table(path)
+    repeated = table["path"].duplicated(keep=False)
+    listed = []
+    for line, row in table.iterrows():
+        where = f"{path}, line {line}"
+        channel = [each.strip() for each in row["channel"].split(";")] if row["channel"] else [None]
+        rate, rpm = row["sampling_rate"], row.get("rpm")
+        listed.append(
+            ListedRecording(
+                where=where,
+                name=f"{row['path']}:{row['channel']}" if repeated[line] else row["path"],
+                path=path.parent / row["path"],
+                channel=channel if len(channel) > 1 else channel[0],
+                sampling_rate=_positive(where, "sampling_rate", rate) if rate else None,
+                condition=row.get("condition"),
+                rpm=None if rpm is None else _positive(where, "rpm", rpm),
+            )
+        )
+    return listed
 
 
 def load_recordings(path, *, window_length=1200, hop=None, healthy=None):
@@ -130,8 +199,7 @@ def load_recordings(path, *, window_length=1200, hop=None, healthy=None):
     rig : :class:`~sklearn.utils.Bunch`
         With the following attributes.
 
-        data : ndarray of float64, shape (n_windows, window_length) or \
-                (n_windows, n_channels, window_length)
+        data : ndarray of float64, shape (n_windows[, n_channels], window_length)
             Windows: recording after recording, in time order within each.
         target : ndarray of str, shape (n_windows,), or None
             Condition of each window. None if the table has no conditions.
@@ -232,26 +300,10 @@ def _positive(where, name, text):
     return value
 
 
-def _speeds(path, column):
-    speeds = [_positive(f"{path}, line {line}", "rpm", text) for line, text in column.items()]
-    return np.array(speeds)
-
-
-def _sampling_rate(where, filename, text, known):
-    if text == "" and known is None:
-        raise ValueError(f"{where}: sampling_rate is missing and {filename} does not state it")
-    rate = known if text == "" else _positive(where, "sampling_rate", text)
-    if known is not None and rate != known:
-        raise ValueError(
-            f"{where}: sampling_rate is {rate:g} Hz but {filename} states {known:g} Hz"
-        )
-    return rate
-
-
-def _check_equal(path, lines, what, values):
-    for line, value in zip(lines, values, strict=True):
+def _check_equal(listed, what, values):
+    for entry, value in zip(listed, values, strict=True):
         if value != values[0]:
             raise ValueError(
-                f"{path}: different {what}: {values[0]:g} in line {lines[0]}, "
-                f"{value:g} in line {line}"
+                f"{entry.where}: different {what}: {value:g}, but {values[0]:g} in "
+                f"{listed[0].where}"
             )

@@ -5,6 +5,9 @@ from numbers import Integral
 import numpy as np
 from sklearn.utils import check_array, check_scalar
 
+#: Samples of a channel that are worked on at a time, where a recording is read in parts.
+_BLOCK = 2**20
+
 
 def make_windows(recording, window_length=1200, *, hop=None):
     r"""Cut a recording into windows of equal length.
@@ -28,8 +31,7 @@ def make_windows(recording, window_length=1200, *, hop=None):
 
     Returns
     -------
-    windows : ndarray of shape (n_windows, window_length) or \
-            (n_windows, n_channels, window_length)
+    windows : ndarray of shape (n_windows[, n_channels], window_length)
         A fresh C-contiguous array in time order. float32 stays float32, everything else becomes
         float64.
 
@@ -113,3 +115,61 @@ def stack_windows(recordings, names, window_length=1200, *, hop=None):
     step = window_length if hop is None else hop
     start = np.concatenate([np.arange(count) * step for count in counts])
     return np.concatenate(stacked), np.repeat(np.arange(len(counts)), counts), start
+
+
+def block_length(window_length):
+    """Samples of a channel to read at a time: whole windows, about a million samples.
+
+    Examples
+    --------
+    >>> from skarxlag.signals import block_length
+    >>> block_length(1000), block_length(3_000_000)
+    (1048000, 3000000)
+    """
+    check_scalar(window_length, "window_length", Integral, min_val=1)
+    return window_length * max(_BLOCK // window_length, 1)
+
+
+def cut_blocks(blocks, name, window_length):
+    """Cut a recording that arrives block after block into windows.
+
+    Parameters
+    ----------
+    blocks : iterable of arrays of shape (n_samples,) or (n_channels, n_samples)
+        Consecutive parts of one recording, of any lengths.
+    name : str
+        What an error calls the recording.
+    window_length : int
+        Samples in a window.
+
+    Yields
+    ------
+    ndarray of shape (n_windows, window_length) or (n_windows, n_channels, window_length)
+        The windows that :func:`make_windows` cuts from the whole, some at a time.
+
+    Raises
+    ------
+    ValueError
+        If the recording is shorter than one window.
+
+    Examples
+    --------
+    >>> from skarxlag.signals import cut_blocks
+    >>> parts = (np.arange(3), np.arange(3, 8))
+    >>> [windows.tolist() for windows in cut_blocks(parts, "run", 2)]
+    [[[0.0, 1.0]], [[2.0, 3.0], [4.0, 5.0], [6.0, 7.0]]]
+    """
+    at_a_time, rest, n_cut = block_length(window_length), None, 0
+    for block in blocks:
+        signal = block if rest is None else np.concatenate([rest, block], axis=-1)
+        n_samples = signal.shape[-1] // window_length * window_length
+        for first in range(0, n_samples, at_a_time):
+            part = signal[..., first : min(first + at_a_time, n_samples)]
+            yield make_windows(part, window_length)
+        # A copy, or a few samples would keep the whole block in memory.
+        rest, n_cut = signal[..., n_samples:].copy(), n_cut + n_samples
+    if n_cut == 0:
+        raise ValueError(
+            f"{name}: recording has {rest.shape[-1]} samples, fewer than "
+            f"window_length={window_length}"
+        )

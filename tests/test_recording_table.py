@@ -149,11 +149,11 @@ def test_recording_shorter_than_a_window_is_named(folder):
         ("50000,y", "50000,", r"line 3: .*b.mat: several channels.*'y', 'u'"),
         ("50000,y", "50000,x", r"line 3: .*b.mat: no channel 'x'"),
         ("50000,y", "50000,y;", r"line 3: .*b.mat: no channel ''"),
-        ("50000,y", "50000,y;u", r"different numbers of channels: 1 in line 2, 2 in line 3"),
+        ("50000,y", "50000,y;u", r"line 3: different numbers of channels: 2, but 1 in .*line 2"),
         (
             ",50000,",
             ",20000,",
-            r"different sampling rates \(Hz\): 50000 in line 2, 20000 in line 3",
+            r"line 3: different sampling rates \(Hz\): 20000, but 50000 in .*line 2",
         ),
         (",50000,", ",,", r"line 3: sampling_rate is missing and .*b.mat does not state it"),
         (",50000,", ",fast,", r"line 3: sampling_rate is 'fast', expected a positive number"),

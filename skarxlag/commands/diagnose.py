@@ -1,16 +1,15 @@
 """``python -m skarxlag diagnose``: verdicts of a saved diagnoser on recordings."""
 
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from ..persistence import load_diagnoser, write_atomically
-from ..recording_table import read_recording_table
-from ..recordings import read_recording
-from ..signals import stack_windows
+from ..recording_table import list_recordings
+from ..recordings import recording_blocks
+from ..signals import block_length, cut_blocks
 from .arguments import job_count, positive_number
 from .diagnosers import set_threads
 from .errors import CommandError, UsageError, reported
@@ -24,16 +23,25 @@ columns that `fit` takes, is given with --table.
 _FACTS = ("conditions", "diagnoser", "n_channels", "sampling_rate", "train_rpm", "window_length")
 
 
-@dataclass(frozen=True)
-class _Recording:
-    name: str
-    signal: np.ndarray
-    sampling_rate: float | None
-    condition: str | None = None
+class _File:
+    """A RECORDING of the command line, with the face of a `ListedRecording`."""
 
-    @property
-    def n_channels(self):
-        return 1 if self.signal.ndim == 1 else len(self.signal)
+    condition = None
+
+    def __init__(self, path, args):
+        self.name, self.path, self.sampling_rate = str(path), path, args.sampling_rate
+        self.channel = args.channel
+        if args.channel is not None and ";" in args.channel:
+            self.channel = [name.strip() for name in args.channel.split(";")]
+
+    def blocks(self, n_samples):
+        for signal, known in recording_blocks(self.path, n_samples, channel=self.channel):
+            if None not in (self.sampling_rate, known) and self.sampling_rate != known:
+                raise UsageError(
+                    f"argument --sampling-rate: {self.sampling_rate:g} Hz, but {self.path} states "
+                    f"{known:g} Hz"
+                )
+            yield signal, known if self.sampling_rate is None else self.sampling_rate
 
 
 def add_parser(subparsers):
@@ -74,26 +82,21 @@ def run(args):
     missing = [name for name in _FACTS if name not in facts]
     if missing:
         raise CommandError(f"{args.model}: not saved by fit, it does not state {missing[0]}")
+    set_threads(diagnoser, args.n_jobs)
+    recordings = [_File(path, args) for path in args.recordings]
     with reported():
-        recordings = [*_read_files(args), *_read_table(args)]
-    for recording in recordings:
-        _check_fits(recording, args.model, facts)
-    with reported():
-        X, source, start = stack_windows(
-            [recording.signal for recording in recordings],
-            [recording.name for recording in recordings],
-            facts["window_length"],
+        if args.table is not None:
+            recordings += list_recordings(args.table)
+        verdicts, rates = zip(
+            *(_diagnose(recording, diagnoser, args.model, facts) for recording in recordings),
+            strict=True,
         )
-        set_threads(diagnoser, args.n_jobs)
-        print(f"{len(X)} windows: diagnosing", file=sys.stderr, flush=True)
-        windows = window_verdicts(diagnoser, X, facts["conditions"])
-    if args.output is not None:
-        names = np.array([recording.name for recording in recordings])
-        windows.insert(0, "recording", names[source])
-        windows.insert(1, "start", start)
-        with reported():
-            write_atomically(args.output, windows.to_csv(index=False).encode())
-    print(_report(args, facts, recordings, windows, source))
+        if args.output is not None:
+            for recording, windows in zip(recordings, verdicts, strict=True):
+                windows.insert(0, "recording", recording.name)
+            content = pd.concat(verdicts).to_csv(index=False)
+            write_atomically(args.output, content.encode())
+    print(_report(args, facts, recordings, verdicts, rates))
     return 0
 
 
@@ -108,47 +111,43 @@ def _check_arguments(args):
         raise UsageError(f"argument -o/--output: {args.output}, expected a file in a folder there")
 
 
-def _read_files(args):
-    channel = args.channel
-    if channel is not None and ";" in channel:
-        channel = [name.strip() for name in channel.split(";")]
-    for path in args.recordings:
-        signal, known_rate = read_recording(path, channel=channel)
-        rate = args.sampling_rate
-        if None not in (rate, known_rate) and rate != known_rate:
-            raise UsageError(
-                f"argument --sampling-rate: {rate:g} Hz, but {path} states {known_rate:g} Hz"
-            )
-        yield _Recording(str(path), signal, known_rate if rate is None else rate)
+def _diagnose(recording, diagnoser, model, facts):
+    """Verdicts on the windows of a recording, read part by part, and its sampling rate."""
+    print(f"{recording.name}: diagnosing", file=sys.stderr, flush=True)
+    window_length, sampling_rate = facts["window_length"], None
+
+    def signals():
+        nonlocal sampling_rate
+        for signal, sampling_rate in recording.blocks(block_length(window_length)):
+            _check_fits(recording.name, signal, sampling_rate, model, facts)
+            yield signal
+
+    parts = [
+        window_verdicts(diagnoser, X, facts["conditions"])
+        for X in cut_blocks(signals(), recording.name, window_length)
+    ]
+    windows = pd.concat(parts, ignore_index=True)
+    windows.insert(0, "start", np.arange(len(windows)) * window_length)
+    return windows, sampling_rate
 
 
-def _read_table(args):
-    if args.table is None:
-        return
-    table = read_recording_table(args.table)
-    for number, (name, signal) in enumerate(zip(table.recording, table.recordings, strict=True)):
-        condition = None if table.condition is None else str(table.condition[number])
-        yield _Recording(name, signal, table.sampling_rate, condition)
-
-
-def _check_fits(recording, model, facts):
-    if recording.n_channels != facts["n_channels"]:
+def _check_fits(name, signal, sampling_rate, model, facts):
+    n_channels = 1 if signal.ndim == 1 else len(signal)
+    if n_channels != facts["n_channels"]:
         raise CommandError(
-            f"{recording.name}: {recording.n_channels} channels, but {model} was fitted on "
-            f"{facts['n_channels']}"
+            f"{name}: {n_channels} channels, but {model} was fitted on {facts['n_channels']}"
         )
-    if recording.sampling_rate not in (None, facts["sampling_rate"]):
+    if sampling_rate not in (None, facts["sampling_rate"]):
         raise CommandError(
-            f"{recording.name}: sampled at {recording.sampling_rate:g} Hz, but {model} was fitted "
-            f"at {facts['sampling_rate']:g} Hz"
+            f"{name}: sampled at {sampling_rate:g} Hz, but {model} was fitted at "
+            f"{facts['sampling_rate']:g} Hz"
         )
 
 
-def _report(args, facts, recordings, windows, source):
+def _report(args, facts, recordings, verdicts, rates):
     rows = [
-        {"condition": recording.condition or "-"}
-        | recording_verdict(windows[source == number], facts["conditions"])
-        for number, recording in enumerate(recordings)
+        {"condition": recording.condition or "-"} | recording_verdict(windows, facts["conditions"])
+        for recording, windows in zip(recordings, verdicts, strict=True)
     ]
     table = pd.DataFrame(rows, index=[recording.name for recording in recordings])
     if all(recording.condition is None for recording in recordings):
@@ -166,7 +165,7 @@ def _report(args, facts, recordings, windows, source):
         f"windows of {facts['window_length']} samples at {facts['sampling_rate']:g} Hz",
         table.to_string(),
     ]
-    if any(recording.sampling_rate is None for recording in recordings):
+    if None in rates:
         lines.append(
             f"No sampling rate is stated for some files; {facts['sampling_rate']:g} Hz was assumed."
         )

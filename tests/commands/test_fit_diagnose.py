@@ -119,6 +119,14 @@ def test_threads_change_nothing(run, model, workshop):
     )
 
 
+def test_reading_in_parts_changes_nothing(run, model, workshop, monkeypatch):
+    output = workshop / "verdicts.csv"
+    arguments = (model, workshop / "inner_300.npy", "--table", workshop / "table.csv", "-o", output)
+    at_once = run("diagnose", *arguments)[1], output.read_bytes()
+    monkeypatch.setattr("skarxlag.signals._BLOCK", 3 * WINDOW)
+    assert (run("diagnose", *arguments)[1], output.read_bytes()) == at_once
+
+
 def test_table_and_files_together(run, model, workshop):
     code, out, _ = run(
         "diagnose", model, workshop / "good_300.npy", "--table", workshop / "table.csv"

@@ -1,0 +1,1 @@
+"""Suite of airspeed velocity, see the speed section of benchmarks/README.md."""
