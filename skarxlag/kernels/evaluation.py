@@ -143,7 +143,7 @@ def switching_gain_levels(innovations, loop, slope, step):
     """
     n_samples = innovations.shape[-1]
     levels = np.empty(innovations.shape[:2])
-    sizes = np.empty(-(-n_samples // TILE) * TILE * LANES)
+    sizes = np.empty((-(-n_samples // TILE), TILE * LANES))
     fill_switching_gain_levels(
         innovations,
         loop,
@@ -205,16 +205,18 @@ def fill_switching_gain_levels(
             for row in range(4):
                 for lane in range(LANES):
                     votes[row, lane] = 0.0
-            for start in range(0, n_samples, TILE):
+            for tile in range(len(sizes)):
+                start = tile * TILE
                 observe_block(innovations, w, c, start, loop, histories)
-                _size_block(histories, slope, sizes, start, votes)
+                _size_block(histories, slope, sizes, tile, votes)
                 length = min(TILE, n_samples - start)
                 carry_loop(histories, length)
                 carry(votes[0], length)
             for lane in range(LANES):
                 votes[1, lane] = math.sqrt(votes[0, lane] / n_samples)
-            for start in range(0, n_samples, TILE):
-                _vote_block(sizes, start, settled, up, down, votes)
+            for tile in range(len(sizes)):
+                start = tile * TILE
+                _vote_block(sizes, tile, settled - start, up, down, votes)
                 for row in range(1, 4):
                     carry(votes[row], min(TILE, n_samples - start))
             for lane in range(min(LANES, n_windows - w)):
@@ -223,24 +225,24 @@ def fill_switching_gain_levels(
 
 
 @inlined
-def _size_block(histories, slope, sizes, start, votes):
+def _size_block(histories, slope, sizes, tile, votes):
     """Size of the sliding surface, and the sum of its squares."""
     for i in range(TILE * LANES):
         error = histories[ERROR, i + LANES]
         surface = slope * error + (error - histories[ERROR, i])
-        sizes[start * LANES + i] = abs(surface)
+        sizes[tile, i] = abs(surface)
         votes[0, i + LANES] = votes[0, i] + surface * surface
 
 
 @inlined
-def _vote_block(sizes, start, settled, up, down, votes):
+def _vote_block(sizes, tile, settled, up, down, votes):
     """One step of the gain a sample."""
     for i in range(TILE * LANES):
-        size, gain = sizes[start * LANES + i], votes[1, i]
+        size, gain = sizes[tile, i], votes[1, i]
         steps = votes[2, i] + ((1.0 if size > gain else 0.0) - (1.0 if size < gain else 0.0))
         votes[1, i + LANES] = gain * (up if size > gain else (down if size < gain else 1.0))
         votes[2, i + LANES] = steps
-        votes[3, i + LANES] = votes[3, i] + (steps if start * LANES + i >= settled * LANES else 0.0)
+        votes[3, i + LANES] = votes[3, i] + (steps if i >= settled * LANES else 0.0)
 
 
 def cepstral_norm(log_spectra, exponent):
