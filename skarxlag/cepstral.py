@@ -149,6 +149,32 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
             If a parameter is out of its range, or X comes of several models, but not of one for
             each condition.
         """
+        self._calibrate(X, y)
+        return self
+
+    def fit_transform(self, X, y):
+        """Calibrate, and give the residuals of the same windows.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            As in `fit`.
+        y : array-like of shape (n_windows,)
+            Condition of each window.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_classes)
+            What `transform` gives; of innovations of one model their spectra are taken only once.
+        """
+        innovations, cepstra = self._calibrate(X, y)
+        if innovations.shape[1] > 1:
+            return self.transform(X)
+        rows = whitened(cepstra, self.whitener_)[:, np.newaxis]
+        return self._distances(rows).astype(innovations.dtype)
+
+    def _calibrate(self, X, y):
+        """Innovations as validated, and the cepstra of each window's own model."""
         X, y = validate_innovations(self, X, y, reset=True)
         self._check_parameters()
         self.classes_, target = np.unique(y, return_inverse=True)
@@ -162,13 +188,14 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
         colour, steadiness = (np.concatenate(part) for part in zip(*parts, strict=True))
         means = [_class_means(log_spectra, target) for log_spectra in (colour, steadiness)]
         references = self._cepstra(*means)
-        scatter = self._cepstra(colour, steadiness) - references[target]
+        cepstra = self._cepstra(colour, steadiness)
+        scatter = cepstra - references[target]
         covariance = scatter.T @ scatter / len(scatter) + self._drift(*means)
         self.whitener_ = np.linalg.cholesky(linalg.inv(covariance))
         self.references_ = whitened(references, self.whitener_)
         shared = self._smooth_variance(steadiness.shape[1] - 1, rough=0.0)
         self.shared_drift_ = (self.whitener_.T * shared) @ self.whitener_
-        return self
+        return X, cepstra
 
     def adapt(self, X, y):
         r"""Move all references by the smooth drift that windows at a new speed show.
@@ -222,12 +249,14 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
         """
         X, _ = validate_innovations(self, X, reset=False)
 
-        def distances(batch):
-            signals = X[batch].reshape(-1, X.shape[-1])
-            rows = self._rows(signals).reshape(-1, X.shape[1], self.references_.shape[1])
-            return np.sqrt(np.mean((rows - self.references_) ** 2, axis=-1))
+        def of_batch(batch):
+            rows = self._rows(X[batch].reshape(-1, X.shape[-1]))
+            return self._distances(rows.reshape(-1, X.shape[1], rows.shape[1]))
 
-        return np.concatenate(map_batches(distances, len(X), self.n_jobs)).astype(X.dtype)
+        return np.concatenate(map_batches(of_batch, len(X), self.n_jobs)).astype(X.dtype)
+
+    def _distances(self, rows):
+        return np.sqrt(np.mean((rows - self.references_) ** 2, axis=-1))
 
     def _of_own_models(self, function, X, target):
         """What a function makes of the innovations of each window's own model, by batch."""

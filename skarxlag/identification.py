@@ -40,7 +40,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
     pole : float, "optimise" or a sequence of these, default=0.3
         Pole of the networks in (-1, 1): one for all channels or one for each, output first. At 0
         the model is a plain ARX model. "optimise" searches the pole of least prediction error over
-        all models, from cross-spectra accumulated once; `partial_fit` searches on its first call
+        all models, from correlations accumulated once; `partial_fit` searches on its first call
         and keeps the poles.
     alpha : float, default=1e-6
         Ridge, at least 0, added to the sum of squares: the start :math:`P_0 = I/\alpha` of

@@ -209,3 +209,16 @@ def test_windows_of_any_type_and_layout():
     np.testing.assert_array_equal(residuals, same.astype(np.float32))
     np.testing.assert_array_equal(fitted.transform(np.asfortranarray(X)), residuals)
     np.testing.assert_array_equal(fitted.transform(np.repeat(X, 2, axis=1)[:, ::2]), residuals)
+
+
+@pytest.mark.parametrize("n_models", [0, 1, 3])
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_fit_transform_is_fit_and_transform(n_models, dtype):
+    rng = np.random.default_rng(0)
+    shape = (90, 300) if n_models == 0 else (90, n_models, 300)
+    X, y = rng.normal(size=shape).astype(dtype), np.repeat(["a", "b", "c"], 30)
+    once, twice = CepstralResidual(), CepstralResidual()
+    together = once.fit_transform(X, y)
+    np.testing.assert_array_equal(together, twice.fit(X, y).transform(X))
+    assert together.dtype == dtype
+    np.testing.assert_array_equal(once.references_, twice.references_)

@@ -132,31 +132,3 @@ def settling_length(order, pole):
     (64, 96)
     """
     return math.ceil(order * (1 + abs(pole)) / (1 - abs(pole)) - 1e-9)
-
-
-def laguerre_response(order, pole, frequency):
-    r"""Frequency response of the network.
-
-    Parameters
-    ----------
-    order : int
-        Number of filters N.
-    pole : float
-        The shared pole, in (-1, 1).
-    frequency : ndarray of shape (n_frequencies,)
-        Angular frequency in radians a sample.
-
-    Returns
-    -------
-    ndarray of shape (order, n_frequencies)
-        :math:`L_n(e^{j\omega})`, complex.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> bool(np.allclose(np.abs(laguerre_response(2, 0.0, np.array([0.3]))), 1.0))
-    True
-    """
-    z = np.exp(1j * np.asarray(frequency))
-    all_pass = (1 - pole * z) / (z - pole)
-    return math.sqrt(1 - pole**2) / (z - pole) * all_pass ** np.arange(order)[:, np.newaxis]
