@@ -143,7 +143,8 @@ def innovations(windows, orders, poles, coef, n_transient, out):
     padded[:n_models, :n_states] = coef
     # Whatever comes in, the kernel is compiled for one kind of array only.
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
-    errors = np.require(out, dtype=np.float64, requirements=["C", "W"])
+    direct = out.dtype == np.float64 and out.flags.c_contiguous
+    errors = out if direct else np.empty(out.shape)
     subtract_predictions(
         windows,
         orders,
@@ -155,7 +156,7 @@ def innovations(windows, orders, poles, coef, n_transient, out):
         np.zeros((windows.shape[1], TILE * LANES)),
         np.zeros((len(padded), TILE * LANES)),
     )
-    if errors is not out:
+    if not direct:
         out[...] = errors
     return out
 
