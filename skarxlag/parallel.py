@@ -5,6 +5,7 @@ import threading
 from concurrent.futures import ThreadPoolExecutor
 
 from joblib import effective_n_jobs
+from sklearn import config_context, get_config
 from sklearn.utils import gen_batches
 from threadpoolctl import ThreadpoolController
 
@@ -55,5 +56,12 @@ def map_batches(function, n_windows, n_jobs, batch_size=BATCH):
     with _libraries().limit(limits=1, user_api="blas"):
         if n_threads < 2 or hasattr(_worker, "is_one"):
             return [function(batch) for batch in batches]
+        # scikit-learn's settings belong to a thread.
+        settings = get_config()
+
+        def of_batch(batch):
+            with config_context(**settings):
+                return function(batch)
+
         with ThreadPoolExecutor(n_threads, initializer=_become_worker) as threads:
-            return list(threads.map(function, batches))
+            return list(threads.map(of_batch, batches))

@@ -9,6 +9,7 @@ import numpy as np
 from scipy import fft
 
 from .linear_prediction import predictors
+from .scaling import largest
 from .steadiness import median_over_mean, windowed_segments
 
 #: Cells of (0, pi) on which the log spectrum of a window is taken.
@@ -101,7 +102,7 @@ def band_steadiness(signals, segment, hop):
 def _unit_peak(signals):
     """Signals over their largest value, in one layout and type for the compiled kernels."""
     signals = np.ascontiguousarray(signals, dtype=np.float64)
-    peak = np.max(np.abs(signals), axis=1, keepdims=True)
+    peak = largest(signals)
     peak[peak == 0] = 1.0
     return signals / peak
 
