@@ -5,13 +5,10 @@ Run from the root of the repository: ``python benchmarks/fault_estimation.py``.
 into ``images`` beside it.
 """
 
-import argparse
-from pathlib import Path
-
 import fault_estimation_studies as studies
 import numpy as np
 from fault_estimation_plots import trade_off, trajectories
-from pages import markdown, publish
+from pages import markdown, page_parser, publish
 
 SEEDS = (11, 12, 13, 14, 15)
 N_SAMPLES = 120_000
@@ -25,19 +22,10 @@ ROWS = {
 
 
 def parsed(arguments):
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = page_parser(__doc__, "fault-estimation")
     parser.add_argument("--seed", nargs="+", type=int, default=list(SEEDS), help="draws of the rig")
     parser.add_argument(
         "--n-samples", type=int, default=N_SAMPLES, help=f"of a recording; default: {N_SAMPLES}"
-    )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("skarxlag-results") / "fault-estimation",
-        help="folder of the CSV files",
-    )
-    parser.add_argument(
-        "--write", type=Path, metavar="FILE", help="Markdown page of the tables and plots"
     )
     return parser.parse_args(arguments)
 

@@ -8,8 +8,8 @@ import pandas as pd
 from rigs import RIGS, find_rig, split_by_crack
 
 
-def options(doc, name, arguments):
-    """Parsed options of one command.
+def page_parser(doc, name):
+    """Parser of a command that writes CSV files and the tables of a page.
 
     Parameters
     ----------
@@ -17,15 +17,8 @@ def options(doc, name, arguments):
         Docstring of the command.
     name : str
         Folder of its results under ``skarxlag-results``.
-    arguments : list of str or None
-        The command line.
     """
     parser = argparse.ArgumentParser(description=doc.splitlines()[0])
-    parser.add_argument(
-        "--rig", nargs="+", default=list(RIGS), help=f"of {list(RIGS)}, or module:function"
-    )
-    parser.add_argument("--window-length", type=int, default=1200)
-    parser.add_argument("--data-home", help="folder of the downloaded rigs")
     parser.add_argument(
         "--output",
         type=Path,
@@ -35,6 +28,25 @@ def options(doc, name, arguments):
     parser.add_argument(
         "--write", type=Path, metavar="FILE", help="Markdown file to put the tables into"
     )
+    return parser
+
+
+def options(doc, name, arguments):
+    """Parsed options of one command that works on rigs.
+
+    Parameters
+    ----------
+    doc, name
+        As in `page_parser`.
+    arguments : list of str or None
+        The command line.
+    """
+    parser = page_parser(doc, name)
+    parser.add_argument(
+        "--rig", nargs="+", default=list(RIGS), help=f"of {list(RIGS)}, or module:function"
+    )
+    parser.add_argument("--window-length", type=int, default=1200)
+    parser.add_argument("--data-home", help="folder of the downloaded rigs")
     return parser.parse_args(arguments)
 
 

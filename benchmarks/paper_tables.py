@@ -4,15 +4,13 @@ Under the protocol of ``python -m skarxlag evaluate``: with a bank of residuals,
 single residual, and with windows that hold several strikes of a defect.
 """
 
-import argparse
 import sys
 from functools import partial
-from pathlib import Path
 from time import perf_counter
 
 import numpy as np
 import pandas as pd
-from pages import markdown, publish
+from pages import markdown, page_parser, publish
 from sklearn.utils import Bunch
 
 from skarxlag.commands.diagnosers import LADDERS
@@ -189,16 +187,7 @@ def _size(verdicts):
 
 def main(arguments=None):
     """Run the command."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("skarxlag-results") / "paper-tables",
-        help="folder of the CSV files",
-    )
-    parser.add_argument(
-        "--write", type=Path, metavar="FILE", help="Markdown file to put the tables into"
-    )
+    parser = page_parser(__doc__, "paper-tables")
     options = parser.parse_args(arguments)
     long_length = window_of_strikes(STRIKES)
     options.output.mkdir(parents=True, exist_ok=True)

@@ -5,14 +5,12 @@ a default. ``--write docs/paper/sensitivity.md`` puts tables between the marks o
 plots into ``images`` beside it.
 """
 
-import argparse
 from functools import partial
 from inspect import getdoc
-from pathlib import Path
 from typing import NamedTuple
 
 import sensitivity_studies as studies
-from pages import publish
+from pages import page_parser, publish
 from sensitivity_compound import compound
 from sensitivity_gains import gains
 from sensitivity_plots import bars, gain_maps, lines, verdict_shares
@@ -77,20 +75,11 @@ STUDIES = {
 
 
 def parsed(arguments):
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = page_parser(__doc__, "sensitivity")
     parser.add_argument("--only", nargs="+", choices=STUDIES, default=list(STUDIES))
     parser.add_argument("--seed", nargs="+", type=int, default=list(SEEDS), help="draws of the rig")
     parser.add_argument(
         "--n-samples", type=int, default=N_SAMPLES, help=f"of a recording; default: {N_SAMPLES}"
-    )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("skarxlag-results") / "sensitivity",
-        help="folder of the CSV files",
-    )
-    parser.add_argument(
-        "--write", type=Path, metavar="FILE", help="Markdown page of the tables and plots"
     )
     return parser.parse_args(arguments)
 
