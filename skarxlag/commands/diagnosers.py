@@ -65,7 +65,6 @@ LADDERS = {
 
 
 def set_threads(diagnoser, n_jobs):
-    """Set the number of threads of all steps that have one."""
-    for step in diagnoser.named_steps.values():
-        if "n_jobs" in step.get_params():
-            step.set_params(n_jobs=n_jobs)
+    """Set the number of threads of the diagnoser and of all steps that have one."""
+    names = [name for name in diagnoser.get_params() if name.split("__")[-1] == "n_jobs"]
+    diagnoser.set_params(**dict.fromkeys(names, n_jobs))
