@@ -146,19 +146,19 @@ def cnn():
 
 
 def alpio():
-    from skarxlag.pipelines import make_alpio
+    from skarxlag.diagnosers import make_alpio
 
     return make_alpio()
 
 
 def extended_state_pio():
-    from skarxlag.pipelines import make_extended_state_pio
+    from skarxlag.diagnosers import make_extended_state_pio
 
     return make_extended_state_pio()
 
 
 def diagnoser():
-    from skarxlag.pipelines import make_diagnoser
+    from skarxlag.diagnosers import make_diagnoser
 
     return make_diagnoser()
 

@@ -1,17 +1,23 @@
 """Model-based fault diagnosis of bearings across shaft speeds, as scikit-learn estimators."""
 
+from ._version import __version__ as __version__
 from .cepstral import CepstralResidual
+from .detector import FaultDetector
+from .diagnosers import make_alpio, make_detector, make_diagnoser, make_extended_state_pio
 from .identification import ARXLaguerre
-from .ladder import FaultDetector, ThresholdLadder
+from .ladder import ThresholdLadder
 from .model_selection import speed_splits
 from .observers import ExtendedStatePIObserver, PIObserver
 from .persistence import load_diagnoser, save_diagnoser
-from .pipelines import DiagnosisPipeline, make_alpio, make_diagnoser, make_extended_state_pio
-from .recording_table import load_recordings, read_recording_table
-from .recordings import iter_windows, read_recording
-from .signals import make_windows
-
-__version__ = "0.1.0"
+from .pipelines import DiagnosisPipeline
+from .recordings import (
+    iter_windows,
+    load_recordings,
+    make_windows,
+    read_recording,
+    read_recording_table,
+)
+from .verdicts import recording_verdicts, window_verdicts
 
 __all__ = [
     "ARXLaguerre",
@@ -25,11 +31,14 @@ __all__ = [
     "load_diagnoser",
     "load_recordings",
     "make_alpio",
+    "make_detector",
     "make_diagnoser",
     "make_extended_state_pio",
     "make_windows",
     "read_recording",
     "read_recording_table",
+    "recording_verdicts",
     "save_diagnoser",
     "speed_splits",
+    "window_verdicts",
 ]

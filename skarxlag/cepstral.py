@@ -8,6 +8,8 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils import check_scalar
 from sklearn.utils.validation import check_is_fitted
 
+from ._parallel import map_batches
+from ._validation import check_input_names, check_real, validate_innovations
 from .kernels.drift import raised_noise, scaled_frequency, smooth_variance, whitened
 from .kernels.spectra import (
     LOG_SPECTRUM_CELLS,
@@ -15,8 +17,6 @@ from .kernels.spectra import (
     band_steadiness,
     cepstrum,
 )
-from .parallel import map_batches
-from .validation import check_input_names, check_real, validate_innovations
 
 #: Segments of the short-time spectrum start this share of a segment apart.
 _OVERLAP = 8

@@ -7,12 +7,12 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils import Bunch, check_scalar
 from sklearn.utils.validation import check_is_fitted
 
+from ._parallel import map_batches
+from ._validation import check_input_names, check_networks, check_real, validate_signals
 from .kernels import arx_laguerre, pole_search
 from .kernels.laguerre import network_matrices, settling_length
 from .kernels.least_squares import solve_sums
 from .kernels.scaling import fit_percentage, unit_rms_windows
-from .parallel import map_batches
-from .validation import check_input_names, check_networks, check_real, validate_signals
 
 
 class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):

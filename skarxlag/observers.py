@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from ._observer_base import Observer
+from ._validation import check_real
 from .kernels import observer
-from .observer_base import Observer
-from .validation import check_real
 
 
 class PIObserver(Observer):

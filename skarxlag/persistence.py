@@ -3,13 +3,15 @@
 import hashlib
 import io
 import json
-import os
 from pathlib import Path
 from zipfile import BadZipFile, ZipFile
 
 import sklearn
 from sklearn.pipeline import Pipeline
 from sklearn.utils.validation import check_is_fitted
+
+from ._files import write_atomically
+from ._version import __version__
 
 #: What a diagnoser's file may hold: the estimators of this package, the Pipeline that joins them,
 #: arrays and plain values, each read by the one loader of skops that is meant for it. skops itself
@@ -22,7 +24,7 @@ TRUSTED_TYPES = {
         "skarxlag.observers.PIObserver",
         "skarxlag.observers.ExtendedStatePIObserver",
         "skarxlag.ladder.ThresholdLadder",
-        "skarxlag.ladder.FaultDetector",
+        "skarxlag.detector.FaultDetector",
         "skarxlag.pipelines.DiagnosisPipeline",
     },
     "NdArrayNode": {"numpy.ndarray", "numpy.float64", "numpy.int64", "numpy.str_"},
@@ -95,7 +97,7 @@ def save_diagnoser(diagnoser, path, /, **facts):
     content = {
         "format": _FORMAT,
         "diagnoser": diagnoser,
-        "facts": facts | {"skarxlag": _own_version(), "scikit-learn": sklearn.__version__},
+        "facts": facts | {"skarxlag": __version__, "scikit-learn": sklearn.__version__},
     }
     archive = io.BytesIO(skops_io.dumps(content))
     foreign = _foreign_type(_read_schema(archive))
@@ -175,31 +177,6 @@ def load_diagnoser(path):
     return diagnoser, facts
 
 
-def write_atomically(path, content):
-    """Write a file beside its place and move it there, so that no half of it is ever seen.
-
-    Parameters
-    ----------
-    path : str or path-like
-        The file; an existing one is replaced.
-    content : bytes
-        All of it.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written; then nothing is left behind.
-    """
-    path = Path(path)
-    beside = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        with beside.open("xb") as file:
-            file.write(content)
-        os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
-
-
 def _import_skops():
     try:
         import skops.io
@@ -208,12 +185,6 @@ def _import_skops():
             "Saving and loading diagnosers needs skops: pip install 'skarxlag[io]'"
         ) from error
     return skops.io
-
-
-def _own_version():
-    from skarxlag import __version__
-
-    return __version__
 
 
 def _read_schema(archive):

@@ -1,14 +1,10 @@
-"""The three diagnosers, from windows to conditions."""
+"""A Pipeline that gives its verdicts batch by batch."""
 
 import numpy as np
 from sklearn.pipeline import Pipeline
 from sklearn.utils.metaestimators import available_if
 
-from .cepstral import CepstralResidual
-from .identification import ARXLaguerre
-from .ladder import ThresholdLadder
-from .observers import ExtendedStatePIObserver, PIObserver
-from .parallel import map_batches
+from ._parallel import map_batches
 
 #: Windows that go through all steps together: enough to make little of what checks cost, and few
 #: enough that the innovations of ten models take 50 MB.
@@ -125,107 +121,3 @@ class DiagnosisPipeline(Pipeline):
             return method(X)
         parts = map_batches(lambda batch: method(X[batch]), n_windows, self.n_jobs, _BATCH)
         return np.concatenate(parts)
-
-
-def _observing(observer, healthy, memory):
-    steps = [
-        ("identify", ARXLaguerre(n_jobs=observer.n_jobs)),
-        ("observe", observer),
-        ("decide", ThresholdLadder(healthy=healthy)),
-    ]
-    return DiagnosisPipeline(steps, memory=memory, n_jobs=observer.n_jobs)
-
-
-def make_alpio(*, healthy=None, memory=None, n_jobs=None):
-    """The paper's baseline: ARX-Laguerre bank, linear observer, power of the error.
-
-    Parameters
-    ----------
-    healthy : label or None, default=None
-        The healthy condition, for the detection threshold.
-    memory : str, joblib.Memory or None, default=None
-        Where a search over observer gains keeps the identification, as in
-        `sklearn.pipeline.Pipeline`.
-    n_jobs : int or None, default=None
-        Threads that work on windows.
-
-    Returns
-    -------
-    DiagnosisPipeline
-        Steps "identify", "observe" and "decide".
-
-    Examples
-    --------
-    >>> [name for name, _ in make_alpio().steps]
-    ['identify', 'observe', 'decide']
-    """
-    return _observing(PIObserver(n_jobs=n_jobs), healthy, memory)
-
-
-def make_extended_state_pio(*, healthy=None, memory=None, n_jobs=None):
-    """The paper's proposal, repaired: extended-state observer, sliding surface, adapted gain.
-
-    Parameters
-    ----------
-    healthy : label or None, default=None
-        The healthy condition, for the detection threshold.
-    memory : str, joblib.Memory or None, default=None
-        Where a search over observer gains keeps the identification, as in
-        `sklearn.pipeline.Pipeline`.
-    n_jobs : int or None, default=None
-        Threads that work on windows.
-
-    Returns
-    -------
-    DiagnosisPipeline
-        Steps "identify", "observe" and "decide".
-
-    Examples
-    --------
-    >>> make_extended_state_pio()["observe"].evaluation
-    'switching_gain'
-    """
-    return _observing(ExtendedStatePIObserver(n_jobs=n_jobs), healthy, memory)
-
-
-def make_diagnoser(*, healthy=None, memory=None, n_jobs=None):
-    """What we recommend: cepstral residuals of what one model of all conditions leaves.
-
-    The model takes out what all conditions share, and what measured inputs explain;
-    `CepstralResidual` compares the rest with each condition and discounts what a change of speed
-    does to it. It tells which condition a window is of. Whether a machine is healthy at all is
-    better left to `FaultDetector`: the threshold in here holds at the training speed only.
-
-    Parameters
-    ----------
-    healthy : label or None, default=None
-        The healthy condition, for the detection threshold.
-    memory : str, joblib.Memory or None, default=None
-        Where a search over later steps keeps the identification, as in
-        `sklearn.pipeline.Pipeline`.
-    n_jobs : int or None, default=None
-        Threads that work on windows.
-
-    Returns
-    -------
-    DiagnosisPipeline
-        Steps "identify", "compare" and "decide".
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from scipy.signal import lfilter
-    >>> noise = np.random.default_rng(0).normal(size=(40, 1200))
-    >>> X = np.concatenate(
-    ...     [lfilter([1], [1, -0.9], noise[:20]), lfilter([1], [1, 0.9], noise[20:])]
-    ... )
-    >>> y = np.repeat(["healthy", "worn"], 20)
-    >>> make_diagnoser().fit(X, y).predict(1e6 * X[[0, 39]])
-    array(['healthy', 'worn'], dtype='<U7')
-    """
-    steps = [
-        ("identify", ARXLaguerre(order=8, bank=False, n_jobs=n_jobs)),
-        ("compare", CepstralResidual(n_jobs=n_jobs)),
-        ("decide", ThresholdLadder(healthy=healthy)),
-    ]
-    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)

@@ -4,7 +4,7 @@ import pytest
 from sklearn import config_context, get_config
 from threadpoolctl import threadpool_info
 
-from skarxlag.parallel import map_batches
+from skarxlag._parallel import map_batches
 
 
 @pytest.mark.parametrize("n_jobs", [None, 1, 2, 3, -1])

@@ -235,7 +235,7 @@ def test_file_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
         assert path.read_bytes() == b"old"
         raise OSError("disk full")
 
-    monkeypatch.setattr("skarxlag.persistence.os.replace", fail)
+    monkeypatch.setattr("skarxlag._files.os.replace", fail)
     with pytest.raises(OSError, match="disk full"):
         write_atomically(path, b"new")
     assert path.read_bytes() == b"old" and [path] == list(tmp_path.iterdir())

@@ -6,14 +6,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from ..persistence import load_diagnoser, write_atomically
-from ..recording_table import list_recordings
-from ..recordings import recording_blocks
-from ..signals import block_length, cut_blocks
+from .._files import write_atomically
+from ..persistence import load_diagnoser
+from ..recordings.files import recording_blocks
+from ..recordings.table import list_recordings
+from ..recordings.windows import block_length, cut_blocks
+from ..verdicts import recording_verdict, window_verdicts
 from .arguments import job_count, positive_number
 from .diagnosers import set_threads
-from .errors import CommandError, UsageError, reported
-from .verdicts import recording_verdict, window_verdicts
+from .errors import CommandError, UsageError, as_command_error
 
 _DESCRIPTION = """\
 Diagnose recordings with a diagnoser that `fit` saved: one verdict for each recording, from the
@@ -77,14 +78,14 @@ def add_parser(subparsers):
 def run(args):
     """Run the command."""
     _check_arguments(args)
-    with reported():
+    with as_command_error():
         diagnoser, facts = load_diagnoser(args.model)
     missing = [name for name in _FACTS if name not in facts]
     if missing:
         raise CommandError(f"{args.model}: not saved by fit, it does not state {missing[0]}")
     set_threads(diagnoser, args.n_jobs)
     recordings = [_File(path, args) for path in args.recordings]
-    with reported():
+    with as_command_error():
         if args.table is not None:
             recordings += list_recordings(args.table)
         verdicts, rates = zip(

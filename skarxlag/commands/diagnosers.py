@@ -4,21 +4,10 @@ from functools import partial
 
 from sklearn.pipeline import Pipeline
 
+from ..diagnosers import make_alpio, make_diagnoser, make_extended_state_pio
 from ..identification import ARXLaguerre
-from ..ladder import FaultDetector, ThresholdLadder
+from ..ladder import ThresholdLadder
 from ..observers import ExtendedStatePIObserver, PIObserver
-from ..pipelines import make_alpio, make_diagnoser, make_extended_state_pio
-
-
-def make_detector():
-    """Detection without isolation, in the sensor's unit, from healthy windows alone."""
-    return Pipeline(
-        [
-            ("identify", ARXLaguerre(unit_rms=False)),
-            ("observe", PIObserver()),
-            ("decide", FaultDetector()),
-        ]
-    )
 
 
 def make_single_ladder(observer, *, healthy, n_jobs=None):
@@ -48,7 +37,7 @@ def make_single_ladder(observer, *, healthy, n_jobs=None):
 
 #: Those that `evaluate` compares, in the order of its tables: title and maker. `fit` offers these
 #: and the detector.
-COMPARED = {
+DIAGNOSERS = {
     "alpio": ("ALPIO", make_alpio),
     "extended-state": ("Extended state", make_extended_state_pio),
     "diagnoser": ("Diagnoser", make_diagnoser),
@@ -56,10 +45,10 @@ COMPARED = {
 #: What `evaluate` puts into the paper's tables, by its option --ladder: makers by title. A single
 #: residual has no counterpart of our own diagnoser.
 LADDERS = {
-    "bank": dict(COMPARED.values()),
+    "bank": dict(DIAGNOSERS.values()),
     "single": {
-        COMPARED["alpio"][0]: partial(make_single_ladder, PIObserver),
-        COMPARED["extended-state"][0]: partial(make_single_ladder, ExtendedStatePIObserver),
+        DIAGNOSERS["alpio"][0]: partial(make_single_ladder, PIObserver),
+        DIAGNOSERS["extended-state"][0]: partial(make_single_ladder, ExtendedStatePIObserver),
     },
 }
 

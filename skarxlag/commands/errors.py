@@ -12,7 +12,7 @@ class CommandError(Exception):
 
 
 @contextmanager
-def reported(*kinds):
+def as_command_error(*kinds):
     """Turn what readers, writers and estimators raise on bad input into a `CommandError`.
 
     Parameters

@@ -8,14 +8,14 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
-from ..evaluation_tables import window_verdicts
+from .._files import write_atomically
+from ..accuracy_tables import scored_windows
 from ..model_selection import speed_splits
 from ..paper import run_protocol
-from ..persistence import write_atomically
 from . import figures
 from .arguments import job_count, positive_int, seed, speed_or_all, window_length
-from .diagnosers import COMPARED, LADDERS
-from .errors import UsageError, reported
+from .diagnosers import DIAGNOSERS, LADDERS
+from .errors import UsageError, as_command_error
 from .paper_report import paper_heading, paper_report
 from .report import evaluation_report
 from .rigs import TITLES, load_parts, select_windows
@@ -89,7 +89,7 @@ def run(args):
     heading, tables, verdicts, fitted = fill(args, parts)
     text = "\n".join([heading, *(table.text for table in tables)])
     print(text)
-    with reported():
+    with as_command_error():
         _write_files(args, tables, verdicts, text)
         missing = figures.why_missing()
         if missing is None:
@@ -111,7 +111,7 @@ def _paper_tables(args, parts):
 
     started = perf_counter()
     makers = {title: partial(make, n_jobs=args.n_jobs) for title, make in LADDERS[ladder].items()}
-    with reported():
+    with as_command_error():
         outcome = run_protocol(load, makers, progress=_progress)
     _progress(f"{perf_counter() - started:.1f} s\n")
     heading = paper_heading(parts[0].rig, ladder, 0 if args.seed is None else args.seed)
@@ -146,24 +146,24 @@ def _train_speeds(args, rpm):
 def _evaluate(rig, train_speeds, n_jobs):
     """Verdicts on all tested windows, and the diagnosers of the first training speed."""
     frames, fitted = [], {}
-    total = len(train_speeds) * len(COMPARED)
+    total = len(train_speeds) * len(DIAGNOSERS)
     for train_rpm in train_speeds:
         splits = speed_splits(
             rig.rpm, train_rpm=train_rpm, recording=rig.recording, same_speed=True
         )
-        for title, maker in COMPARED.values():
+        for title, maker in DIAGNOSERS.values():
             started = perf_counter()
             number = 1 + len(frames) // len(splits)
             _progress(f"[{number}/{total}] {title}, calibrated at {train_rpm:g} rpm: fitting,")
             diagnoser = maker(healthy=rig.target_names[0], n_jobs=n_jobs)
             train = splits[0][0]
-            with reported():
+            with as_command_error():
                 diagnoser.fit(rig.data[train], rig.target[train])
             constants = {"diagnoser": title, "train_rpm": train_rpm}
             _progress(" scoring")
             for _, test in splits:
                 _progress(f" {rig.rpm[test[0]]:g}")
-                frames.append(window_verdicts(diagnoser, rig, test, constants))
+                frames.append(scored_windows(diagnoser, rig, test, constants))
             _progress(f" rpm, {perf_counter() - started:.1f} s\n")
             if train_rpm == train_speeds[0]:
                 fitted[None, title] = diagnoser

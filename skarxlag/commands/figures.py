@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..plotting import SpeedAccuracyDisplay
-from .diagnosers import COMPARED
+from .diagnosers import DIAGNOSERS
 from .paper_figures import (
     RESIDUAL_FIGURES,
     detection_figure,
@@ -15,7 +15,7 @@ from .paper_figures import (
 from .report import confusion_verdicts, of_part
 from .rigs import TITLES
 
-_RESIDUALS_OF = COMPARED["extended-state"][0]
+_RESIDUALS_OF = DIAGNOSERS["extended-state"][0]
 
 
 def why_missing():
@@ -36,7 +36,7 @@ def save_figures(verdicts, parts, fitted, rig_title, confusion_rpm, path):
     Parameters
     ----------
     verdicts : DataFrame
-        As `skarxlag.evaluation_tables` describes it.
+        As `skarxlag.accuracy_tables` describes it.
     parts : list of Part
         Of the rig.
     fitted : dict

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
+from ..diagnosers import make_detector
 from ..persistence import save_diagnoser
-from ..recording_table import load_recordings
+from ..recordings import load_recordings
 from .arguments import job_count, positive_number, rate, window_length
-from .diagnosers import COMPARED, make_detector, set_threads
-from .errors import CommandError, UsageError, reported
+from .diagnosers import DIAGNOSERS, set_threads
+from .errors import CommandError, UsageError, as_command_error
 
 _DESCRIPTION = """\
 Calibrate a diagnoser on the recordings that a table lists, and save it. The table is a csv file
@@ -29,7 +30,7 @@ def add_parser(subparsers):
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.skops")
     parser.add_argument(
         "--diagnoser",
-        choices=[*COMPARED, DETECTOR],
+        choices=[*DIAGNOSERS, DETECTOR],
         default="diagnoser",
         help="default: diagnoser",
     )
@@ -62,7 +63,7 @@ def run(args):
     """Run the command."""
     if not args.output.parent.is_dir() or args.output.is_dir():
         raise UsageError(f"argument -o/--output: {args.output}, expected a file in a folder there")
-    with reported():
+    with as_command_error():
         rig = load_recordings(args.table, window_length=args.window_length)
     chosen = _choose_speed(args, rig)
     conditions = _conditions(args, rig, chosen)
@@ -71,13 +72,13 @@ def run(args):
         if rig.target is not None:
             chosen &= rig.target == conditions[0]
     else:
-        diagnoser = COMPARED[args.diagnoser][1](healthy=conditions[0])
+        diagnoser = DIAGNOSERS[args.diagnoser][1](healthy=conditions[0])
     X, recording = rig.data[chosen], rig.recording[chosen]
     y = None if args.diagnoser == DETECTOR else rig.target[chosen]
     diagnoser.set_params(decide__false_alarm_rate=args.false_alarm_rate)
     set_threads(diagnoser, args.n_jobs)
     print(f"{len(X)} windows: fitting", file=sys.stderr, flush=True)
-    with reported():
+    with as_command_error():
         diagnoser.fit(X, y)
         # The number of threads belongs to this machine, not to the file.
         set_threads(diagnoser, None)

@@ -14,10 +14,10 @@ from ..paper import (
     paper_averages,
     paper_improvements,
 )
-from .diagnosers import COMPARED
+from .diagnosers import DIAGNOSERS
 from .report import Table, file_stem, matrix_text, number_text
 
-_IN_PAPER = {COMPARED["extended-state"][0]: "proposed"}
+_IN_PAPER = {DIAGNOSERS["extended-state"][0]: "proposed"}
 #: Figures of the paper are shown with all decimals that they have, or come to.
 _DIGITS = {"paper": 3, "simulated rig": 1}
 _INNER_UNITS = {"crack_mm": "{:g} mm", "test_rpm": "{:g} rpm"}

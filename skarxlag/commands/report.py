@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import pandas as pd
 
-from ..evaluation_tables import (
+from ..accuracy_tables import (
     condition_accuracy,
     confusion_table,
     speed_accuracy,
@@ -49,7 +49,7 @@ def evaluation_report(verdicts, conditions, rig_title):
     Parameters
     ----------
     verdicts : DataFrame
-        As `skarxlag.evaluation_tables` describes it.
+        As `skarxlag.accuracy_tables` describes it.
     conditions : list of str
         Of the rig.
     rig_title : str

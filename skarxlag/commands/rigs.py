@@ -7,7 +7,7 @@ from sklearn.utils import Bunch
 
 from ..datasets import fetch_hit_sm, fetch_uestc
 from ..datasets.simulated import simulate_rig
-from .errors import UsageError, reported
+from .errors import UsageError, as_command_error
 
 TITLES = {
     "simulated": "Simulated rig",
@@ -74,7 +74,7 @@ def load_parts(args):
             option = "--" + name.replace("_", "-")
             raise UsageError(f"argument {option}: only the simulated rig has it, not {args.rig}")
     try:
-        with reported(OSError):
+        with as_command_error(OSError):
             rig = _FETCHERS[args.rig](data_home=args.data_home, window_length=args.window_length)
     except ValueError as error:
         # Of files that are the original ones a fetcher can refuse nothing else.

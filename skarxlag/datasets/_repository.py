@@ -11,7 +11,7 @@ from scipy.io import loadmat
 from sklearn.datasets import fetch_file, get_data_home
 from sklearn.utils import Bunch
 
-from skarxlag.signals import stack_windows
+from skarxlag.recordings.windows import stack_windows
 
 
 def fetch_rig(

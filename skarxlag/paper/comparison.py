@@ -6,7 +6,7 @@ Verdicts are those of `skarxlag.paper.run_protocol` with the names in `METHODS`.
 import numpy as np
 import pandas as pd
 
-from ..evaluation_tables import AVERAGE, condition_accuracy, confusion_margins, confusion_table
+from ..accuracy_tables import AVERAGE, condition_accuracy, confusion_margins, confusion_table
 from .tables import load_tables
 
 #: Methods in the order of the paper's columns; the last is not in the paper.
@@ -72,7 +72,7 @@ def confusion_beside_paper(verdicts, number):
     -------
     dict of (source, method) to DataFrame
         First ("paper", "proposed"), then one for each method in `verdicts`; each as
-        `skarxlag.evaluation_tables.confusion_table` returns it. The paper's has one more column
+        `skarxlag.accuracy_tables.confusion_table` returns it. The paper's has one more column
         and one more row, the margins as printed under the names that are printed.
 
     Raises

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from sklearn.utils import Bunch
 
-from ..evaluation_tables import window_verdicts
+from ..accuracy_tables import scored_windows
 from ..model_selection import speed_splits
 from .tables import load_tables
 
@@ -35,7 +35,7 @@ def run_protocol(load, diagnosers, *, progress=lambda text: None):
     Returns
     -------
     Bunch
-        - ``verdicts``: DataFrame as `skarxlag.evaluation_tables` describes it, with ``crack_mm``,
+        - ``verdicts``: DataFrame as `skarxlag.accuracy_tables` describes it, with ``crack_mm``,
           in ascending order of crack size and test speed.
         - ``halves``: the same of the second halves at 500 rpm.
         - ``fitted``: dict from (crack_mm, name) to the classifier behind ``verdicts``.
@@ -66,9 +66,9 @@ def run_protocol(load, diagnosers, *, progress=lambda text: None):
         for name, make in diagnosers.items():
             progress(f" {name},")
             half = make(healthy=rig.target_names[0]).fit(rig.data[first], rig.target[first])
-            halves.append(window_verdicts(half, rig, second, constants[name]))
+            halves.append(scored_windows(half, rig, second, constants[name]))
             whole = make(healthy=rig.target_names[0]).fit(rig.data, rig.target)
-            frames.append(window_verdicts(whole, rig, np.arange(len(rig.data)), constants[name]))
+            frames.append(scored_windows(whole, rig, np.arange(len(rig.data)), constants[name]))
             fitted[crack_mm, name] = whole
         for number in (2, 3, 4):
             rpm = float(printed[number].rpm)
@@ -78,7 +78,7 @@ def run_protocol(load, diagnosers, *, progress=lambda text: None):
             for name in diagnosers:
                 diagnoser = fitted[crack_mm, name]
                 frames.append(
-                    window_verdicts(diagnoser, rig, np.arange(len(rig.data)), constants[name])
+                    scored_windows(diagnoser, rig, np.arange(len(rig.data)), constants[name])
                 )
         del rig
         progress(" done\n")

@@ -4,11 +4,11 @@ from matplotlib.colors import to_hex
 from sklearn.utils import Bunch
 
 from skarxlag import ExtendedStatePIObserver, make_extended_state_pio
+from skarxlag.accuracy_tables import scored_windows
 from skarxlag.commands import figures, paper_figures
 from skarxlag.commands.diagnosers import make_single_ladder
 from skarxlag.commands.rigs import TITLES, Part
 from skarxlag.datasets import simulate_rig
-from skarxlag.evaluation_tables import window_verdicts
 from skarxlag.plotting._style import PALETTE
 
 NAMES = ["Normal", "IR", "OR"]
@@ -36,7 +36,7 @@ def verdicts_of(diagnoser, rig, rpm, crack_mm):
     constants = {"diagnoser": "Extended state", "train_rpm": 500.0}
     if crack_mm is not None:
         constants["crack_mm"] = crack_mm
-    return window_verdicts(diagnoser, rig, np.flatnonzero(np.isin(rig.rpm, rpm)), constants)
+    return scored_windows(diagnoser, rig, np.flatnonzero(np.isin(rig.rpm, rpm)), constants)
 
 
 @pytest.mark.parametrize("name", ["bank", "ladder"])

@@ -123,7 +123,7 @@ def test_reading_in_parts_changes_nothing(run, model, workshop, monkeypatch):
     output = workshop / "verdicts.csv"
     arguments = (model, workshop / "inner_300.npy", "--table", workshop / "table.csv", "-o", output)
     at_once = run("diagnose", *arguments)[1], output.read_bytes()
-    monkeypatch.setattr("skarxlag.signals._BLOCK", 3 * WINDOW)
+    monkeypatch.setattr("skarxlag.recordings.windows._BLOCK", 3 * WINDOW)
     assert (run("diagnose", *arguments)[1], output.read_bytes()) == at_once
 
 
@@ -292,7 +292,7 @@ def test_fit_that_fails_keeps_the_old_file(run, model, workshop, monkeypatch):
     def full_disk(*args):
         raise OSError(f"{model}: no space left")
 
-    monkeypatch.setattr("skarxlag.persistence.os.replace", full_disk)
+    monkeypatch.setattr("skarxlag._files.os.replace", full_disk)
     code, _, err = run("fit", workshop / "table.csv", "-o", model, *FIT)
     assert code == 1 and "no space left" in err
     assert model.read_bytes() == before

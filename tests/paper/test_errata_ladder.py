@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from skarxlag.kernels.evaluation import sliding_surface
 from skarxlag.kernels.ladder import rung_scores
+from skarxlag.kernels.residual_levels import sliding_surface
 
 CUTS = [0.5, 1, 2, 3, 4, 6, 8]  # Section 5: Gamma, ball, inner, outer, inner-ball, ...
 CONDITIONS = ["normal", "b", "i", "o", "ib", "ob", "io", "iob"]

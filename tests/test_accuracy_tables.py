@@ -4,12 +4,12 @@ import pytest
 from sklearn.metrics import accuracy_score, confusion_matrix, precision_score, recall_score
 from sklearn.utils import Bunch
 
-from skarxlag.evaluation_tables import (
+from skarxlag.accuracy_tables import (
     condition_accuracy,
     confusion_table,
+    scored_windows,
     speed_accuracy,
     speed_summary,
-    window_verdicts,
 )
 
 CONDITIONS = ["normal", "ball", "inner"]
@@ -106,7 +106,7 @@ def test_precision_of_a_condition_that_is_never_given_is_unknown():
     assert np.isnan(table.loc["precision %", "ball"]) and table.loc["ball", "recall %"] == 0
 
 
-def test_window_verdicts():
+def test_scored_windows():
     class Fixed:
         def predict(self, X):
             return np.where(X[:, 0] > 0, "ball", "normal")
@@ -118,7 +118,7 @@ def test_window_verdicts():
         recording=np.array(["a", "b", "c"]),
         start=np.array([0, 10, 20]),
     )
-    table = window_verdicts(Fixed(), rig, np.array([2, 1]), {"diagnoser": "fixed"})
+    table = scored_windows(Fixed(), rig, np.array([2, 1]), {"diagnoser": "fixed"})
     assert table.to_dict("list") == {
         "diagnoser": ["fixed", "fixed"],
         "test_rpm": [500.0, 400.0],

@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 from sklearn.utils import Bunch
 
-from skarxlag.recording_formats import read_csv_frame
-from skarxlag.recordings import recording_blocks
-from skarxlag.signals import stack_windows
+from .files import recording_blocks
+from .formats.text import read_csv_frame
+from .windows import stack_windows
 
 COLUMNS = ("path", "condition", "rpm", "sampling_rate", "channel")
 
@@ -105,7 +105,7 @@ def read_recording_table(path):
     --------
     >>> import pathlib, tempfile
     >>> import numpy as np
-    >>> from skarxlag.recording_table import read_recording_table
+    >>> from skarxlag.recordings.table import read_recording_table
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     folder = pathlib.Path(folder)
     ...     np.save(folder / "a.npy", np.zeros(5))
@@ -228,7 +228,7 @@ def load_recordings(path, *, window_length=1200, hop=None, healthy=None):
     --------
     >>> import pathlib, tempfile
     >>> import numpy as np
-    >>> from skarxlag.recording_table import load_recordings
+    >>> from skarxlag.recordings.table import load_recordings
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     folder = pathlib.Path(folder)
     ...     np.save(folder / "a.npy", np.zeros(5))

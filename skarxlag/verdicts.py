@@ -3,13 +3,14 @@
 import numpy as np
 import pandas as pd
 from scipy.special import softmax
+from sklearn.utils import check_consistent_length
 
 FAULTY = "faulty"
 #: Below it a single window could veto a condition for the whole recording.
 _SMALLEST_PROBABILITY = 1e-6
 
 
-def window_verdicts(diagnoser, X, conditions):
+def window_verdicts(diagnoser, X, conditions=None):
     """What a diagnoser says of each window.
 
     Parameters
@@ -18,8 +19,9 @@ def window_verdicts(diagnoser, X, conditions):
         Fitted; its last step is a ThresholdLadder or a FaultDetector.
     X : ndarray of shape (n_windows, ...)
         Windows.
-    conditions : list of str
-        Conditions that it was calibrated on, the healthy one first.
+    conditions : list of str or None, default=None
+        Conditions that it was calibrated on, the healthy one first. None: those of the diagnoser,
+        sorted; a detector calls what it does not flag "healthy".
 
     Returns
     -------
@@ -29,6 +31,8 @@ def window_verdicts(diagnoser, X, conditions):
     """
     levels = diagnoser[:-1].transform(X)
     decide = diagnoser[-1]
+    if conditions is None:
+        conditions = _conditions(decide)
     if not hasattr(decide, "predict_proba"):
         score = decide.decision_function(levels)
         verdict = np.where(score < 0, FAULTY, conditions[0])
@@ -88,3 +92,51 @@ def recording_verdict(windows, conditions):
         "windows": len(windows),
         "alarms": float(windows["alarm"].mean()),
     } | {f"share of {name}": float((windows["verdict"] == name).mean()) for name in possible}
+
+
+def recording_verdicts(diagnoser, X, recording, conditions=None):
+    """One verdict for each recording, from windows of several recordings.
+
+    Parameters
+    ----------
+    diagnoser : Pipeline
+        Fitted; its last step is a ThresholdLadder or a FaultDetector.
+    X : ndarray of shape (n_windows, ...)
+        Windows.
+    recording : array-like of shape (n_windows,)
+        Recording of each window.
+    conditions : list of str or None, default=None
+        As in `window_verdicts`.
+
+    Returns
+    -------
+    DataFrame
+        One row for each recording, in order of appearance; the columns are the entries that
+        `recording_verdict` returns.
+
+    Raises
+    ------
+    ValueError
+        If `recording` does not have one entry for each window.
+
+    Examples
+    --------
+    >>> from skarxlag import make_diagnoser
+    >>> rng = np.random.default_rng(0)
+    >>> white, coloured = rng.normal(size=(20, 400)), rng.normal(size=(20, 400)).cumsum(axis=1)
+    >>> X, y = np.concatenate([white, coloured]), np.repeat(["good", "worn"], 20)
+    >>> run = np.repeat(["run 1", "run 2"], 20)
+    >>> recording_verdicts(make_diagnoser().fit(X, y), X, run)["verdict"].tolist()
+    ['good', 'worn']
+    """
+    check_consistent_length(X, recording)
+    if conditions is None:
+        conditions = _conditions(diagnoser[-1])
+    windows = window_verdicts(diagnoser, X, conditions)
+    groups = windows.groupby(np.asarray(recording), sort=False)
+    rows = {name: recording_verdict(rows, conditions) for name, rows in groups}
+    return pd.DataFrame.from_dict(rows, orient="index")
+
+
+def _conditions(decide):
+    return decide.classes_.tolist() if hasattr(decide, "classes_") else ["healthy"]

@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 from scipy.io import savemat, wavfile
 
-from skarxlag.recording_table import load_recordings, read_recording_table
+from skarxlag.recordings.table import load_recordings, read_recording_table
 
 RNG = np.random.default_rng(0)
 # Multiples of 2**-10, which a decimal text holds exactly.

@@ -12,7 +12,7 @@ from sklearn.metrics import confusion_matrix
 AVERAGE = "Average"
 
 
-def window_verdicts(diagnoser, rig, test, constants):
+def scored_windows(diagnoser, rig, test, constants):
     """Verdicts of a fitted diagnoser on some windows of a rig.
 
     Parameters

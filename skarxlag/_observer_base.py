@@ -7,12 +7,11 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils import Bunch, check_scalar
 from sklearn.utils.validation import check_is_fitted
 
-from .kernels import evaluation as evaluate
-from .kernels import observer
+from ._parallel import map_batches
+from ._validation import check_input_names, check_real, validate_innovations
+from .kernels import observer, residual_levels
 from .kernels.scaling import root_mean_square
 from .kernels.spectra import LOG_SPECTRUM_CELLS, autoregressive_log_spectrum, frequency_grid
-from .parallel import map_batches
-from .validation import check_input_names, check_real, validate_innovations
 
 _EVALUATIONS = ("power", "switching_gain", "whiteness")
 
@@ -73,9 +72,9 @@ class Observer(TransformerMixin, BaseEstimator):
         innovations = np.require(innovations, dtype=np.float64, requirements=["C", "W"])
         loop = self._loop()
         if self.evaluation == "power":
-            levels = evaluate.power_levels(innovations, loop)
+            levels = residual_levels.power_levels(innovations, loop)
         elif self.evaluation == "switching_gain":
-            levels = evaluate.switching_gain_levels(
+            levels = residual_levels.switching_gain_levels(
                 innovations, loop, float(self.sliding_slope), float(self.adaptation_step)
             )
         else:
@@ -92,7 +91,7 @@ class Observer(TransformerMixin, BaseEstimator):
         signals = error.reshape(-1, error.shape[-1])
         spectra = autoregressive_log_spectrum(signals, self.spectrum_order, LOG_SPECTRUM_CELLS)
         spectra -= 2 * np.log(np.abs(self._response(frequency_grid(LOG_SPECTRUM_CELLS))))
-        norms = evaluate.cepstral_norm(spectra, self.quefrency_exponent)
+        norms = residual_levels.cepstral_norm(spectra, self.quefrency_exponent)
         return norms.reshape(error.shape[:2])
 
     def _response(self, frequency):
@@ -125,8 +124,8 @@ class Observer(TransformerMixin, BaseEstimator):
         error, fault_estimate = (
             path.reshape(-1, shape[-1]) for path in observer.observe(innovations, self._loop())
         )
-        surface = evaluate.sliding_surface(error, self.sliding_slope)
-        gain = evaluate.switching_gain(surface, self.adaptation_step)
+        surface = residual_levels.sliding_surface(error, self.sliding_slope)
+        gain = residual_levels.switching_gain(surface, self.adaptation_step)
         layer = self.boundary_layer * gain
         saturated = np.divide(surface, layer, out=np.sign(surface), where=layer > 0)
         trajectories = {

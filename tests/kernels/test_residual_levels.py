@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
-from skarxlag.kernels.evaluation import (
+from skarxlag.kernels.lanes import LANES, TILE
+from skarxlag.kernels.observer import observe
+from skarxlag.kernels.residual_levels import (
     adapt_switching_gain,
     cepstral_norm,
     power_levels,
@@ -10,8 +12,6 @@ from skarxlag.kernels.evaluation import (
     switching_gain,
     switching_gain_levels,
 )
-from skarxlag.kernels.lanes import LANES, TILE
-from skarxlag.kernels.observer import observe
 
 LOOP = (0.4, 0.3, 0.03, 0.02, 2.0, 1.5, 1.2)
 

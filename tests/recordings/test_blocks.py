@@ -12,7 +12,7 @@ import pytest
 from scipy.io import savemat, wavfile
 
 from skarxlag import iter_windows, make_windows, read_recording
-from skarxlag.recordings import recording_blocks
+from skarxlag.recordings.files import recording_blocks
 
 RNG = np.random.default_rng(0)
 N_SAMPLES = 103
@@ -57,7 +57,7 @@ WHOLE = {"run.npz", "run.mat", "wide.wav"}
 
 @pytest.fixture
 def small_blocks(monkeypatch):
-    monkeypatch.setattr("skarxlag.signals._BLOCK", 25)
+    monkeypatch.setattr("skarxlag.recordings.windows._BLOCK", 25)
 
 
 @pytest.mark.parametrize("n_samples", [1, 20, N_SAMPLES, 1000])

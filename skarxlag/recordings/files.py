@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 from pandas.api.types import is_bool_dtype, is_numeric_dtype
 
-from .recording_formats import channel_blocks
-from .signals import block_length, cut_blocks
+from .formats import channel_blocks
+from .windows import block_length, cut_blocks
 
 
 def read_recording(path, *, channel=None):

@@ -45,7 +45,7 @@ def make_windows(recording, window_length=1200, *, hop=None):
 
     Examples
     --------
-    >>> from skarxlag.signals import make_windows
+    >>> from skarxlag.recordings.windows import make_windows
     >>> make_windows([0, 1, 2, 3, 4, 5, 6], 3)
     array([[0., 1., 2.],
            [3., 4., 5.]])
@@ -100,7 +100,7 @@ def stack_windows(recordings, names, window_length=1200, *, hop=None):
 
     Examples
     --------
-    >>> from skarxlag.signals import stack_windows
+    >>> from skarxlag.recordings.windows import stack_windows
     >>> windows, source, start = stack_windows([[1, 2, 3, 4], [5, 6, 7]], ["a", "b"], 2)
     >>> source, start
     (array([0, 0, 1]), array([0, 2, 0]))
@@ -122,7 +122,7 @@ def block_length(window_length):
 
     Examples
     --------
-    >>> from skarxlag.signals import block_length
+    >>> from skarxlag.recordings.windows import block_length
     >>> block_length(1000), block_length(3_000_000)
     (1048000, 3000000)
     """
@@ -154,7 +154,7 @@ def cut_blocks(blocks, name, window_length):
 
     Examples
     --------
-    >>> from skarxlag.signals import cut_blocks
+    >>> from skarxlag.recordings.windows import cut_blocks
     >>> parts = (np.arange(3), np.arange(3, 8))
     >>> [windows.tolist() for windows in cut_blocks(parts, "run", 2)]
     [[[0.0, 1.0]], [[2.0, 3.0], [4.0, 5.0], [6.0, 7.0]]]

@@ -196,3 +196,24 @@ def _one_for_each(name, value, n_channels):
             f"{name}={value!r} has {len(entries)} entries, but windows have {n_channels} channels."
         )
     return entries
+
+
+def check_alarm(false_alarm_rate, margin_db):
+    """Check what sets a detection threshold.
+
+    Parameters
+    ----------
+    false_alarm_rate : float
+        In (0, 1).
+    margin_db : float
+        Finite.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `check_real`.
+    """
+    check_real(
+        false_alarm_rate, "false_alarm_rate", min_val=0, max_val=1, include_boundaries="neither"
+    )
+    check_real(margin_db, "margin_db")

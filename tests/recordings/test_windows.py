@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from skarxlag.signals import make_windows, stack_windows
+from skarxlag.recordings.windows import make_windows, stack_windows
 
 
 @pytest.mark.parametrize("n_samples", [6, 7, 11, 12])
