@@ -174,6 +174,21 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
 
     def _identify(self, X, y, *, start_afresh):
         windows, labels = self._windows_by_model(*self._validate_windows(X, y, reset=start_afresh))
+        self._check_weighting()
+        scaled, _ = unit_rms_windows(windows)
+        classes, of_class = np.unique(labels, return_inverse=True)
+        # A constant output says nothing of the model, whatever the inputs do meanwhile.
+        alive = np.any(scaled[:, 0] != 0, axis=-1)
+        if start_afresh:
+            self._choose_networks(scaled, [alive & (of_class == c) for c in range(len(classes))])
+            self._start_sums(classes)
+        else:
+            self._make_room_for(classes)
+        self._add_to_sums(scaled, classes[of_class], alive)
+        self._solve()
+        return self
+
+    def _check_weighting(self):
         check_real(self.alpha, "alpha", min_val=0)
         check_real(
             self.forgetting_factor,
@@ -182,45 +197,44 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             max_val=1,
             include_boundaries="right",
         )
-        scaled, _ = unit_rms_windows(windows)
-        classes, of_class = np.unique(labels, return_inverse=True)
-        # A constant output says nothing of the model, whatever the inputs do meanwhile.
-        alive = np.any(scaled[:, 0] != 0, axis=-1)
-        if start_afresh:
-            self.orders_, given_poles = check_networks(self.order, self.pole, scaled.shape[1])
-            if None in given_poles:
-                correlations = np.array(
-                    [
-                        pole_search.correlations(scaled[alive & (of_class == c)])
-                        for c in range(len(classes))
-                    ]
-                )
-                given_poles = pole_search.search_poles(
-                    correlations, self.orders_, given_poles, self.alpha
-                )
-            self.poles_ = np.asarray(given_poles, dtype=np.float64)
-            self.classes_ = classes
-            n_sums = int(self.orders_.sum()) + 1
-            self.sums_ = np.zeros((len(classes), n_sums, n_sums))
-            self.weights_ = np.zeros(len(classes))
-        else:
-            self._make_room_for(classes)
+
+    def _choose_networks(self, scaled, rows_by_model):
+        """Orders and poles of the networks; poles that are not given are searched."""
+        self.orders_, poles = check_networks(self.order, self.pole, scaled.shape[1])
+        if None in poles:
+            correlations = np.array(
+                [pole_search.correlations(scaled[rows]) for rows in rows_by_model]
+            )
+            poles = pole_search.search_poles(correlations, self.orders_, poles, self.alpha)
+        self.poles_ = np.asarray(poles, dtype=np.float64)
+
+    def _start_sums(self, classes):
+        n_sums = int(self.orders_.sum()) + 1
+        self.classes_ = classes
+        self.sums_ = np.zeros((len(classes), n_sums, n_sums))
+        self.weights_ = np.zeros(len(classes))
+
+    def _add_to_sums(self, scaled, labels, alive):
         n_transient = self._n_transient(scaled.shape[-1])
-        for c, name in enumerate(classes):
-            own = scaled if len(classes) == 1 else scaled[of_class == c]
-            fading = self.forgetting_factor ** np.arange(len(own) - 1, -1, -1.0)
-            fading *= alive[of_class == c]
-            model = int(np.flatnonzero(self.classes_ == name)[0])
-            kept = self.forgetting_factor ** len(own)
-            self.sums_[model] = kept * self.sums_[model] + self._sums(own, fading, n_transient)
+        for model, name in enumerate(self.classes_):
+            rows = labels == name
+            n_windows = np.count_nonzero(rows)
+            fading = self.forgetting_factor ** np.arange(n_windows - 1, -1, -1.0) * alive[rows]
+            kept = self.forgetting_factor**n_windows
+            # Without the copy that a mask makes, where one model takes all windows.
+            own = scaled if n_windows == len(scaled) else scaled[rows]
+            if n_windows > 0:
+                added = self._sums(own, fading, n_transient)
+                self.sums_[model] = kept * self.sums_[model] + added
             self.weights_[model] = kept * self.weights_[model] + fading.sum() * (
                 scaled.shape[-1] - n_transient
             )
+
+    def _solve(self):
         coef, error = zip(*(solve_sums(s, self.alpha) for s in self.sums_), strict=True)
         self.coef_ = np.array(coef)
         counted = np.where(self.weights_ > 0, self.weights_, 1.0)
         self.noise_level_ = np.sqrt(np.array(error) / counted)
-        return self
 
     def _sums(self, windows, weights, n_transient):
         parts = map_batches(

@@ -90,7 +90,7 @@ def observe_block(innovations, first, model, start, loop, histories):
         Innovations, error, correction, integral and fault estimate. The error at i + LANES belongs
         to the same sample as the others at i, for the one before is wanted with it.
     """
-    exponent = loop[5]
+    _, _, _, _, _, exponent, _ = loop
     interleave(innovations, first, model, start, histories[INNOVATION])
     if exponent == 1.0:
         for i in range(TILE * LANES):
@@ -103,8 +103,9 @@ def observe_block(innovations, first, model, start, loop, histories):
 
 @inlined
 def _surface(histories, i, loop):
+    _, _, _, ki_b, _, _, saturation = loop
     e = histories[INNOVATION, i] - histories[CORRECTION, i]
-    return min(abs(histories[INTEGRAL, i] + loop[3] * e), loop[6])
+    return min(abs(histories[INTEGRAL, i] + ki_b * e), saturation)
 
 
 @inlined

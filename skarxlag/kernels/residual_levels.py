@@ -10,6 +10,9 @@ from .observer import ERROR, carry_loop, loop_histories, observe, observe_block,
 from .scaling import root_mean_square
 from .spectra import cepstrum
 
+#: Rows of what the switching gain's loop keeps: the sum of squares of the surface, the gain, its
+#: steps up less those down, and the sum of these once it has settled.
+POWER, GAIN, STEPS, SETTLED_STEPS = range(4)
 #: Share of a window over which the switching gain is averaged, at its end, once it has settled.
 _SETTLED = 0.5
 
@@ -202,7 +205,7 @@ def fill_switching_gain_levels(
     for w in range(0, n_windows, LANES):
         for c in range(n_models):
             start_loop(innovations, w, c, histories)
-            for row in range(4):
+            for row in range(len(votes)):
                 for lane in range(LANES):
                     votes[row, lane] = 0.0
             for tile in range(len(sizes)):
@@ -211,17 +214,19 @@ def fill_switching_gain_levels(
                 _size_block(histories, slope, sizes, tile, votes)
                 length = min(TILE, n_samples - start)
                 carry_loop(histories, length)
-                carry(votes[0], length)
+                carry(votes[POWER], length)
             for lane in range(LANES):
-                votes[1, lane] = math.sqrt(votes[0, lane] / n_samples)
+                votes[GAIN, lane] = math.sqrt(votes[POWER, lane] / n_samples)
             for tile in range(len(sizes)):
                 start = tile * TILE
                 _vote_block(sizes, tile, settled - start, up, down, votes)
-                for row in range(1, 4):
+                for row in range(GAIN, SETTLED_STEPS + 1):
                     carry(votes[row], min(TILE, n_samples - start))
             for lane in range(min(LANES, n_windows - w)):
-                mean = votes[3, lane] / (n_samples - settled)
-                levels[w + lane, c] = math.sqrt(votes[0, lane] / n_samples) * math.exp(step * mean)
+                mean = votes[SETTLED_STEPS, lane] / (n_samples - settled)
+                levels[w + lane, c] = math.sqrt(votes[POWER, lane] / n_samples) * math.exp(
+                    step * mean
+                )
 
 
 @inlined
@@ -231,18 +236,20 @@ def _size_block(histories, slope, sizes, tile, votes):
         error = histories[ERROR, i + LANES]
         surface = slope * error + (error - histories[ERROR, i])
         sizes[tile, i] = abs(surface)
-        votes[0, i + LANES] = votes[0, i] + surface * surface
+        votes[POWER, i + LANES] = votes[POWER, i] + surface * surface
 
 
 @inlined
 def _vote_block(sizes, tile, settled, up, down, votes):
     """One step of the gain a sample."""
     for i in range(TILE * LANES):
-        size, gain = sizes[tile, i], votes[1, i]
-        steps = votes[2, i] + ((1.0 if size > gain else 0.0) - (1.0 if size < gain else 0.0))
-        votes[1, i + LANES] = gain * (up if size > gain else (down if size < gain else 1.0))
-        votes[2, i + LANES] = steps
-        votes[3, i + LANES] = votes[3, i] + (steps if i >= settled * LANES else 0.0)
+        size, gain = sizes[tile, i], votes[GAIN, i]
+        steps = votes[STEPS, i] + ((1.0 if size > gain else 0.0) - (1.0 if size < gain else 0.0))
+        votes[GAIN, i + LANES] = gain * (up if size > gain else (down if size < gain else 1.0))
+        votes[STEPS, i + LANES] = steps
+        votes[SETTLED_STEPS, i + LANES] = votes[SETTLED_STEPS, i] + (
+            steps if i >= settled * LANES else 0.0
+        )
 
 
 def cepstral_norm(log_spectra, exponent):
