@@ -120,7 +120,12 @@ def test_api_page_lists_every_public_name():
         ("docs/paper/errata.md", "paper/errata.md", "../../README.md", "../index.md"),
         ("docs/paper/errata.md", "paper/errata.md", "images/a.svg", "images/a.svg"),
         ("CONTRIBUTING.md", "project/contributing.md", "docs/data.md", "../data.md"),
-        ("benchmarks/README.md", "project/benchmarks.md", "cnn.py", "../../benchmarks/cnn.py"),
+        (
+            "benchmarks/README.md",
+            "project/benchmarks.md",
+            "cross_speed/cnn.py",
+            "../../benchmarks/cross_speed/cnn.py",
+        ),
     ],
 )
 def test_links_on_the_site(source, page, link, on_site):

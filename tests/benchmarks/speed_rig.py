@@ -5,7 +5,7 @@ from scipy.signal import lfilter
 from sklearn.utils import Bunch
 
 LENGTH = 400
-OPTIONS = ["--rig", "speed_rig:rig_of_length", "--window-length", str(LENGTH)]
+OPTIONS = ["--rig", "tests.benchmarks.speed_rig:rig_of_length", "--window-length", str(LENGTH)]
 
 
 def two_conditions(make_windows, n_windows, length, speeds=(100.0, 200.0)):

@@ -1,8 +1,9 @@
 import doctest
 
-import pages
-import protocol
 import pytest
+
+from benchmarks.cross_speed import protocol
+from benchmarks.pages import blocks as pages
 
 
 @pytest.mark.parametrize("module", [pages, protocol])

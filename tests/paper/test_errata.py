@@ -6,7 +6,8 @@ import runpy
 from pathlib import Path
 
 import pytest
-import test_errata_tables as tables
+
+from tests.paper import test_errata_tables as tables
 
 ROOT = Path(__file__).parents[2]
 PAPER = ROOT / "docs" / "paper"

@@ -1,0 +1,1 @@
+"""Accuracy at shaft speeds that a diagnoser was not fitted at, next to its peers."""

@@ -1,0 +1,5 @@
+"""``python -m benchmarks.cross_speed``."""
+
+from benchmarks.cross_speed.command import main
+
+main()

@@ -1,0 +1,261 @@
+"""From the scores of speed pairs to data frames, Markdown tables and a block of a README."""
+
+import shlex
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.cross_speed.protocol import GROUP_SIZE
+from benchmarks.pages.blocks import markdown
+
+RUN = ["rig", "window_length", "method"]
+#: Names of the marked blocks of a Markdown file: means alone, and everything.
+OVERVIEW, TABLES = "cross-speed overview", "cross-speed tables"
+
+
+def pair_frame(pairs):
+    """One row for each speed pair and kind of verdict.
+
+    Parameters
+    ----------
+    pairs : iterable of dict
+        What ``protocol.leave_one_speed_in`` yields.
+
+    Returns
+    -------
+    frame : DataFrame
+        ``train_rpm``, ``test_rpm``, ``verdict`` ("window" or "group"), ``accuracy``,
+        ``balanced_accuracy``, ``verdicts``, ``evidence``, ``fit_seconds``, ``predict_seconds``.
+    """
+    return pd.DataFrame(
+        {
+            "train_rpm": pair["train_rpm"],
+            "test_rpm": pair["test_rpm"],
+            "verdict": verdict,
+            "accuracy": pair[verdict]["accuracy"],
+            "balanced_accuracy": pair[verdict]["balanced_accuracy"],
+            "verdicts": pair[verdict]["verdicts"],
+            "evidence": pair["evidence"] if verdict == "group" else "predict",
+            "fit_seconds": pair["fit_seconds"],
+            "predict_seconds": pair["predict_seconds"],
+        }
+        for pair in pairs
+        for verdict in ("window", "group")
+    )
+
+
+def confusion_frame(pairs):
+    """Counts of (true, predicted), summed over the pairs of unequal speeds.
+
+    Parameters
+    ----------
+    pairs : iterable of dict
+        What ``protocol.leave_one_speed_in`` yields.
+
+    Returns
+    -------
+    frame : DataFrame
+        ``verdict``, ``true``, ``predicted``, ``count``; combinations that do not occur are left
+        out.
+    """
+    counts = pd.DataFrame(
+        (
+            (verdict, true, predicted, count)
+            for pair in pairs
+            if pair["train_rpm"] != pair["test_rpm"]
+            for verdict in ("window", "group")
+            for (true, predicted), count in pair[verdict]["confusion"].items()
+        ),
+        columns=["verdict", "true", "predicted", "count"],
+    )
+    return counts.groupby(["verdict", "true", "predicted"], as_index=False).sum()
+
+
+def summarise(pairs):
+    """Means and the worst pair of each run.
+
+    Parameters
+    ----------
+    pairs : DataFrame
+        Rows of :func:`pair_frame` with the columns ``rig``, ``window_length``, ``method``.
+
+    Returns
+    -------
+    summary : DataFrame
+        One row for each run and kind of verdict: ``mean``, ``balanced`` (mean balanced
+        accuracy) and ``worst`` over the ordered pairs of unequal speeds, ``worst_pair``
+        (train -> test), ``same_speed``, ``verdicts`` (over the unequal pairs), ``evidence``,
+        and ``seconds`` of processor time for all fits and predictions of single windows.
+    """
+    rows = []
+    for key, group in pairs.groupby([*RUN, "verdict"], sort=False):
+        same = group.train_rpm == group.test_rpm
+        cross = group[~same].reset_index(drop=True)
+        worst = cross.loc[cross.accuracy.fillna(np.inf).idxmin()]
+        fit_seconds = group.drop_duplicates("train_rpm").fit_seconds.sum()
+        rows.append(
+            {
+                **dict(zip([*RUN, "verdict"], key, strict=True)),
+                "mean": cross.accuracy.mean(),
+                "worst": worst.accuracy,
+                "worst_pair": f"{worst.train_rpm:g} -> {worst.test_rpm:g}",
+                "same_speed": group[same].accuracy.mean(),
+                "balanced": cross.balanced_accuracy.mean(),
+                "verdicts": cross.verdicts.sum(),
+                "evidence": group.evidence.iloc[0],
+                "seconds": fit_seconds + group.predict_seconds.sum(),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def merge(path, rows, run):
+    """Write `rows` of one run to a CSV file, in place of what it holds of the same run.
+
+    Parameters
+    ----------
+    path : Path
+        CSV file; made when it does not exist.
+    rows : DataFrame
+        Results of the run.
+    run : dict
+        Value of ``rig``, ``window_length`` and ``method``.
+
+    Returns
+    -------
+    merged : DataFrame
+        The whole content of the file.
+    """
+    rows = rows.assign(**run)[[*RUN, *rows.columns]]
+    if Path(path).exists():
+        old = pd.read_csv(path)
+        others = ~np.logical_and.reduce([old[name] == value for name, value in run.items()])
+        if others.any():
+            rows = pd.concat([old[others], rows], ignore_index=True)
+    rows.to_csv(path, index=False)
+    return rows
+
+
+def rig_table(summary):
+    """Markdown table of one rig: a row for each method, best cross-speed mean first.
+
+    Parameters
+    ----------
+    summary : DataFrame
+        Rows of :func:`summarise` of one rig.
+
+    Returns
+    -------
+    table : str
+    """
+    lengths = sorted(summary.window_length.unique())
+    wide = {
+        (verdict, length): rows.set_index("method")
+        for (verdict, length), rows in summary.groupby(["verdict", "window_length"])
+    }
+    head, columns = ["method"], []
+    for length in lengths:
+        windows, groups = wide["window", length], wide["group", length]
+        head += [f"{length}: mean", "worst pair", "same speed", "balanced"]
+        head += [f"{GROUP_SIZE} x {length}: mean", "worst pair"]
+        columns += [windows[name] for name in ("mean", "worst", "same_speed", "balanced")]
+        columns += [groups[name] for name in ("mean", "worst")]
+    body = pd.concat(columns, axis=1, keys=range(len(columns))).sort_values(0, ascending=False)
+    body = body.rename_axis("method").reset_index()
+    body.columns = head
+    return markdown(body)
+
+
+def overview(summary, command):
+    """Markdown of the means alone: a row for each method, a column for each rig and length.
+
+    Methods are in the order of their mean over the columns that all of them have.
+
+    Parameters
+    ----------
+    summary : DataFrame
+        Rows of :func:`summarise`.
+    command : str
+        Shell command.
+
+    Returns
+    -------
+    text : str
+    """
+    windows = summary[summary.verdict == "window"]
+    wide = windows.pivot(index="method", columns=["rig", "window_length"], values="mean")
+    rigs, lengths = summary.rig.unique(), sorted(summary.window_length.unique())
+    wide = wide[[column for column in product(rigs, lengths) if column in wide.columns]]
+    run_by_all = wide.dropna(axis=1)
+    ranked = run_by_all if len(run_by_all.columns) else wide
+    wide = wide.loc[ranked.mean(axis=1).sort_values(ascending=False).index]
+    wide.columns = [f"{rig}, {length}" for rig, length in wide.columns]
+    table = markdown(wide.rename_axis("method").reset_index())
+    return (
+        f"Made by `{command}`. Mean accuracy of single windows over all ordered pairs of "
+        "different speeds; the number is the length of a window in samples, an empty cell was "
+        f"not run. Peers see the output alone, scaled to unit RMS.\n\n{table}"
+    )
+
+
+def report(summary, command):
+    """Markdown of all rigs, with the command that makes it and what the columns mean.
+
+    Parameters
+    ----------
+    summary : DataFrame
+        Rows of :func:`summarise`.
+    command : str
+        Shell command.
+
+    Returns
+    -------
+    text : str
+    """
+    parts = [
+        f"Made by `{command}`. Fitted on the first halves of the recordings of one speed, scored "
+        "on the second halves at every other speed. Accuracy of single windows (their length in "
+        f"samples leads the columns) and of {GROUP_SIZE} consecutive windows: mean over all "
+        "ordered pairs of speeds, worst pair; mean over the pairs of equal speeds; mean balanced "
+        "accuracy. Every peer sees windows centred and scaled to unit RMS."
+    ]
+    for rig, rows in summary.groupby("rig", sort=False):
+        parts.append(f"**{rig}**\n\n{rig_table(rows)}")
+    return "\n\n".join(parts)
+
+
+def command_line(summary, defaults):
+    """Shell commands which make the results that `summary` holds.
+
+    Parameters
+    ----------
+    summary : DataFrame
+        Rows of :func:`summarise`.
+    defaults : dict of str to list
+        Default of ``rig``, ``method`` and ``window_length``: an option that equals its default
+        is left out.
+
+    Returns
+    -------
+    command : str
+        One command for all methods that ran on the same rigs and lengths, joined by ``&&``.
+    """
+    groups = {}
+    for method, rows in summary.groupby("method", sort=False):
+        rigs = dict.fromkeys(rig.split(",")[0] for rig in rows.rig)
+        present = tuple(sorted(rigs)), tuple(sorted(set(rows.window_length)))
+        groups.setdefault(present, []).append(method)
+    return " && ".join(
+        _command({"rig": rigs, "method": methods, "window_length": lengths}, defaults)
+        for (rigs, lengths), methods in groups.items()
+    )
+
+
+def _command(present, defaults):
+    words = ["python", "-m", "benchmarks.cross_speed"]
+    for name, values in present.items():
+        if set(values) != set(defaults[name]):
+            words += [f"--{name.replace('_', '-')}", *map(str, values)]
+    return shlex.join(words)

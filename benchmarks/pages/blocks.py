@@ -1,0 +1,109 @@
+"""Markdown tables, and the marked blocks of a page that a command writes."""
+
+import argparse
+from pathlib import Path
+
+import pandas as pd
+
+
+def page_parser(doc, name):
+    """Parser of a command that writes CSV files and the tables of a page.
+
+    Parameters
+    ----------
+    doc : str
+        Docstring of the command.
+    name : str
+        Folder of its results under ``skarxlag-results``.
+    """
+    parser = argparse.ArgumentParser(description=doc.splitlines()[0])
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("skarxlag-results") / name,
+        help="folder of the CSV files",
+    )
+    parser.add_argument(
+        "--write", type=Path, metavar="FILE", help="Markdown file to put the tables into"
+    )
+    return parser
+
+
+def markdown(frame, digits=3):
+    """Markdown table of a data frame without its index; floats rounded, NaN left empty.
+
+    Numbers stand on the right, also those that are text already.
+
+    Examples
+    --------
+    >>> print(markdown(pd.DataFrame({"rig": ["a"], "mean": [0.12345], "n": [3]})))
+    | rig | mean | n |
+    | --- | ---: | ---: |
+    | a | 0.123 | 3 |
+    """
+
+    def cell(value):
+        if isinstance(value, float):
+            return "" if pd.isna(value) else f"{round(value, digits) + 0.0:.{digits}f}"
+        return str(value)
+
+    def is_number(column):
+        filled = column[~column.isin(["", "-"])]
+        return len(filled) > 0 and pd.to_numeric(filled, errors="coerce").notna().all()
+
+    numeric = [
+        pd.api.types.is_numeric_dtype(dtype) or is_number(frame.iloc[:, place])
+        for place, dtype in enumerate(frame.dtypes)
+    ]
+    lines = [list(map(str, frame.columns)), ["---:" if each else "---" for each in numeric]]
+    lines += [[cell(value) for value in row] for row in frame.itertuples(index=False)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def put_block(text, name, block):
+    r"""Put `block` between the two marks of that name in a Markdown text.
+
+    Raises
+    ------
+    ValueError
+        If the text does not hold each mark once, in order.
+
+    Examples
+    --------
+    >>> print(put_block("a\n<!-- x: begin -->\nold\n<!-- x: end -->\nb", "x", "new"))
+    a
+    <!-- x: begin -->
+    new
+    <!-- x: end -->
+    b
+    """
+    begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
+    before, found_begin, rest = text.partition(begin)
+    _, found_end, after = rest.partition(end)
+    if not (found_begin and found_end) or text.count(begin) != 1 or text.count(end) != 1:
+        raise ValueError(f"expected one {begin!r} followed by one {end!r} in the Markdown file.")
+    return f"{before}{begin}\n{block}\n{end}{after}"
+
+
+def write_blocks(path, blocks):
+    """Put into a Markdown file those named blocks whose marks it holds.
+
+    Raises
+    ------
+    ValueError
+        If it holds the marks of none.
+    """
+    text = path.read_text(encoding="utf-8")
+    held = [name for name in blocks if f"<!-- {name}: " in text]
+    if not held:
+        raise ValueError(f"{path} holds no marks of any of {list(blocks)}.")
+    for name in held:
+        text = put_block(text, name, blocks[name])
+    path.write_text(text, encoding="utf-8")
+
+
+def publish(options, blocks):
+    """Print the named Markdown blocks; put them into the file that the options name."""
+    if options.write:
+        write_blocks(options.write, blocks)
+    print("\n\n".join(blocks.values()))

@@ -1,0 +1,1 @@
+"""Fault estimates against the known fault signal of the simulated rig."""

@@ -1,0 +1,210 @@
+"""Tables 2-9 of the paper on the simulated rig, in three runs, for a page of the documentation.
+
+Under the protocol of ``python -m skarxlag evaluate``: with a bank of residuals, with the paper's
+single residual, and with windows that hold several strikes of a defect.
+"""
+
+import sys
+from functools import partial
+from time import perf_counter
+
+import numpy as np
+import pandas as pd
+from sklearn.utils import Bunch
+
+from benchmarks.pages.blocks import markdown, page_parser, publish
+from skarxlag.commands.diagnosers import LADDERS
+from skarxlag.commands.paper_report import paper_report
+from skarxlag.datasets import simulate_rig
+from skarxlag.datasets.bearing import SKF_6205, strike_rate
+from skarxlag.datasets.rig import LOCATIONS
+from skarxlag.paper import load_tables, run_protocol
+
+PAPER = load_tables().claims
+PAPER_WINDOW, PAPER_SAMPLES = PAPER["samples_per_window"], PAPER["samples_per_condition"]
+STRIKES = 3
+LONG_WINDOWS = 20
+#: Tables of which the page compares the runs.
+COMPARED = ("averages", "improvements")
+
+
+def window_of_strikes(n_strikes):
+    """Samples in which the slowest defect at the lowest speed strikes so often, on average.
+
+    Rounded up to a multiple of the paper's window.
+
+    Examples
+    --------
+    >>> window_of_strikes(3)
+    42000
+    """
+    lowest = min(load_tables().tables[number].rpm for number in (2, 3, 4, 5))
+    slowest = min(strike_rate(SKF_6205, lowest, location) for location in LOCATIONS)
+    samples = n_strikes * PAPER["sampling_rate_hz"] / slowest
+    return int(np.ceil(samples / PAPER_WINDOW)) * PAPER_WINDOW
+
+
+def simulated(window_length, n_samples):
+    """Function from crack size and speed to a simulated rig, for ``run_protocol``."""
+    return partial(_simulate, window_length=window_length, n_samples=n_samples)
+
+
+def _simulate(crack_mm, rpm, **options):
+    return simulate_rig(crack_mm=crack_mm, rpm=rpm, **options)
+
+
+def relative_to_healthy(load):
+    """The same with the output in units of its healthy level at that speed and in that rig."""
+
+    def scaled(crack_mm, rpm):
+        rig = load(crack_mm, rpm)
+        healthy = rig.data[rig.target == rig.target_names[0], 0]
+        data = rig.data.copy()
+        data[:, 0] /= np.sqrt(np.mean(healthy**2))
+        return Bunch(**(dict(rig) | {"data": data}))
+
+    return scaled
+
+
+def with_parameters(makers, **parameters):
+    """The same diagnosers with other parameters."""
+    return {
+        title: lambda healthy, make=make: make(healthy=healthy).set_params(**parameters)
+        for title, make in makers.items()
+    }
+
+
+def runs(window_length, n_samples, long_length, long_samples):
+    """Rig and diagnosers of each run.
+
+    Parameters
+    ----------
+    window_length, n_samples : int
+        Of a window and a recording in the first two runs.
+    long_length, long_samples : int
+        In the third.
+
+    Returns
+    -------
+    dict of str to (callable, dict)
+        What ``run_protocol`` takes. The first three are the runs of the page, the others variants
+        of the first two.
+    """
+    bank, single = LADDERS["bank"], LADDERS["single"]
+    observers = {title: bank[title] for title in single}
+    load = simulated(window_length, n_samples)
+    return {
+        "bank": (load, bank),
+        "single residual": (load, single),
+        "long windows": (simulated(long_length, long_samples), bank),
+        "bank, all by power": (load, with_parameters(observers, observe__evaluation="power")),
+        "single residual, healthy level of each speed": (relative_to_healthy(load), single),
+        "single residual, unit windows": (
+            load,
+            with_parameters(single, identify__unit_rms=True),
+        ),
+    }
+
+
+def compared(reports):
+    """Averages and improvements of all runs below those of the paper.
+
+    Parameters
+    ----------
+    reports : dict of str to list of Table
+        Tables of each run.
+
+    Returns
+    -------
+    dict of str to (str, DataFrame)
+        Title and cells by the stem of the table. Rows are named by source, which of the simulated
+        rig tells the run, and by what they average.
+    """
+    found = {}
+    for stem in COMPARED:
+        rows = {}
+        for run, tables in reports.items():
+            table = next(each for each in tables if each.stem == stem)
+            ((_, cells),) = table.blocks
+            by_source = cells.set_axis(
+                pd.MultiIndex.from_tuples(name.split(", ", 1) for name in cells.index)
+            )
+            rows["paper"] = by_source.loc["paper"]
+            rows[f"simulated rig, {run}"] = by_source.loc["simulated rig"]
+        frame = pd.concat(rows, names=["source", "from"]).fillna("")
+        columns = max((tables.columns for tables in rows.values()), key=len)
+        found[stem] = table.title, frame[columns]
+    return found
+
+
+def table_text(cells):
+    """Markdown of cells under heads of one or more levels, the index in front."""
+    heads = [list(key) if isinstance(key, tuple) else [key] for key in cells.columns]
+    for head in heads:
+        if head[0] in ("paper", "simulated rig"):
+            head[0] = "paper:" if head[0] == "paper" else ""
+    flat = cells.set_axis([" ".join(filter(None, head)) for head in heads], axis=1)
+    return markdown(
+        flat.rename_axis(cells.index.names if cells.index.nlevels > 1 else "").reset_index()
+    )
+
+
+def blocks(outcomes, command):
+    """Markdown blocks of the page by name: one for each run, and what compares them.
+
+    Parameters
+    ----------
+    outcomes : dict of str to Bunch
+        What ``run_protocol`` returned for each of the ``runs``.
+    command : str
+        That made them.
+    """
+    made = f"Made by `{command}`."
+    reports = {run: paper_report(outcome) for run, outcome in outcomes.items()}
+    parts = [made]
+    for title, cells in compared(reports).values():
+        parts += [f"**{title}**", table_text(cells)]
+    named = {"paper tables compared": "\n\n".join(parts)}
+    for run in list(reports)[:3]:
+        parts = [
+            f"{made} Simulated rig, {_size(outcomes[run].verdicts)}; columns headed *paper* hold "
+            "what the paper prints."
+        ]
+        for table in reports[run]:
+            parts.append(f"**{table.title}**")
+            for caption, cells in table.blocks:
+                parts += [caption] if caption else []
+                parts.append(table_text(cells))
+        named[f"paper tables {run}"] = "\n\n".join(parts)
+    return named
+
+
+def _size(verdicts):
+    counts = verdicts.groupby(["diagnoser", "crack_mm", "recording"]).size().unique()
+    length = int(np.diff(np.unique(verdicts["start"]))[0])
+    return f"{counts.item()} windows of {length} samples for each condition and speed"
+
+
+def main(arguments=None):
+    """Run the command."""
+    parser = page_parser(__doc__, "paper-tables")
+    options = parser.parse_args(arguments)
+    long_length = window_of_strikes(STRIKES)
+    options.output.mkdir(parents=True, exist_ok=True)
+    outcomes = {}
+    for run, (load, makers) in runs(
+        PAPER_WINDOW, PAPER_SAMPLES, long_length, LONG_WINDOWS * long_length
+    ).items():
+        started = perf_counter()
+        print(run, file=sys.stderr)
+        outcome = run_protocol(load, makers, progress=_progress)
+        outcomes[run] = Bunch(verdicts=outcome.verdicts, halves=outcome.halves)
+        print(f"{perf_counter() - started:.0f} s", file=sys.stderr)
+        stem = run.replace(", ", "_").replace(" ", "-")
+        for table in paper_report(outcome):
+            table.frame.to_csv(options.output / f"{stem}_{table.stem}.csv", float_format="%.6g")
+    publish(options, blocks(outcomes, "python -m benchmarks.paper tables"))
+
+
+def _progress(text):
+    print(text, end="", file=sys.stderr, flush=True)

@@ -1,0 +1,218 @@
+"""What each part of a diagnoser contributes: variants paired over speed pairs and rigs.
+
+Run ``python -m benchmarks.recipe ablation`` from the root of the repository.
+The protocol is that of `benchmarks.cross_speed`. A variant is the recipe with one part changed.
+The recipe was fixed before; nothing here chooses it.
+"""
+
+from functools import partial
+
+import numpy as np
+import pandas as pd
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import FunctionTransformer
+
+from benchmarks.cross_speed.command import run
+from benchmarks.cross_speed.peers import LabelsOnly, unit_rms
+from benchmarks.pages.blocks import markdown, publish
+from benchmarks.recipe.options import options, rigs
+from skarxlag import (
+    ARXLaguerre,
+    CepstralResidual,
+    ExtendedStatePIObserver,
+    PIObserver,
+    ThresholdLadder,
+)
+
+EVALUATIONS = {"power": "power", "switching_gain": "switching gain", "whiteness": "whiteness"}
+OBSERVERS = {
+    "no observer": partial(PIObserver, kp=0.0, ki=0.0),  # e is the innovation itself
+    "linear": PIObserver,
+    "extended state": ExtendedStatePIObserver,
+}
+UNITS = ("unit RMS", "sensor's unit")
+#: A rough drift must be above 0; this one is far below the scatter of windows.
+TINY = 1e-6
+CEPSTRAL = {
+    "without steadiness": {"segment": 4},  # one band is left, and its gain is not counted
+    "one colour coefficient": {"n_coefficients": 1},
+    "smooth drift 0": {"smooth_drift": 0.0},
+    f"rough drift {TINY:g}": {"rough_drift": TINY},
+    "frequency drift 0": {"frequency_drift": 0.0},
+    "noise drift 0": {"noise_drift": 0.0},
+    "no drift at all": {
+        "smooth_drift": 0.0,
+        "rough_drift": TINY,
+        "frequency_drift": 0.0,
+        "noise_drift": 0.0,
+    },
+    "spectrum order 64": {"spectrum_order": 64},
+}
+MODELS = ("measured inputs left out", "plain windows, no model", "bank of models")
+RECIPE = "cepstral (make_diagnoser)"
+
+
+def observing(observer, healthy, **identification):
+    return make_pipeline(ARXLaguerre(**identification), observer, ThresholdLadder(healthy=healthy))
+
+
+def comparing(healthy, *, bank=False, **residual):
+    return make_pipeline(
+        ARXLaguerre(order=8, bank=bank), CepstralResidual(**residual), ThresholdLadder()
+    )
+
+
+def output_alone(healthy):
+    return make_pipeline(FunctionTransformer(unit_rms), *comparing(healthy))
+
+
+def plain_windows(healthy):
+    return make_pipeline(FunctionTransformer(unit_rms), CepstralResidual(), ThresholdLadder())
+
+
+def healthy_alone(healthy, *, unit):
+    identify = ARXLaguerre(healthy=healthy, unit_rms=unit == "unit RMS")
+    return make_pipeline(identify, PIObserver(), ThresholdLadder(healthy=healthy))
+
+
+def verdicts_only(make, healthy):
+    """Classifier without probabilities, which would cost every transform once more."""
+    return LabelsOnly(make(healthy))
+
+
+def variants():
+    """Functions from the healthy condition to a classifier, by name."""
+    found = {}
+    for observer, make in OBSERVERS.items():
+        for evaluation, words in EVALUATIONS.items():
+            found[f"{observer}, {words}"] = partial(observing, make(evaluation=evaluation))
+    found[RECIPE] = comparing
+    found["cepstral, measured inputs left out"] = output_alone
+    found["cepstral, plain windows, no model"] = plain_windows
+    found["cepstral, bank of models"] = partial(comparing, bank=True)
+    for name, parameters in CEPSTRAL.items():
+        found[f"cepstral, {name}"] = partial(comparing, **parameters)
+    for unit in UNITS:
+        found[f"healthy model alone, {unit}"] = partial(healthy_alone, unit=unit)
+    return found
+
+
+def comparisons():
+    """Question, variant, and what it is compared with."""
+    asked = []
+    for words in EVALUATIONS.values():
+        asked.append(("observer against innovations", f"linear, {words}", f"no observer, {words}"))
+    for words in EVALUATIONS.values():
+        asked.append(
+            ("extended state against linear", f"extended state, {words}", f"linear, {words}")
+        )
+    for observer in OBSERVERS:
+        for words in ("switching gain", "whiteness"):
+            asked.append(("evaluation against power", f"{observer}, {words}", f"{observer}, power"))
+    asked.append(("evaluation against power", RECIPE, "no observer, power"))
+    asked.append(("evaluation against whiteness", RECIPE, "no observer, whiteness"))
+    for unit in UNITS:
+        asked.append(
+            ("one model against the bank", f"healthy model alone, {unit}", "linear, power")
+        )
+    for name in MODELS:
+        asked.append(("model before the cepstral residual", f"cepstral, {name}", RECIPE))
+    for name in CEPSTRAL:
+        asked.append(("a part of the cepstral residual", f"cepstral, {name}", RECIPE))
+    return asked
+
+
+def difference(variant, reference):
+    """Mean of the paired differences and its standard error over the pairs of speeds.
+
+    Pairs share training sets and test sets, so they are not independent, and the error is
+    rather too small.
+
+    Parameters
+    ----------
+    variant, reference : Series
+        Accuracies, indexed by pair of speeds.
+
+    Returns
+    -------
+    mean, standard_error : float
+
+    Examples
+    --------
+    >>> difference(pd.Series([0.5, 0.9]), pd.Series([0.4, 0.6]))
+    (0.2, 0.1)
+    """
+    paired = (variant - reference).to_numpy()
+    if np.isnan(paired).any():
+        raise ValueError("the variants were not scored on the same pairs of speeds.")
+    error = paired.std(ddof=1) / np.sqrt(len(paired)) if len(paired) > 1 else np.nan
+    return round(float(paired.mean()), 12), round(float(error), 12)
+
+
+def accuracies(pairs):
+    """Table of mean and worst pair: a row for each variant, two columns for each rig."""
+    cross = pairs[(pairs.train_rpm != pairs.test_rpm) & (pairs.verdict == "window")]
+    grouped = cross.groupby(["method", "rig"]).accuracy
+    variants = cross.method.unique()
+    mean, worst = (score.unstack().loc[variants] for score in (grouped.mean(), grouped.min()))
+    table = pd.DataFrame({"variant": variants})
+    for rig in cross.rig.unique():
+        table[f"{rig}: mean"] = mean[rig].to_numpy()
+        table[f"{rig}: worst pair"] = worst[rig].to_numpy()
+    return table
+
+
+def differences(pairs):
+    """Rows of question, variant, reference, rig, mean difference and its standard error."""
+    cross = pairs[(pairs.train_rpm != pairs.test_rpm) & (pairs.verdict == "window")]
+    by_pair = cross.set_index(["rig", "method", "train_rpm", "test_rpm"]).accuracy
+    rows = []
+    for question, variant, reference in comparisons():
+        for rig in cross.rig.unique():
+            scores = by_pair[rig]
+            if {variant, reference} <= set(scores.index.get_level_values("method")):
+                mean, error = difference(scores[variant], scores[reference])
+                rows.append((question, variant, reference, rig, mean, error))
+    columns = ["question", "variant", "reference", "rig", "difference", "standard_error"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def difference_table(rows):
+    """A row for each comparison, a column for each rig and one for the mean over rigs."""
+    lines = []
+    for (question, variant, reference), group in rows.groupby(
+        ["question", "variant", "reference"], sort=False
+    ):
+        line = {"question": question, "variant": variant, "minus": reference}
+        for row in group.itertuples():
+            line[row.rig] = f"{row.difference:+.3f} ± {row.standard_error:.3f}"
+        error = np.sqrt((group.standard_error**2).sum()) / len(group)
+        line["mean over rigs"] = f"{group.difference.mean():+.3f} ± {error:.3f}"
+        lines.append(line)
+    return pd.DataFrame(lines)
+
+
+def report(pairs):
+    """Markdown of both tables."""
+    rows = differences(pairs)
+    return (
+        "Made by `python -m benchmarks.recipe ablation`. Accuracy of single windows at the speeds "
+        "that a variant was not fitted at: mean over ordered pairs of speeds, worst pair.\n\n"
+        f"{markdown(accuracies(pairs))}\n\n"
+        "Paired differences in accuracy, variant minus reference, mean ± standard error over the "
+        "ordered pairs of speeds of a rig. Pairs share training and test windows, so the standard "
+        "errors are rather too small.\n\n"
+        f"{markdown(difference_table(rows))}"
+    )
+
+
+def main(arguments=None):
+    chosen = options(__doc__, "ablation", arguments)
+    chosen.output.mkdir(parents=True, exist_ok=True)
+    for label, rig in rigs(chosen):
+        for name, make in variants().items():
+            classifier = partial(verdicts_only, make, rig.target_names[0])
+            pairs = run(label, rig, name, classifier, chosen.window_length, chosen.output)
+    pairs = pairs[pairs.window_length == chosen.window_length]
+    differences(pairs).to_csv(chosen.output / "differences.csv", index=False)
+    publish(chosen, {"ablation": report(pairs)})

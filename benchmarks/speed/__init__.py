@@ -1,0 +1,1 @@
+"""Run time, start-up and memory, next to peers."""

@@ -1,0 +1,97 @@
+"""Tasks that the speed benchmark runs in fresh processes.
+
+Usage: ``python -m benchmarks.speed.children TASK ...``.
+"""
+
+import sys
+import time
+from pathlib import Path
+
+_STATUS = Path("/proc/self/status")
+
+
+def first_prediction(maker):
+    """Import, fit and predict once: processor seconds beyond the import of scikit-learn."""
+    import numpy as np
+    import sklearn  # noqa: F401
+
+    start = time.process_time()
+    if maker == "MiniRocket":
+        from benchmarks.speed.peers import minirocket as make
+    else:
+        import skarxlag
+
+        make = getattr(skarxlag, maker)
+    X = np.random.default_rng(0).normal(size=(40, 1200))
+    make().fit(X, np.arange(40) % 4).predict(X)
+    print("seconds", time.process_time() - start)
+
+
+def peak_of_command(folder, n_windows, window_length):
+    """Peak memory above the imports while the command diagnoses one long recording."""
+    import skarxlag
+    import skarxlag.commands
+
+    imported = _peak()
+    folder, window_length = Path(folder), int(window_length)
+    X, y = _windows(400, window_length)
+    diagnoser = skarxlag.make_diagnoser().fit(X, y)
+    facts = {
+        "conditions": ["0", "1", "2", "3"],
+        "diagnoser": "diagnoser",
+        "n_channels": 1,
+        "sampling_rate": 20e3,
+        "train_rpm": None,
+        "window_length": window_length,
+    }
+    skarxlag.save_diagnoser(diagnoser, folder / "model.skops", **facts)
+    _write_recording(folder / "long.npy", X, int(n_windows))
+    skarxlag.commands.main(["diagnose", str(folder / "model.skops"), str(folder / "long.npy")])
+    print("MiB", _peak() - imported)
+
+
+def peak_of_predict(maker, n_windows, window_length):
+    """Peak memory above the imports and the windows while a diagnoser predicts all of them."""
+    import numpy as np
+
+    import skarxlag
+
+    imported = _peak()
+    few, y = _windows(400, int(window_length))
+    X = np.empty((int(n_windows), int(window_length)))
+    for start in range(0, len(X), len(few)):
+        X[start : start + len(few)] = few[: len(X) - start]
+    getattr(skarxlag, maker)().fit(few, y).predict(X)
+    print("MiB", _peak() - imported - X.nbytes / 2**20)
+
+
+def _windows(n_windows, window_length):
+    from benchmarks.speed.rows import coloured_windows
+
+    windows, target = coloured_windows(n_windows, window_length)
+    return windows, target.astype(str)
+
+
+def _write_recording(path, windows, n_windows):
+    import numpy as np
+
+    header = {"descr": "<f8", "fortran_order": False, "shape": (n_windows * windows.shape[1],)}
+    with path.open("wb") as file:
+        np.lib.format.write_array_header_1_0(file, header)
+        for start in range(0, n_windows, len(windows)):
+            windows[: n_windows - start].tofile(file)
+
+
+def has_peak():
+    """Whether the system tells a process its peak memory the way that Linux does."""
+    return _STATUS.exists()
+
+
+def _peak():
+    """Largest resident memory of this process so far, in MiB."""
+    return int(_STATUS.read_text().split("VmHWM:")[1].split()[0]) / 1024
+
+
+if __name__ == "__main__":
+    task, *arguments = sys.argv[1:]
+    globals()[task](*arguments)

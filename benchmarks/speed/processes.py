@@ -1,0 +1,87 @@
+"""Rows of the speed benchmark that need fresh processes: start-up and peak memory."""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.speed import children, peers
+from benchmarks.speed.timing import spread
+
+ROOT = Path(__file__).parents[2]
+
+
+def _run(unit, *arguments, cache):
+    """The number that a child process prints behind this word."""
+    environment = dict(os.environ, NUMBA_CACHE_DIR=str(cache), OMP_NUM_THREADS="1")
+    # Bytecode is what an installed package has.
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
+    done = subprocess.run(
+        [sys.executable, "-m", children.__name__, *map(str, arguments)],
+        cwd=ROOT,
+        env=environment,
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+    )
+    return float(done.stdout.rpartition(unit)[2])
+
+
+def start_up(n_rounds=3, makers=("make_extended_state_pio", "make_diagnoser", "MiniRocket")):
+    """First fit and prediction in a fresh process, beyond the import of scikit-learn."""
+    targets = {"cold": 3, "warm": 0.6}
+    makers = [m for m in makers if m != "MiniRocket" or peers.is_installed("aeon")]
+    seconds = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for maker in makers:
+            _run("seconds", "first_prediction", maker, cache=Path(folder, "first"))
+        for turn in range(n_rounds):
+            for maker in makers:
+                cache = Path(folder, f"{maker}{turn}")
+                for state in targets:
+                    taken = _run("seconds", "first_prediction", maker, cache=cache)
+                    seconds.setdefault((maker, state), []).append(taken)
+    lines = []
+    for (maker, state), taken in seconds.items():
+        line = {
+            "what": f"first fit and prediction in a fresh process, {maker}, {state} cache: seconds \
+beyond `import sklearn`",
+            "reached": float(np.median(taken)),
+            "spread": spread(taken),
+        }
+        of_ours = {"target": targets[state], "at_most": True}
+        lines.append(line if maker == "MiniRocket" else line | of_ours)
+    return lines
+
+
+def memory(n_windows=100_000, window_length=1200):
+    """Peak memory above the imports while many windows are scored."""
+    if not children.has_peak():
+        return []
+    tasks = {
+        "`python -m skarxlag diagnose`, one recording": ("peak_of_command",),
+        "`make_diagnoser().predict`, beside the windows": ("peak_of_predict", "make_diagnoser"),
+        "`make_extended_state_pio().predict`, beside the windows": (
+            "peak_of_predict",
+            "make_extended_state_pio",
+        ),
+    }
+    lines = []
+    with tempfile.TemporaryDirectory() as folder:
+        for what, (task, *arguments) in tasks.items():
+            first = [folder] if task == "peak_of_command" else arguments
+            peak = _run("MiB", task, *first, n_windows, window_length, cache=folder)
+            lines.append(
+                {
+                    "what": f"{what} of {n_windows} windows of {window_length}: MiB above the \
+imports",
+                    "beside": f"the windows: {n_windows * window_length * 8 / 2**20:.0f} MiB",
+                    "reached": peak,
+                    "target": 300,
+                    "at_most": True,
+                }
+            )
+    return lines

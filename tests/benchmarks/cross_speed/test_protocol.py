@@ -1,0 +1,162 @@
+import numpy as np
+import pytest
+from sklearn.base import BaseEstimator, ClassifierMixin
+from sklearn.dummy import DummyClassifier
+from sklearn.svm import LinearSVC
+
+from benchmarks.cross_speed.protocol import (
+    check_rig,
+    consecutive_groups,
+    first_and_second_half,
+    leave_one_speed_in,
+    log_evidence,
+    score,
+)
+from tests.benchmarks.speed_rig import two_conditions
+
+LENGTH = 4
+
+
+def make_rig(speeds=(100.0, 200.0), windows=24):
+    """Constant windows whose level tells the condition, 0 or 1, times 1 + rpm / 1000."""
+
+    def make_windows(speed, condition):
+        return np.full((windows, LENGTH), (condition == "bad") * (1 + speed / 1000))
+
+    return two_conditions(make_windows, windows, LENGTH, speeds)
+
+
+class Recorder(ClassifierMixin, BaseEstimator):
+    """Calls everything above half of the training mean "bad", and keeps what it was given."""
+
+    fitted = []  # noqa: RUF012
+
+    def fit(self, X, y):
+        self.classes_ = np.unique(y)
+        self.level_ = X.mean()
+        Recorder.fitted.append((X, y))
+        return self
+
+    def predict(self, X):
+        return np.where(X.mean(axis=1) > self.level_, "bad", "ok")
+
+
+def test_halves_of_an_even_recording():
+    first, second = first_and_second_half(["a"] * 4, [0, 10, 20, 30], window_length=10)
+    assert first.tolist() == [True, True, False, False]
+    assert second.tolist() == [False, False, True, True]
+
+
+def test_window_across_the_middle_belongs_to_neither_half():
+    first, second = first_and_second_half(["a"] * 5, [0, 10, 20, 30, 40], window_length=10)
+    assert (first | second).tolist() == [True, True, False, True, True]
+
+
+def test_halves_are_cut_per_recording_whatever_the_order_of_rows():
+    recording, start = ["a", "b", "a", "b", "b", "b"], [10, 120, 0, 100, 110, 130]
+    first, second = first_and_second_half(recording, start, window_length=10)
+    assert first.tolist() == [False, False, True, True, True, False]
+    assert second.tolist() == [True, True, False, False, False, True]
+
+
+def test_groups_stay_within_a_recording_and_follow_time():
+    groups = consecutive_groups(["a", "a", "a", "b", "b"], [20, 0, 10, 0, 10], size=2)
+    assert groups.tolist() == [[1, 2], [2, 0], [3, 4]]
+
+
+def test_short_recording_gives_no_group():
+    assert consecutive_groups(["a", "a"], [0, 1], size=3).shape == (0, 3)
+
+
+def test_log_evidence_of_probabilities_is_floored():
+    X, y = np.zeros((4, 1)), np.array(["a", "a", "b", "b"])
+    evidence, rule = log_evidence(DummyClassifier(strategy="prior").fit(X, y), X[:1], None)
+    np.testing.assert_allclose(evidence, np.log([[0.5, 0.5]]))
+    assert rule == "log-probability"
+    evidence, _ = log_evidence(DummyClassifier(strategy="most_frequent").fit(X, y), X[:1], None)
+    np.testing.assert_allclose(evidence, [[0, np.log(1e-6)]])
+
+
+def test_log_evidence_of_a_binary_decision_function_has_two_columns():
+    X = np.array([[-1.0], [1.0]])
+    classifier = LinearSVC().fit(X, ["a", "b"])
+    evidence, rule = log_evidence(classifier, X, None)
+    assert rule == "decision function"
+    np.testing.assert_allclose(evidence[:, 1], classifier.decision_function(X))
+    np.testing.assert_allclose(evidence[:, 0], -evidence[:, 1])
+
+
+def test_log_evidence_without_scores_is_a_vote():
+    rig = make_rig()
+    evidence, rule = log_evidence(Recorder().fit(rig.data, rig.target), None, ["ok", "bad"])
+    assert rule == "vote"
+    assert evidence.tolist() == [[0, 1], [1, 0]]
+
+
+def test_score_by_hand():
+    scores = score(["a", "a", "a", "b"], ["a", "a", "b", "b"])
+    assert scores["accuracy"] == 0.75
+    assert scores["balanced_accuracy"] == pytest.approx((2 / 3 + 1) / 2)
+    assert scores["verdicts"] == 4
+    assert scores["confusion"] == {("a", "a"): 2, ("a", "b"): 1, ("b", "b"): 1}
+
+
+def test_score_of_no_verdicts_is_nan():
+    scores = score([], [])
+    assert np.isnan(scores["accuracy"]) and np.isnan(scores["balanced_accuracy"])
+
+
+def test_score_counts_a_prediction_that_is_no_condition_as_wrong():
+    assert score(["a", "b"], ["a", "unknown"])["balanced_accuracy"] == 0.5
+
+
+def test_every_ordered_pair_of_speeds_is_scored_once():
+    pairs = list(leave_one_speed_in(Recorder, make_rig((100.0, 200.0, 400.0)), LENGTH))
+    speeds = [(pair["train_rpm"], pair["test_rpm"]) for pair in pairs]
+    assert sorted(speeds) == [(a, b) for a in (100, 200, 400) for b in (100, 200, 400)]
+
+
+def test_fit_sees_first_halves_of_one_speed_only():
+    rig = make_rig()
+    rig.data += np.arange(len(rig.data))[:, None] * 1e-6  # every window is recognisable
+    Recorder.fitted.clear()
+    list(leave_one_speed_in(Recorder, rig, LENGTH))
+    for speed, (X, y) in zip((100.0, 200.0), Recorder.fitted, strict=True):
+        expected = (rig.rpm == speed) & (rig.start < 12 * LENGTH)
+        np.testing.assert_array_equal(X, rig.data[expected])
+        np.testing.assert_array_equal(y, rig.target[expected])
+
+
+def test_scores_come_from_second_halves():
+    rig = make_rig()
+    rig.data[rig.start >= 12 * LENGTH] *= -1  # both conditions look healthy there
+    for pair in leave_one_speed_in(Recorder, rig, LENGTH):
+        assert pair["window"]["confusion"] == {("ok", "ok"): 12, ("bad", "ok"): 12}
+        assert pair["window"]["accuracy"] == 0.5
+        assert pair["group"]["confusion"] == {("ok", "ok"): 3, ("bad", "ok"): 3}
+
+
+def test_group_outvotes_a_wrong_window():
+    rig = make_rig()
+    wrong = (rig.rpm == 200) & (rig.target == "bad") & (rig.start == 20 * LENGTH)
+    rig.data[wrong] = 0.0
+    pairs = {(p["train_rpm"], p["test_rpm"]): p for p in leave_one_speed_in(Recorder, rig, LENGTH)}
+    assert pairs[100, 200]["window"]["accuracy"] == 23 / 24
+    assert pairs[100, 200]["group"]["accuracy"] == 1.0
+    assert pairs[100, 100]["window"]["accuracy"] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda rig: rig.update(rpm=np.full(len(rig.data), 100.0)), "at least two speeds"),
+        (lambda rig: rig.update(target=rig.target[1:]), "target has 95 rows"),
+        (lambda rig: rig.update(data=rig.data[:, 1:]), "3 samples, window_length is 4"),
+        (lambda rig: rig.update(target_names=["ok", "bad", "worse"]), "'worse'.*first half.*100"),
+    ],
+)
+def test_unusable_rig_is_refused(change, message):
+    rig = make_rig()
+    change(rig)
+    with pytest.raises(ValueError, match=message):
+        check_rig(rig, LENGTH)

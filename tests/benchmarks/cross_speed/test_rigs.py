@@ -1,0 +1,52 @@
+import sys
+from types import ModuleType
+
+import numpy as np
+import pytest
+from sklearn.utils import Bunch
+
+from benchmarks.cross_speed.rigs import RIGS, find, find_rig, split_by_crack
+
+
+def test_split_by_crack_keeps_the_healthy_windows_in_each_part():
+    rig = Bunch(
+        data=np.arange(5.0)[:, None],
+        target=np.array(["ok", "a", "b", "a", "ok"]),
+        target_names=["ok", "a", "b"],
+        rpm=np.full(5, 300.0),
+        recording=np.array(list("vwxyz")),
+        start=np.arange(5),
+        crack_mm=np.array([0.0, 3.0, 3.0, 6.0, 0.0]),
+    )
+    parts = split_by_crack("simulated rig", rig)
+    assert list(parts) == ["simulated rig, 3 mm crack", "simulated rig, 6 mm crack"]
+    small, large = parts.values()
+    assert small.data.ravel().tolist() == [0, 1, 2, 4]
+    assert small.start.tolist() == [0, 1, 2, 4]
+    assert small.target_names == ["ok", "a", "b"]
+    assert large.recording.tolist() == ["v", "y", "z"]
+    assert large.target_names == ["ok", "a"]
+
+
+def test_rig_without_cracks_is_left_as_it_is():
+    rig = Bunch(data=np.zeros((2, 3)))
+    assert split_by_crack("x", rig) == {"x": rig}
+
+
+def test_find_a_function_of_a_module(monkeypatch):
+    module = ModuleType("bench_of_mine")
+    module.my_rig = lambda window_length: window_length
+    monkeypatch.setitem(sys.modules, "bench_of_mine", module)
+    assert find_rig("bench_of_mine:my_rig")(7) == 7
+    with pytest.raises(ValueError, match="no function 'other'"):
+        find_rig("bench_of_mine:other")
+
+
+def test_find_names_what_is_known():
+    with pytest.raises(ValueError, match=r"--rig 'uest': expected module:function or one of"):
+        find("uest", RIGS, "--rig")
+
+
+def test_data_home_reaches_the_downloaded_rigs():
+    assert find_rig("uestc", data_home="here").keywords == {"data_home": "here"}
+    assert find_rig("simulated rig", data_home="here") is RIGS["simulated rig"]

@@ -1,0 +1,214 @@
+import doctest
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.signal import lfilter
+
+from benchmarks.paper.fault_estimation import command as fault_estimation
+from benchmarks.paper.fault_estimation import metrics, signals, studies
+from skarxlag import ExtendedStatePIObserver, PIObserver
+from skarxlag.datasets import simulate_rig
+
+ROOT = Path(__file__).parents[3]
+N_SAMPLES = 2 * signals.WINDOW_LENGTH
+
+
+@pytest.fixture(scope="module")
+def healthy():
+    return signals.identified(1001, N_SAMPLES)
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return signals.recordings(1, N_SAMPLES)
+
+
+@pytest.mark.parametrize("module", [metrics, signals, fault_estimation])
+def test_examples(module):
+    result = doctest.testmod(module)
+    assert result.attempted > 0
+    assert result.failed == 0
+
+
+@pytest.mark.parametrize("lag", [-7, 0, 1, 40])
+def test_known_delay_is_found_and_taken_out(lag):
+    true = np.random.default_rng(0).normal(size=(3, 500))
+    estimate = np.roll(true, lag, axis=1)
+    found, correlation = metrics.delay(2 * estimate + 5, true)
+    assert found == lag
+    assert correlation == pytest.approx(1 - abs(lag) / 500, abs=0.03)
+    moved, kept = metrics.aligned(estimate, true, found)
+    assert moved.shape == (3, 500 - abs(lag))
+    np.testing.assert_array_equal(moved, kept)
+
+
+def test_delay_of_a_constant_is_unknown():
+    noise = np.random.default_rng(0).normal(size=(1, 50))
+    assert np.isnan(metrics.delay(noise, np.ones((1, 50)))).all()
+
+
+def test_known_bias_and_error():
+    true = np.random.default_rng(0).normal(size=(3, 500))
+    size = np.sqrt(np.mean(true**2))
+    assert metrics.bias(true - 0.25 * size, true) == pytest.approx(-0.25)
+    assert metrics.normalised_error(true - 0.25 * size, true) == pytest.approx(0.25)
+    assert metrics.normalised_error(np.zeros_like(true), true) == 1
+    assert metrics.normalised_error(1.5 * true, true) == pytest.approx(0.5)
+
+
+def test_settling_counts_from_the_onset_to_the_last_sample_outside():
+    path = np.array([9.0, 9.0, 0.0, 2.0, 0.94, 1.04, 0.96])
+    assert metrics.settling_time(path, 1.0, 2) == 3
+    assert metrics.settling_time(-path, -1.0, 2) == 3
+    assert metrics.settling_time(path, 1.0, 5) == 0
+    assert metrics.settling_time(path, 1.0, 5, tolerance=0.03) == 2
+
+
+def test_disturbance_is_what_drives_the_innovations():
+    d = np.random.default_rng(0).normal(size=(2, 100))
+    seen = signals.seen_through(0.3, d)
+    # By hand: eps(k + 1) = 0.3 eps(k) + d(k) from 0.
+    by_hand = np.zeros(100)
+    for k in range(99):
+        by_hand[k + 1] = 0.3 * by_hand[k] + d[0, k]
+    np.testing.assert_allclose(seen[0], by_hand, atol=1e-12)
+    np.testing.assert_allclose(signals.disturbance(seen, 0.3), d[:, :-1], atol=1e-12)
+
+
+def test_dead_beat_is_the_disturbance_two_samples_before():
+    d = np.random.default_rng(0).normal(size=(2, 100))
+    seen = signals.seen_through(signals.POLE, d)
+    observer = PIObserver(pole=signals.POLE, **studies.DEAD_BEAT).fit(seen)
+    np.testing.assert_allclose(observer.observe(seen).fault_estimate[:, 2:], d[:, :-2], atol=1e-9)
+    measured = studies.measures(observer.observe(seen).fault_estimate, signals.disturbance(seen))
+    assert measured["delay"] == 2
+
+
+def test_output_response_is_that_of_the_model(healthy, rig):
+    windows = rig.data[rig.target == "Normal"]
+    fault = np.random.default_rng(0).normal(size=windows.shape[-1])
+    fault -= fault.mean()  # centring a window would take it away
+    faulty = windows.copy()
+    faulty[:, 0] += healthy.rms * fault
+    added = healthy.innovations(faulty) - healthy.innovations(windows)
+    response = healthy.output_response(windows.shape[-1])
+    expected = lfilter(response, 1.0, fault)[-added.shape[1] :]
+    np.testing.assert_allclose(added, np.broadcast_to(expected, added.shape), atol=1e-9)
+
+
+def test_truth_of_a_bearing_fault_is_what_its_own_signal_adds(healthy, rig):
+    fault = signals.bearing_fault(healthy, rig, "OR", 6.0)
+    rows = (rig.target == "OR") & (rig.crack_mm == 6)
+    own = (rig.fault[rows] - rig.fault[rows].mean(axis=1, keepdims=True)) / healthy.rms
+    seen = lfilter(healthy.output_response(own.shape[1]), 1.0, own)
+    expected = signals.disturbance(seen)[:, -fault.true.shape[1] :]
+    np.testing.assert_allclose(fault.true, expected, atol=1e-9)
+    assert fault.innovations.shape[1] == fault.true.shape[1] + 1
+    np.testing.assert_array_equal(fault.innovations, healthy.innovations(rig.data[rows]))
+
+
+@pytest.mark.parametrize("shape", signals.SHAPES)
+def test_synthetic_fault_has_its_shape(healthy, rig, shape):
+    fault = signals.synthetic_fault(healthy, rig, shape)
+    quiet = healthy.innovations(rig.data[rig.target == "Normal"])
+    assert fault.innovations.shape == fault.through_windows.shape == quiet.shape
+    true = fault.true[0]
+    middle = len(true) - signals.WINDOW_LENGTH // 2
+    ends = {"constant": (1, 1), "step": (0, 1), "ramp": (0, 1), "strike": (0, 0)}[shape]
+    np.testing.assert_allclose(true[[0, -1]], ends, atol=2e-3)
+    if shape == "step":
+        assert np.flatnonzero(true > 0.5)[0] == middle + 1
+    if shape == "strike":
+        assert np.all(true[: middle - 1] == 0)
+        assert np.abs(true).max() > 5
+    # In the innovations the fault is added as it is; through windows all but a constant is.
+    np.testing.assert_allclose(
+        signals.disturbance(fault.innovations - quiet), fault.true, atol=1e-9
+    )
+    lost = fault.innovations - fault.through_windows
+    settled = lost[:, 1000:]
+    np.testing.assert_allclose(settled, settled[:, :1] + np.zeros_like(settled), atol=1e-6)
+    expected = {"constant": 1.0, "step": 0.5, "ramp": 0.25, "strike": 0.0}[shape]
+    np.testing.assert_allclose(settled.mean() * (1 - signals.POLE), expected, atol=0.01)
+
+
+def test_as_fast_as_has_the_least_gain_that_settles():
+    extended = ExtendedStatePIObserver(pole=signals.POLE)
+    chosen = studies.as_fast_as(extended)
+    assert studies.settling(chosen) <= studies.settling(extended)
+    slower = PIObserver(pole=signals.POLE, kp=chosen.kp, ki=chosen.ki - 0.002)
+    assert studies.settling(slower) > studies.settling(extended)
+
+
+ROWS = {"observers": 4, "synthetic": 4 * 4, "bearing": 2 * 3 * 4, "gains": 6 * 2}
+
+
+def test_command(tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    page = tmp_path / "page.md"
+    page.write_text(
+        "".join(
+            f"<!-- fault estimation {name}: {mark} -->\n"
+            for name in ROWS
+            for mark in ("begin", "end")
+        ),
+        encoding="utf-8",
+    )
+    arguments = ["--seed", "1", "--n-samples", str(N_SAMPLES), "--write", str(page)]
+    fault_estimation.main([*arguments, "--output", str(tmp_path / "out")])
+    assert "| constant | extended state |" in page.read_text("utf-8")
+    assert "| 6 | OR | linear, dead-beat |" in capsys.readouterr().out
+    frames = {name: pd.read_csv(tmp_path / "out" / f"{name}.csv") for name in ROWS}
+    assert {name: len(frame) for name, frame in frames.items()} == ROWS
+    synthetic = frames["synthetic"].set_index(["fault", "observer"])
+    assert synthetic.loc["constant", "bias"].abs().max() < 0.01
+    np.testing.assert_allclose(synthetic.loc["constant", "bias, centred windows"], -1, atol=0.02)
+    np.testing.assert_allclose(synthetic.loc["step", "bias, centred windows"], -0.5, atol=0.02)
+    # The estimate of strikes is no better than none at all, at any gain.
+    assert frames["bearing"].error.min() > 1
+    gains = frames["gains"]
+    refused = gains.settling.isna()
+    assert set(gains.observer[refused]) == {"extended state"}
+    assert refused.sum() == 2
+    for name in ("trajectories", "trade_off"):
+        assert (tmp_path / "images" / f"fault_estimation_{name}.svg").exists()
+
+
+def test_gains_that_are_out_of_range_are_not_taken_for_refused():
+    with pytest.raises(ValueError, match="kp"):
+        studies._gain_row(PIObserver(kp=np.nan), np.zeros((2, 10)), {})
+
+
+def test_over_draws_keeps_order_and_shows_the_spread():
+    frame = pd.DataFrame(
+        {"seed": [1, 1, 2, 2], "kind": ["b", "a", "b", "a"], "error": [0.2, 3.0, 0.4, 3.0]}
+    )
+    table = fault_estimation.over_draws(frame, ["kind"])
+    assert table.kind.tolist() == ["b", "a"]
+    assert table.error.tolist() == ["0.300 ± 0.141", "3"]
+
+
+def test_page_has_every_table_and_plot():
+    page = (ROOT / "docs" / "paper" / "fault_estimation.md").read_text("utf-8")
+    for name in ROWS:
+        block = page.partition(f"<!-- fault estimation {name}: begin -->")[2]
+        assert block.partition(f"<!-- fault estimation {name}: end -->")[0].strip()
+    for name in ("trajectories", "trade_off"):
+        assert f"images/fault_estimation_{name}.svg" in page
+        assert (ROOT / "docs" / "paper" / "images" / f"fault_estimation_{name}.svg").exists()
+
+
+def test_windows_hold_a_strike_of_every_defect():
+    rig = simulate_rig(
+        rpm=signals.RPM,
+        crack_mm=6,
+        conditions=signals.CONDITIONS,
+        n_samples=10 * signals.WINDOW_LENGTH,
+        window_length=signals.WINDOW_LENGTH,
+        load_distribution=10.0,
+        rubbing_level=0.0,
+        return_fault=True,
+    )
+    assert np.abs(rig.fault).max(axis=1).min() > 0.01

@@ -1,0 +1,295 @@
+import doctest
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from sklearn.base import BaseEstimator
+
+from benchmarks.paper.sensitivity import command as sensitivity
+from benchmarks.paper.sensitivity import compound as sensitivity_compound
+from benchmarks.paper.sensitivity import gains as sensitivity_gains
+from benchmarks.paper.sensitivity import studies
+from benchmarks.paper.sensitivity import tables as sensitivity_tables
+from benchmarks.paper.sensitivity.protocol import (
+    CRACKS,
+    accuracy,
+    calibrated,
+    is_refused,
+    rows_of,
+    standard_rig,
+)
+from skarxlag import ExtendedStatePIObserver, PIObserver, make_alpio
+
+ROOT = Path(__file__).parents[3]
+N_SAMPLES = 2400
+
+
+class Remembers(BaseEstimator):
+    """Keeps what it is fitted on, and says of every window that it is normal."""
+
+    def fit(self, X, y):
+        self.seen, self.labels = X, y
+        return self
+
+    def predict(self, X):
+        self.asked = X
+        return np.full(len(X), "Normal")
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Grids of two values, short recordings."""
+    monkeypatch.setattr(studies, "NOISE_MV", (0.5, 5.0))
+    monkeypatch.setattr(studies, "WINDOW_LENGTHS", (600, 1000))
+    monkeypatch.setattr(studies, "ORDERS", (4, 8))
+    monkeypatch.setattr(studies, "POLES", (0.3, "optimise"))
+    monkeypatch.setattr(studies, "TEST_RPM", (400, 550))
+    monkeypatch.setattr(sensitivity_gains, "KP", (0.1, 1.2))
+    monkeypatch.setattr(sensitivity_gains, "KI", (0.05, 1.2))
+    monkeypatch.setattr(sensitivity_gains, "KI_A", (0.025, 0.2))
+    monkeypatch.setattr(sensitivity_gains, "SATURATION", (0.0, 4.0))
+    monkeypatch.setattr(sensitivity_gains, "GAIN", (2.0, 8.0))
+
+
+@pytest.mark.parametrize("module", [sensitivity_tables])
+def test_examples(module):
+    result = doctest.testmod(module)
+    assert result.attempted > 0
+    assert result.failed == 0
+
+
+def test_protocol_calibrates_at_500_rpm_and_scores_the_rest():
+    rig = standard_rig(1, N_SAMPLES)
+    diagnoser = calibrated(Remembers(), rig, 3.0)
+    known = (rig.rpm == 500) & np.isin(rig.crack_mm, [0, 3])
+    np.testing.assert_array_equal(diagnoser.seen, rig.data[known])
+    np.testing.assert_array_equal(diagnoser.labels, rig.target[known])
+    # One of eight conditions is normal.
+    assert accuracy(diagnoser, rig, 6.0) == 12.5
+    scored = (rig.rpm < 500) & np.isin(rig.crack_mm, [0, 6])
+    np.testing.assert_array_equal(diagnoser.asked, rig.data[scored])
+
+
+def test_rows_by_condition_and_speed():
+    rig = standard_rig(1, N_SAMPLES)
+    kept = rows_of(rig, 6.0, conditions=["Normal", "IR"], rpm=400)
+    assert set(zip(rig.target[kept], rig.crack_mm[kept], rig.rpm[kept], strict=True)) == {
+        ("Normal", 0.0, 400.0),
+        ("IR", 6.0, 400.0),
+    }
+    assert rows_of(rig, None).all()
+
+
+def test_refused_is_unstable_by_jury():
+    for kp in (-0.9, -0.3, 0.1, 0.6, 1.2):
+        for ki in (0.01, 0.2, 0.6, 1.2):
+            a = 0.3 - kp
+            stable = a + ki < 1 and 2 * (1 + a) + ki > 0
+            assert is_refused(PIObserver(kp=kp, ki=ki)) == (not stable)
+    assert is_refused(ExtendedStatePIObserver(saturation=16.0))
+    assert not is_refused(ExtendedStatePIObserver())
+    with pytest.raises(ValueError, match="pole"):
+        is_refused(PIObserver(pole=2.0))
+
+
+def test_noise_and_its_ratio_to_the_signal(monkeypatch):
+    monkeypatch.setattr(studies, "NOISE_MV", (0.5, 5.0))
+    monkeypatch.setattr(studies, "DIAGNOSERS", {"ALPIO": make_alpio})
+    frame = studies.noise((1,), N_SAMPLES)
+    ratio = frame.groupby("noise (mV)")["SNR (dB)"].first()
+    assert ratio[0.5] - ratio[5.0] == pytest.approx(20)
+    assert frame[frame["noise (mV)"] == 0.5].accuracy.tolist() == np.repeat(alpio(), 2).tolist()
+    loud = frame[frame["noise (mV)"] == 5.0].groupby("calibrated with").accuracy.mean()
+    assert loud["the same"] > loud["0.5 mV"]
+
+
+def alpio():
+    """Accuracy of the paper's baseline on each crack size, by hand."""
+    rig = standard_rig(1, N_SAMPLES)
+    found = []
+    for crack_mm in CRACKS:
+        kept = np.isin(rig.crack_mm, [0, crack_mm])
+        train, test = kept & (rig.rpm == 500), kept & (rig.rpm != 500)
+        diagnoser = make_alpio(healthy="Normal").fit(rig.data[train], rig.target[train])
+        found.append(100 * diagnoser.score(rig.data[test], rig.target[test]))
+    return found
+
+
+def test_pole_and_order_reach_the_diagnoser(monkeypatch):
+    monkeypatch.setattr(studies, "DIAGNOSERS", {"ALPIO": make_alpio})
+    monkeypatch.setattr(studies, "ORDERS", (2, 32))
+    monkeypatch.setattr(studies, "POLES", (0.3, 0.99))
+    orders = studies.order((1,), N_SAMPLES)
+    assert orders[orders.order == 32].accuracy.tolist() == pytest.approx(alpio())
+    assert (orders[orders.order == 2].accuracy < orders[orders.order == 32].accuracy.min()).all()
+    poles = studies.pole((1,), N_SAMPLES)
+    assert poles[poles.pole == 0.3].accuracy.tolist() == pytest.approx(alpio())
+    assert poles[poles.pole == 0.99].accuracy.max() < min(alpio())
+
+
+def test_default_gains_are_those_of_the_diagnoser(monkeypatch):
+    monkeypatch.setattr(sensitivity_gains, "KP", (0.1,))
+    monkeypatch.setattr(sensitivity_gains, "KI", (0.05,))
+    monkeypatch.setattr(sensitivity_gains, "SATURATION", ())
+    frame = sensitivity_gains.gains((1,), N_SAMPLES)
+    assert frame[frame.grid == "linear"].accuracy.tolist() == pytest.approx(alpio())
+
+
+def test_crack_size_scores_faulty_windows_of_other_recordings(monkeypatch):
+    made = []
+
+    def make(healthy):
+        made.append(Remembers())
+        return made[-1]
+
+    monkeypatch.setattr(studies, "DIAGNOSERS", {"constant": make})
+    frame = studies.crack_size((1,), N_SAMPLES)
+    assert len(frame) == 3 * 2 * 2
+    assert (frame.accuracy == 0).all()  # no window that is scored is normal
+    rig, fresh = standard_rig(1, N_SAMPLES), standard_rig(1001, N_SAMPLES)
+    for diagnoser, sizes in zip(made, ([0, 3], [0, 6], [0, 3, 6]), strict=True):
+        known = (rig.rpm == 500) & np.isin(rig.crack_mm, sizes)
+        np.testing.assert_array_equal(diagnoser.seen, rig.data[known])
+        last = (fresh.rpm != 500) & (fresh.crack_mm == 6)
+        np.testing.assert_array_equal(diagnoser.asked, fresh.data[last])
+
+
+def test_gains_that_are_refused_have_no_accuracy(small):
+    frame = sensitivity_gains.gains((1,), N_SAMPLES)
+    linear = frame[frame.grid == "linear"]
+    refused = (0.3 - linear.kp + linear.ki >= 1) | (2 * (1.3 - linear.kp) + linear.ki <= 0)
+    assert refused.sum() == 2
+    np.testing.assert_array_equal(linear.accuracy.isna(), refused)
+    text = sensitivity_tables.gains_table(frame)
+    assert "**linear**; 1 of 4 cells refused as unstable" in text
+    assert text.count(" refused |") == frame.accuracy.isna().sum() / len(CRACKS)
+
+
+def test_compound_is_calibrated_without_compound_faults(monkeypatch):
+    seen = []
+    fit = sensitivity_compound.calibrated
+
+    def spy(diagnoser, rig, crack_mm, **options):
+        fitted = fit(diagnoser, rig, crack_mm, **options)
+        seen.append(fitted.classes_.tolist())
+        return fitted
+
+    monkeypatch.setattr(sensitivity_compound, "calibrated", spy)
+    frame = sensitivity_compound.compound((1,), N_SAMPLES)
+    assert seen == [["Ball", "IR", "Normal", "OR"]] * 6
+    assert len(frame) == 2 * (3 + 1) * 2 * 8
+    diagnosed = frame[frame.diagnoser != "Detector"]
+    shares = diagnosed[["as Normal", "as IR", "as OR", "as Ball"]].sum(axis=1)
+    np.testing.assert_allclose(shares, 100)
+    pair = diagnosed[diagnosed.condition == "IR-OR"]
+    np.testing.assert_allclose(pair.named, pair["as IR"] + pair["as OR"])
+    unseen = diagnosed.condition.isin(sensitivity_compound.COMPOUND)
+    np.testing.assert_array_equal(diagnosed.AUC.notna(), unseen)
+    assert frame.alarm.between(0, 100).all()
+    text = sensitivity_tables.compound_table(frame)
+    assert "| 300 to 450 rpm | 6 mm | Detector |" in text
+    assert "| 6 mm | Diagnoser | IR-OR-Ball |" in text
+
+
+def test_rates_of_one_condition():
+    verdicts = {
+        "verdict": np.array(["IR", "Normal", "Ball", "Normal"]),
+        "alarm": np.array([True, False, False, True]),
+        "confidence": np.array([0.9, 0.5, 0.7, 0.6]),
+    }
+    target = np.array(["IR-Ball", "IR-Ball", "Ball", "Normal"])
+    rates = sensitivity_compound._rates(verdicts, target, "IR-Ball", np.ones(4, dtype=bool))
+    assert (rates["as IR"], rates["as Normal"], rates["named"]) == (50, 50, 50)
+    assert (rates["alarm"], rates["confidence"]) == (50, 70)
+    # Of the four pairs (0.9, 0.5) x (0.7, 0.6) two have the lower confidence first.
+    assert rates["AUC"] == 0.5
+
+
+def test_pivot_averages_within_a_draw_first():
+    frame = pd.DataFrame(
+        {
+            "seed": [1, 1, 2, 2],
+            "crack_mm": [3.0, 6.0, 3.0, 6.0],
+            "diagnoser": "A",
+            "order": 4,
+            "accuracy": [10.0, 30.0, 40.0, 60.0],
+        }
+    )
+    table = sensitivity_tables.pivot(frame, ["order"], ["diagnoser"])
+    assert table.to_dict("records") == [{"order": 4, "A": "35.0 ± 21.2"}]
+    table = sensitivity_tables.pivot(frame, ["order"], ["crack_mm", "diagnoser"])
+    assert table["3 mm, A"].tolist() == ["25.0 ± 21.2"]
+
+
+def test_pivot_keeps_order_and_places():
+    cells = [
+        ("z", 3, "b"),
+        ("z", 3, "a"),
+        ("z", 1, "b"),
+        ("z", 1, "a"),
+        ("y", 3, "b"),
+        ("y", 3, "a"),
+    ]
+    frame = pd.DataFrame(cells, columns=["at", "order", "diagnoser"])
+    frame = frame.assign(seed=1, accuracy=np.arange(6.0))
+    table = sensitivity_tables.pivot(frame, ["at", "order"], ["diagnoser"])
+    assert table.columns.tolist() == ["at", "order", "b", "a"]
+    assert table[["at", "order"]].to_numpy().tolist() == [["z", 3], ["z", 1], ["y", 3]]
+    assert table[["b", "a"]].astype(float).to_numpy().tolist() == [[0, 1], [2, 3], [4, 5]]
+    wide = sensitivity_tables.pivot(frame, ["at"], ["order", "diagnoser"])
+    assert wide.columns.tolist() == ["at", "3, b", "3, a", "1, b", "1, a"]
+    assert wide.iloc[0, 1:].tolist() == ["0.0", "1.0", "2.0", "3.0"]
+
+
+# Rows of the CSV for one draw: settings, crack sizes, diagnosers.
+ROWS = {
+    "noise": 2 * 2 * 2 * 3,
+    "window length": 2 * 2 * 3,
+    "order": 2 * 2 * 3,
+    "pole": 2 * 2 * 3,
+    "gains": (4 + 4 + 4 + 9) * 2,
+    "speed": 2 * 2 * 2 * 3,
+    "crack size": 2 * 3 * 2 * 3,
+    "compound": 2 * 8 * 2 * (3 + 1),
+    "torque": 2 * 2 * 3,
+}
+
+
+@pytest.mark.parametrize("name", sensitivity.STUDIES)
+def test_command(name, small, tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    page = tmp_path / "page.md"
+    marks = f"<!-- sensitivity {name}: begin -->\n<!-- sensitivity {name}: end -->\n"
+    page.write_text(marks, encoding="utf-8")
+    arguments = ["--seed", "1", "--n-samples", str(N_SAMPLES), "--write", str(page)]
+    sensitivity.main([*arguments, "--output", str(tmp_path / "out"), "--only", name])
+    stem = name.replace(" ", "_")
+    written = page.read_text("utf-8")
+    assert f'`python -m benchmarks.paper sensitivity --only "{name}"`' in written
+    assert written.split("\n", 1)[1].rsplit("<!--", 1)[0].strip() in capsys.readouterr().out
+    frame = pd.read_csv(tmp_path / "out" / f"{stem}.csv")
+    assert len(frame) == ROWS[name]
+    scores = frame["alarm" if name == "compound" else "accuracy"]
+    assert scores.dropna().between(0, 100).all()
+    assert scores.isna().any() == (name == "gains")
+    assert scores.nunique() > 3
+    picture = (tmp_path / "images" / f"sensitivity_{stem}.svg").read_text("utf-8")
+    assert "#7f7f7f" in picture
+
+
+def test_unknown_study_is_refused(capsys):
+    with pytest.raises(SystemExit):
+        sensitivity.main(["--only", "colour"])
+    assert "'colour'" in capsys.readouterr().err
+
+
+def test_page_has_every_study():
+    page = (ROOT / "docs" / "paper" / "sensitivity.md").read_text("utf-8")
+    for name in ("protocol", *sensitivity.STUDIES):
+        block = page.partition(f"<!-- sensitivity {name}: begin -->")[2]
+        assert block.partition(f"<!-- sensitivity {name}: end -->")[0].strip()
+    for name in sensitivity.STUDIES:
+        picture = f"images/sensitivity_{name.replace(' ', '_')}.svg"
+        assert picture in page
+        assert (ROOT / "docs" / "paper" / picture).exists()

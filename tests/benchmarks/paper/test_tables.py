@@ -1,0 +1,132 @@
+import doctest
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmarks.paper import tables as paper_tables
+from skarxlag.commands.diagnosers import LADDERS
+from skarxlag.paper import load_tables
+
+PAGE = Path(__file__).parents[3] / "docs" / "paper" / "tables.md"
+BLOCKS = ["compared", "bank", "single residual", "long windows"]
+
+
+def test_examples():
+    result = doctest.testmod(paper_tables)
+    assert result.attempted > 0 and result.failed == 0
+
+
+def test_long_window_holds_three_strikes_of_the_slowest_defect():
+    # Outer ring of 9 balls of 7.94 mm on 39.04 mm, at 5 turns a second.
+    strikes_per_second = 9 * 5 / 2 * (1 - 7.94 / 39.04)
+    needed = 3 * 250_000 / strikes_per_second
+    length = paper_tables.window_of_strikes(3)
+    assert needed <= length < needed + 1200 and length % 1200 == 0
+    assert paper_tables.window_of_strikes(1) < length
+
+
+def test_levels_relative_to_the_healthy_one():
+    load = paper_tables.simulated(400, 2400)
+    rig, scaled = load(3, 400), paper_tables.relative_to_healthy(load)(3, 400)
+    assert set(rig.rpm) == {400} and set(rig.crack_mm) == {0, 3}
+    assert rig.data.shape[-1] == 400 and set(rig.start) == set(range(0, 2400, 400))
+    healthy = scaled.data[scaled.target == "Normal", 0]
+    assert np.sqrt(np.mean(healthy**2)) == pytest.approx(1)
+    ratio = scaled.data[:, 0] / rig.data[:, 0]
+    np.testing.assert_allclose(ratio, ratio[0, 0])
+    np.testing.assert_array_equal(scaled.data[:, 1], rig.data[:, 1])
+
+
+def test_runs():
+    runs = paper_tables.runs(400, 2400, 800, 4000)
+    makers = {name: diagnosers for name, (_, diagnosers) in runs.items()}
+    assert list(makers)[:3] == BLOCKS[1:]
+    assert makers["bank"] is makers["long windows"] is LADDERS["bank"]
+    assert makers["single residual"] is LADDERS["single"]
+    unit = makers["single residual, unit windows"]["ALPIO"](healthy="Normal")
+    assert unit["identify"].unit_rms and unit["identify"].healthy == "Normal"
+    by_power = makers["bank, all by power"]
+    assert list(by_power) == ["ALPIO", "Extended state"]
+    for make in by_power.values():
+        assert make(healthy="Normal")["observe"].evaluation == "power"
+    assert by_power["Extended state"](healthy="Normal")["observe"].saturation == 1
+    assert not makers["single residual"]["ALPIO"](healthy="Normal")["identify"].unit_rms
+    lengths = {name: load(6, 500).data.shape for name, (load, _) in runs.items()}
+    assert lengths["long windows"] == (40, 2, 800)
+    assert {shape for name, shape in lengths.items() if name != "long windows"} == {(48, 2, 400)}
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("paper-tables")
+    page = folder / "page.md"
+    marks = [f"<!-- paper tables {name}: {end} -->" for name in BLOCKS for end in ("begin", "end")]
+    page.write_text("\n".join(marks))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(paper_tables, "PAPER_WINDOW", 400)
+        patch.setattr(paper_tables, "PAPER_SAMPLES", 1600)
+        patch.setattr(paper_tables, "LONG_WINDOWS", 2)
+        patch.setattr(paper_tables, "window_of_strikes", lambda n: 800)
+        paper_tables.main(["--output", str(folder / "csv"), "--write", str(page)])
+    return folder
+
+
+def blocks(page):
+    found = re.findall(
+        r"<!-- paper tables ([\w ]+): begin -->\n(.*?)\n<!-- paper tables \1: end -->",
+        page.read_text("utf-8"),
+        flags=re.S,
+    )
+    assert [name for name, _ in found] == BLOCKS
+    return dict(found)
+
+
+def test_every_run_has_every_table(written):
+    for name, block in blocks(written / "page.md").items():
+        assert block.startswith("Made by `python -m benchmarks.paper tables`.")
+        if name == "compared":
+            continue
+        size = "2 windows of 800" if name == "long windows" else "4 windows of 400"
+        assert f"Simulated rig, {size} samples for each condition and speed; " in block
+        titles = re.findall(r"^\*\*Table (\d(?: by halves)?):", block, flags=re.M)
+        assert titles == ["2", "3", "4", "5", "5 by halves", "6", "7", "8", "9"]
+        assert ("Diagnoser" in block) == (name != "single residual")
+
+
+def test_cells_are_those_of_the_files(written):
+    block = blocks(written / "page.md")["bank"]
+    frame = pd.read_csv(written / "csv" / "bank_table2.csv", index_col="condition")
+    _, head, rule, *rows = re.search(r"(Table 2:.*?)\n\n\*\*", block, flags=re.S)[1].split("\n")[1:]
+    cells = {row.split(" | ")[0].strip("| "): row.strip("| ").split(" | ")[1:] for row in rows}
+    names = head.strip("| ").split(" | ")
+    heads = [name.replace("paper,", "paper:").replace("simulated rig, ", "") for name in frame]
+    assert names[-10:] == [head.replace(",", "") for head in heads]
+    assert rule.count("---:") == 10
+    assert [float(value) for value in cells["IR-Ball"]] == frame.loc["IR-Ball"].tolist()
+    assert cells["Average"][-4:] == ["96.375", "97.875", "76.875", "79.125"]
+
+
+def test_runs_are_compared_below_the_paper(written):
+    block = blocks(written / "page.md")["compared"]
+    frames = {
+        run: pd.read_csv(written / "csv" / f"{stem}_improvements.csv", index_col=[0, 1])
+        for run, stem in {"bank": "bank", "long windows": "long-windows"}.items()
+    }
+    rows = [line.strip("| ").split(" | ") for line in block.split("Improvement")[1].split("\n")]
+    rows = {tuple(row[:2]): row[2:] for row in rows if len(row) == 4}
+    assert rows["paper", "rows of Tables 2-5"] == ["17.312", "16.375"]
+    for run, frame in frames.items():
+        own = frame.loc[("simulated rig", "rows of Tables 2-5")]
+        shown = rows[f"simulated rig, {run}", "rows of Tables 2-5"]
+        np.testing.assert_allclose(np.array(shown, dtype=float), own, atol=0.051)
+    sources = [source for source, basis in rows if basis == "rows of Tables 2-5"]
+    runs = paper_tables.runs(400, 2400, 800, 4000)
+    assert sources == ["paper", *(f"simulated rig, {run}" for run in runs)]
+
+
+def test_page_has_a_place_for_every_block():
+    assert list(blocks(PAGE)) == BLOCKS
+    assert load_tables().claims["samples_per_condition"] == paper_tables.PAPER_SAMPLES == 120_000

@@ -1,0 +1,107 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmarks.cross_speed.protocol import leave_one_speed_in
+from benchmarks.recipe import ablation
+from benchmarks.recipe.ablation import (
+    RECIPE,
+    comparisons,
+    difference,
+    difference_table,
+    differences,
+    variants,
+)
+from skarxlag import CepstralResidual
+from tests.benchmarks.speed_rig import LENGTH, OPTIONS, moving_rig
+
+
+def frame(scores, rig="a"):
+    """Pairs 1>2 and 2>1 of each method, and one pair of equal speeds that must not count."""
+    rows = []
+    for method, (up, down) in scores.items():
+        rows += [(rig, method, 1.0, 2.0, up), (rig, method, 2.0, 1.0, down)]
+        rows.append((rig, method, 1.0, 1.0, 0.0))
+    pairs = pd.DataFrame(rows, columns=["rig", "method", "train_rpm", "test_rpm", "accuracy"])
+    return pairs.assign(verdict="window", window_length=1200)
+
+
+def test_differences_are_paired():
+    scores = {"linear, power": (0.9, 0.7), "no observer, power": (0.8, 0.4)}
+    rows = differences(pd.concat([frame(scores), frame(scores, "b")]))
+    assert rows.rig.tolist() == ["a", "b"]
+    assert rows.variant.unique().tolist() == ["linear, power"]
+    np.testing.assert_allclose(rows.difference, 0.2)
+    # Differences 0.1 and 0.3: standard deviation sqrt(0.02), over sqrt(2).
+    np.testing.assert_allclose(rows.standard_error, 0.1)
+    table = difference_table(rows)
+    assert table["a"].tolist() == ["+0.200 ± 0.100"]
+    assert table["mean over rigs"].tolist() == ["+0.200 ± 0.071"]
+
+
+def test_accuracies_leave_equal_speeds_out():
+    table = ablation.accuracies(frame({"x": (0.9, 0.7)}))
+    assert table["a: mean"].tolist() == [0.8]
+    assert table["a: worst pair"].tolist() == [0.7]
+
+
+def test_pairs_that_do_not_match_are_refused():
+    with pytest.raises(ValueError, match="same pairs of speeds"):
+        difference(pd.Series([0.1, 0.2], index=[0, 1]), pd.Series([0.1, 0.2], index=[1, 2]))
+
+
+def test_every_comparison_names_variants():
+    names = set(variants())
+    assert len(names) == 23
+    assert {name for _, *pair in comparisons() for name in pair} == names
+
+
+def test_segment_of_four_is_no_steadiness():
+    rows = np.random.default_rng(0).normal(size=(20, 400))
+    y = np.repeat(["a", "b"], 10)
+    parameters = ablation.CEPSTRAL["without steadiness"]
+    residual = CepstralResidual(n_coefficients=7, **parameters).fit(rows, y)
+    assert residual.references_.shape == (2, 7)
+
+
+def test_inputs_left_out_are_not_seen():
+    rig = moving_rig()
+    inputs = np.random.default_rng(0).normal(size=rig.data.shape)
+    with_inputs = np.stack([rig.data, inputs], axis=1)
+    make = variants()["cepstral, measured inputs left out"]
+    residuals = [make("ok").fit(X, rig.target)[:-1].transform(X) for X in (rig.data, with_inputs)]
+    np.testing.assert_allclose(*residuals)
+    recipe = variants()[RECIPE]("ok").fit(rig.data, rig.target)[:-1].transform(rig.data)
+    np.testing.assert_allclose(residuals[0], recipe, rtol=1e-6)
+
+
+def test_null_observer_is_transparent():
+    innovations = np.random.default_rng(0).normal(size=(3, 2, 50))
+    observer = ablation.OBSERVERS["no observer"]().fit(innovations)
+    np.testing.assert_allclose(observer.observe(innovations).error, innovations)
+
+
+@pytest.mark.parametrize("name", [RECIPE, "linear, power", "healthy model alone, sensor's unit"])
+def test_variant_runs_the_protocol(name):
+    rig = moving_rig()
+    pairs = list(leave_one_speed_in(lambda: variants()[name]("ok"), rig, LENGTH))
+    assert len(pairs) == 4
+    same = [p["window"]["accuracy"] for p in pairs if p["train_rpm"] == p["test_rpm"]]
+    cross = [p["window"]["accuracy"] for p in pairs if p["train_rpm"] != p["test_rpm"]]
+    assert min(same) > 0.9
+    # The level of the healthy condition doubles with speed, and one threshold cannot follow.
+    assert (min(cross) > 0.9) == (name != "healthy model alone, sensor's unit")
+
+
+def test_command(monkeypatch, tmp_path, capsys):
+    chosen = ["no observer, power", "linear, power"]
+    few = {name: make for name, make in variants().items() if name in chosen}
+    monkeypatch.setattr(ablation, "variants", lambda: few)
+    page = tmp_path / "page.md"
+    page.write_text("x\n<!-- ablation: begin -->\n<!-- ablation: end -->\n", encoding="utf-8")
+    ablation.main([*OPTIONS, "--output", str(tmp_path / "out"), "--write", str(page)])
+    printed = capsys.readouterr().out
+    assert "| observer against innovations | linear, power | no observer, power |" in printed
+    assert printed.strip() in page.read_text("utf-8")
+    written = pd.read_csv(tmp_path / "out" / "differences.csv")
+    assert len(written) == 1

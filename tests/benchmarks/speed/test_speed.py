@@ -1,0 +1,204 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.speed import children, identification, peers, processes, rows
+from benchmarks.speed import command as speed
+from benchmarks.speed.counts import multiply_adds
+from benchmarks.speed.timing import MATRIX_SIDE, matrix_product, ratio, spread, take_turns
+from skarxlag import ARXLaguerre
+from skarxlag.kernels.scaling import root_mean_square
+
+README = Path(speed.__file__).parents[1] / "README.md"
+RNG = np.random.default_rng(0)
+
+
+class Operand:
+    """A number that counts what is done with it: multiplications, and everything else."""
+
+    multiplications = others = 0
+
+    def __init__(self, value):
+        self.value = getattr(value, "value", value)
+
+    def _count(kind, function):
+        def operate(self, other=0.0):
+            setattr(Operand, kind, getattr(Operand, kind) + 1)
+            return Operand(function(self.value, getattr(other, "value", other)))
+
+        return operate
+
+    __mul__ = __rmul__ = _count("multiplications", lambda a, b: a * b)
+    __add__ = __radd__ = _count("others", lambda a, b: a + b)
+    __sub__ = _count("others", lambda a, b: a - b)
+    __rsub__ = _count("others", lambda a, b: b - a)
+    __abs__ = _count("others", lambda a, b: abs(a))
+    least = _count("others", min)
+    __gt__ = _count("others", lambda a, b: a > b)
+
+
+def one_sample(order, n_models):
+    """One sample of the method, literally; what it takes in multiplications and all operations."""
+    Operand.multiplications = Operand.others = 0
+    s, total, squares, mean, scale = (Operand(v) for v in (0.5, 1.0, 2.0, 0.1, 0.9))
+    total, squares, y = total + s, squares + s * s, (s - mean) * scale
+    pole, entering = Operand(0.3), Operand(0.95)
+    old = [Operand(0.1 * n) for n in range(order)]
+    new = [pole * old[0] + entering * y]
+    for n in range(1, order):
+        new.append(old[n - 1] + pole * (old[n] - new[n - 1]))
+    for _ in range(n_models):
+        innovation = y
+        for state in old:
+            innovation = innovation - Operand(0.1) * state
+        c, delta, p, e_before, gain = (Operand(v) for v in (0.1, 0.2, 0.3, 0.4, 0.5))
+        e = innovation - c
+        c = (delta + Operand(0.1) * e) + pole * c
+        surface = abs(p + Operand(0.025) * e).least(Operand(1.0))
+        p = p + Operand(0.025) * e
+        delta = (Operand(2.0) + Operand(2.0) * surface) * p
+        sliding = Operand(10.0) * e + (e - e_before)
+        start, size = Operand(0.0) + sliding * sliding, abs(sliding)
+        factor = Operand(size > gain).least(Operand(gain > size))  # up, down or neither
+        gain = gain * factor
+        logarithm = Operand(0.0) + factor
+    assert None not in (total, squares, start, logarithm, delta)
+    return Operand.multiplications, Operand.multiplications + Operand.others
+
+
+@pytest.mark.parametrize(("order", "n_models"), [(1, 1), (16, 8), (5, 2)])
+def test_count_is_that_of_the_method_with_additions_fused(order, n_models):
+    multiplications, all_operations = one_sample(order, n_models)
+    counted = multiply_adds(order, n_models)
+    # Fused where the result of a multiplication is added: 1 in the scaling, 1 a state in the
+    # cascade and in a prediction, 5 in the observer, 1 in the surface and 1 in the gain.
+    fused = 1 + order + n_models * (order + 5 + 1 + 1)
+    assert sum(counted.values()) == all_operations - fused
+    assert sum(counted.values()) > multiplications
+
+
+def test_count_of_inputs():
+    alone, one_input = multiply_adds(8, 3), multiply_adds(8, 3, n_inputs=1)
+    doubled = ("scaling", "cascade", "prediction")
+    assert all(one_input[name] == 2 * alone[name] for name in doubled)
+    assert all(one_input[name] == alone[name] for name in alone if name not in doubled)
+
+
+def test_functions_take_turns():
+    calls, now = [], iter(np.cumsum(np.arange(100.0)))
+    functions = {name: (lambda name=name: calls.append(name)) for name in "ab"}
+    seconds = take_turns(functions, 3, clock=lambda: next(now))
+    assert calls == list("ab") * 4  # once before the clock runs
+    np.testing.assert_array_equal(seconds["a"], [1, 5, 9])
+    np.testing.assert_array_equal(seconds["b"], [3, 7, 11])
+
+
+def test_ratio_within_rounds():
+    median, differs = ratio(np.array([2.0, 40.0, 6.0]), np.array([1.0, 10.0, 2.0]))
+    assert median == 3 and differs == pytest.approx(1 / 6)
+    assert spread(np.ones(4)) == 0
+
+
+def test_matrix_product_makes_the_multiply_adds_that_are_counted():
+    product, count = matrix_product()
+    assert product().shape == (MATRIX_SIDE, MATRIX_SIDE) and count == MATRIX_SIDE**3
+
+
+def test_loops_compute_the_innovations_of_the_model():
+    X = RNG.normal(size=(5, 300))
+    X = (X - X.mean(axis=1, keepdims=True)) / X.std(axis=1, keepdims=True)
+    model = ARXLaguerre(order=8, pole=0.3, transient=0).fit(X)
+    expected = root_mean_square(model.transform(X)[:, 0])
+    loops = [peers.window_at_a_time, peers.over_windows]
+    if peers.is_installed("filterpy"):
+        loops.append(peers.filterpy_loop)
+    for loop in loops:
+        np.testing.assert_allclose(loop(X, 0.3, model.coef_[0]), expected, rtol=1e-10)
+
+
+def test_normal_equations_find_the_system():
+    y, u = identification.system_with_input(20_000)
+    coef = peers.normal_equations(y, u, 3)
+    np.testing.assert_allclose(coef, [1.5, -0.7, 0, 0.5, 0.3, 0], atol=0.02)
+    ours = ARXLaguerre(order=3, pole=0.0, transient=3).fit(np.stack([y, u])[np.newaxis])
+    np.testing.assert_allclose(ours.coef_[0], coef, atol=1e-3)
+
+
+ROWS = [
+    (rows.transforms, {"n_windows": 16}),
+    (rows.extended_state_predict, {"n_windows": 16}),
+    (rows.diagnoser_predict, {"n_windows": 16}),
+    (rows.diagnoser_fit, {"n_windows": 16}),
+    (rows.grid_search, {"n_windows": 16, "n_gains": 2}),
+    (rows.two_threads, {"n_windows": 80}),
+    (identification.identification, {"n_samples": 80_000}),
+    (identification.pole_search, {"lengths": (1, 2)}),
+]
+
+
+@pytest.mark.parametrize(("row", "sizes"), ROWS, ids=[row.__name__ for row, _ in ROWS])
+def test_rows_with_tiny_sizes(row, sizes):
+    n_samples = {} if "n_samples" in sizes else {"n_samples": 200}
+    lines = row(n_rounds=2, **sizes, **n_samples)
+    needs_aeon = row.__name__ in ("extended_state_predict", "diagnoser_predict", "diagnoser_fit")
+    assert lines or (needs_aeon and not peers.is_installed("aeon"))
+    assert all(line["reached"] > 0 for line in lines)
+    assert len(speed.table(lines)) == len(lines)
+    if row is rows.grid_search:
+        assert lines[1]["reached"] == 1  # one identification a fold
+
+
+def test_rows_on_processes(monkeypatch):
+    numbers = iter([9.0, 3.0, 1.0, 5.0, 2.0])
+    monkeypatch.setattr(processes, "_run", lambda *arguments, cache: next(numbers))
+    cold, warm = processes.start_up(n_rounds=2, makers=("make_alpio",))
+    assert (cold["reached"], cold["target"]) == (4, 3)
+    assert (warm["reached"], warm["target"]) == (1.5, 0.6)
+    numbers = iter([100.0, 200.0, 400.0])
+    reached = [line["reached"] for line in processes.memory(n_windows=3)]
+    assert reached in ([100, 200, 400], [])
+
+
+def test_children(tmp_path, capsys):
+    children.first_prediction("make_alpio")
+    assert float(capsys.readouterr().out.rpartition("seconds")[2]) > 0
+    if children.has_peak():
+        children.peak_of_predict("make_alpio", 500, 100)
+        children.peak_of_command(tmp_path, 500, 100)
+        first, second = capsys.readouterr().out.split("MiB ")[1:]
+        assert float(first.split()[0]) > -1 and float(second) >= 0
+        assert np.load(tmp_path / "long.npy").shape == (50_000,)
+
+
+def test_table_says_what_was_missed():
+    lines = [
+        {"what": "a", "reached": 2.0, "target": 3},
+        {"what": "b", "reached": 2.0, "target": 3, "at_most": True, "spread": 0.031},
+        {"what": "c", "reached": 4.0, "target": 3, "at_most": True},
+        {"what": "d", "reached": 1234.5},
+    ]
+    table = speed.table(lines)
+    assert table["reached"].tolist() == ["2 (missed)", "2", "4 (missed)", "1.23e+03"]
+    assert table["target"].tolist() == ["at least 3", "at most 3", "at most 3", ""]
+    assert table["spread"].tolist() == ["", "3%", "", ""]
+
+
+def test_command_writes_the_chosen_rows(monkeypatch, tmp_path, capsys):
+    page = tmp_path / "page.md"
+    page.write_text("<!-- speed: begin -->\nold\n<!-- speed: end -->\n")
+    monkeypatch.setitem(speed.ROWS, "memory", lambda: [{"what": "peak", "reached": 7.0}])
+    monkeypatch.setattr(peers, "missing_libraries", lambda: ["llsi"])
+    speed.main(["--only", "memory", "--write", str(page)])
+    text = page.read_text()
+    assert "| peak |" in text and "old" not in text and "G multiply-adds/s" in text
+    assert "Not installed, so left out: llsi." in text
+    assert "| peak |" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        speed.main(["--only", "nothing"])
+
+
+def test_page_has_the_marks_and_names_every_row():
+    text = README.read_text(encoding="utf-8")
+    assert text.count("<!-- speed: begin -->") == text.count("<!-- speed: end -->") == 1
+    assert all(f"`{name}`" in text for name in speed.ROWS)
