@@ -10,6 +10,7 @@ from .model_selection import speed_splits
 from .observers import ExtendedStatePIObserver, PIObserver
 from .persistence import load_diagnoser, save_diagnoser
 from .pipelines import DiagnosisPipeline
+from .quality import signal_quality
 from .recordings import (
     iter_windows,
     load_recordings,
@@ -39,6 +40,7 @@ __all__ = [
     "read_recording_table",
     "recording_verdicts",
     "save_diagnoser",
+    "signal_quality",
     "speed_splits",
     "window_verdicts",
 ]
