@@ -1,29 +1,44 @@
 """Files that are written whole or not at all."""
 
 import os
+import shutil
+import stat
+import uuid
 from pathlib import Path
 
 
 def write_atomically(path, content):
     """Write a file beside its place and move it there, so that no half of it is ever seen.
 
+    Several threads and processes may write to one path at the same time: one of the contents
+    remains, whole. A symbolic link stays a link, and the file that it points to is replaced. What
+    is no regular file (a pipe, a terminal, a device) cannot be replaced, so the content is written
+    into it.
+
     Parameters
     ----------
     path : str or path-like
-        The file; an existing one is replaced.
+        The file. An existing one is replaced and keeps its permissions.
     content : bytes
         All of it.
 
     Raises
     ------
     OSError
-        If it cannot be written; then nothing is left behind.
+        If it cannot be written. Then an existing file is as it was and nothing is left behind.
     """
     path = Path(path)
-    beside = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    if path.exists() and not stat.S_ISREG(path.stat().st_mode):
+        path.write_bytes(content)
+        return
+    path = Path(os.path.realpath(path))
+    # The name is not made of the file's own name, which may be as long as the system allows.
+    beside = path.with_name(f".{uuid.uuid4().hex}.tmp")
     try:
         with beside.open("xb") as file:
             file.write(content)
+        if path.exists():
+            shutil.copymode(path, beside)
         os.replace(beside, path)
     finally:
         beside.unlink(missing_ok=True)

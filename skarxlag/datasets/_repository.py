@@ -2,6 +2,7 @@
 
 import hashlib
 import sys
+from contextlib import suppress
 from http.client import HTTPException
 from pathlib import Path
 from urllib.parse import quote
@@ -53,7 +54,7 @@ def fetch_rig(
     """
     paths = fetch_files(
         checksums,
-        Path(get_data_home(data_home)) / name,
+        _data_home(data_home) / name,
         base_url,
         download_if_missing=download_if_missing,
         n_retries=n_retries,
@@ -102,6 +103,7 @@ def fetch_files(checksums, folder, base_url, *, download_if_missing, n_retries, 
         url = f"{base_url.rstrip('/')}/{quote(name)}"
         if verbose:
             print(f"[{number}/{len(checksums)}] downloading {url}", file=sys.stderr, flush=True)
+        created = [folder for folder in path.parents if not folder.exists()]
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             fetch_file(
@@ -113,6 +115,9 @@ def fetch_files(checksums, folder, base_url, *, download_if_missing, n_retries, 
                 delay=delay,
             )
         except (OSError, HTTPException) as error:
+            with suppress(OSError):
+                for empty in created:
+                    empty.rmdir()
             raise OSError(f"{path} could not be fetched from {url}: {error}") from error
     return paths
 
@@ -139,6 +144,11 @@ def load_rig(paths, *, window_length, sampling_rate, description):
         filenames=[str(path) for path in paths],
         DESCR=description,
     )
+
+
+def _data_home(data_home):
+    # With a folder given, get_data_home would create it before anything is known to go there.
+    return Path(get_data_home() if data_home is None else data_home).expanduser()
 
 
 def _is_intact(path, sha256):

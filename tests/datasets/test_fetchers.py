@@ -221,6 +221,16 @@ def test_failed_download_names_the_file_and_leaves_nothing(
     assert len(files_below(tmp_path)) == len(RIGS[rig_name][0].CHECKSUMS)
 
 
+def test_a_data_home_that_gets_no_file_is_not_created(fetch, rig_name, server, tmp_path):
+    home = tmp_path / "no" / "such" / "home"
+    with pytest.raises(OSError, match="is missing and download_if_missing is False"):
+        fetch(data_home=home, download_if_missing=False)
+    server.faults |= {Path(name).name: 404 for name in RIGS[rig_name][0].CHECKSUMS}
+    with pytest.raises(OSError, match="could not be fetched"):
+        fetch(data_home=home)
+    assert not (tmp_path / "no").exists()
+
+
 @pytest.mark.parametrize("fault", [404, "truncated"])
 def test_retries(fetch, rig_name, server, fault):
     name = Path(last_file(rig_name)).name
