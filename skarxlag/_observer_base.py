@@ -11,9 +11,7 @@ from ._parallel import map_batches
 from ._validation import check_input_names, check_real, validate_innovations
 from .kernels import observer, residual_levels
 from .kernels.scaling import root_mean_square
-from .kernels.spectra import LOG_SPECTRUM_CELLS, autoregressive_log_spectrum, frequency_grid
-
-_EVALUATIONS = ("power", "switching_gain", "whiteness")
+from .residual_evaluations import RESIDUAL_EVALUATIONS
 
 
 class Observer(TransformerMixin, BaseEstimator):
@@ -71,14 +69,7 @@ class Observer(TransformerMixin, BaseEstimator):
     def _levels(self, innovations):
         innovations = np.require(innovations, dtype=np.float64, requirements=["C", "W"])
         loop = self._loop()
-        if self.evaluation == "power":
-            levels = residual_levels.power_levels(innovations, loop)
-        elif self.evaluation == "switching_gain":
-            levels = residual_levels.switching_gain_levels(
-                innovations, loop, float(self.sliding_slope), float(self.adaptation_step)
-            )
-        else:
-            levels = self._whiteness(observer.observe(innovations, loop)[0])
+        levels = RESIDUAL_EVALUATIONS[self.evaluation].levels(innovations, loop, self)
         if self.fault_estimate:
             estimated = root_mean_square(observer.observe(innovations, loop)[1])
             levels = np.concatenate([levels, estimated], axis=1)
@@ -87,15 +78,19 @@ class Observer(TransformerMixin, BaseEstimator):
     def _loop(self):
         return tuple(map(float, self._loop_constants()))
 
-    def _whiteness(self, error):
-        signals = error.reshape(-1, error.shape[-1])
-        spectra = autoregressive_log_spectrum(signals, self.spectrum_order, LOG_SPECTRUM_CELLS)
-        spectra -= 2 * np.log(np.abs(self._response(frequency_grid(LOG_SPECTRUM_CELLS))))
-        norms = residual_levels.cepstral_norm(spectra, self.quefrency_exponent)
-        return norms.reshape(error.shape[:2])
+    def small_signal_response(self, frequency):
+        """Frequency response from small innovations to the output error.
 
-    def _response(self, frequency):
-        """Small-signal response from innovations to the output error."""
+        Parameters
+        ----------
+        frequency : ndarray
+            In radians a sample.
+
+        Returns
+        -------
+        ndarray of complex
+            Shaped like `frequency`.
+        """
         pole, kp, ki = self._small_signal_gains()
         z = np.exp(1j * frequency)
         if ki == 0:
@@ -164,9 +159,10 @@ class Observer(TransformerMixin, BaseEstimator):
     def _check_parameters(self):
         check_real(self.pole, "pole", min_val=-1, max_val=1, include_boundaries="neither")
         check_real(self.kp, "kp")
-        if self.evaluation not in _EVALUATIONS:
+        if self.evaluation not in RESIDUAL_EVALUATIONS:
             raise ValueError(
-                f"evaluation == {self.evaluation!r}, must be one of {', '.join(_EVALUATIONS)}."
+                f"evaluation == {self.evaluation!r}, must be one of "
+                f"{', '.join(RESIDUAL_EVALUATIONS)}."
             )
         check_real(self.sliding_slope, "sliding_slope", min_val=0)
         check_real(

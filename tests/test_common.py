@@ -29,17 +29,16 @@ from skarxlag import (
     make_diagnoser,
     make_extended_state_pio,
 )
+from skarxlag.residual_evaluations import RESIDUAL_EVALUATIONS
 
 ESTIMATORS = [
     ARXLaguerre(),
     ARXLaguerre(pole="optimise", order=4),
     ARXLaguerre(bank=False, unit_rms=False),
-    PIObserver(),
+    *(PIObserver(evaluation=name) for name in RESIDUAL_EVALUATIONS),
+    *(ExtendedStatePIObserver(evaluation=name) for name in RESIDUAL_EVALUATIONS),
     PIObserver(evaluation="switching_gain", fault_estimate=True),
-    PIObserver(evaluation="whiteness"),
-    ExtendedStatePIObserver(),
     ExtendedStatePIObserver(evaluation="power", fault_estimate=True),
-    ExtendedStatePIObserver(evaluation="whiteness"),
     CepstralResidual(),
     ThresholdLadder(),
     FaultDetector(),
@@ -276,8 +275,8 @@ def test_scale(estimator, factor):
         return
     found = clone(estimator).fit(X * factor, y).transform(X * factor)
     expected = clone(estimator).fit(X, y).transform(X)
-    equivariant = getattr(estimator, "evaluation", None) in ("power", "switching_gain")
-    if equivariant or getattr(estimator, "unit_rms", True) is False:
+    evaluation = RESIDUAL_EVALUATIONS.get(getattr(estimator, "evaluation", None))
+    if (evaluation and evaluation.TRAJECTORY) or getattr(estimator, "unit_rms", True) is False:
         expected = expected * factor
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-9 * np.abs(expected).max())
 

@@ -13,6 +13,7 @@ import pytest
 
 from skarxlag import kernels
 from skarxlag.datasets import simulate_rig
+from skarxlag.residual_evaluations import RESIDUAL_EVALUATIONS
 
 ROOT = Path(__file__).parents[1]
 # Written by a build of the site.
@@ -149,6 +150,12 @@ def test_readme_has_a_place_for_the_cross_speed_table():
     marks = [f"<!-- cross-speed overview: {mark} -->" for mark in ("begin", "end")]
     assert [text.count(mark) for mark in marks] == [1, 1]
     assert text.index(marks[0]) < text.index(marks[1])
+
+
+def test_every_residual_evaluation_is_in_the_table():
+    text = (ROOT / "docs" / "method.md").read_text("utf-8")
+    rows = re.findall(r"^\| `\"(\w+)\"` \|", text, flags=re.M)
+    assert rows == list(RESIDUAL_EVALUATIONS)
 
 
 def test_every_parameter_of_the_simulated_rig_is_in_its_table():

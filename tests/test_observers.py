@@ -3,6 +3,7 @@ import pytest
 from scipy.signal import lfilter
 
 from skarxlag import ExtendedStatePIObserver, PIObserver
+from skarxlag.residual_evaluations import RESIDUAL_EVALUATIONS
 
 
 @pytest.fixture
@@ -48,7 +49,7 @@ def test_plain_windows_are_innovations_of_one_model(innovations):
 
 def test_extended_observer_without_nonlinearity_is_the_linear_one(innovations):
     # Kc = 1 and no saturation, and the same with Kc = 2 and half the integral gain.
-    for evaluation in ("power", "switching_gain", "whiteness"):
+    for evaluation in RESIDUAL_EVALUATIONS:
         settings = {"pole": 0.4, "kp": 0.3, "evaluation": evaluation}
         expected = PIObserver(ki=0.06, **settings).fit_transform(innovations)
         for gain in (1.0, 2.0):

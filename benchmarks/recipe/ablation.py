@@ -23,8 +23,9 @@ from skarxlag import (
     PIObserver,
     ThresholdLadder,
 )
+from skarxlag.residual_evaluations import RESIDUAL_EVALUATIONS
 
-EVALUATIONS = {"power": "power", "switching_gain": "switching gain", "whiteness": "whiteness"}
+EVALUATIONS = {name: name.replace("_", " ") for name in RESIDUAL_EVALUATIONS}
 OBSERVERS = {
     "no observer": partial(PIObserver, kp=0.0, ki=0.0),  # e is the innovation itself
     "linear": PIObserver,

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..kernels.ladder import log_level
+from ..residual_evaluations import RESIDUAL_EVALUATIONS
 from ._axes import legend_beside, new_axes
 from ._fitted import (
     bank_deltas,
@@ -121,20 +122,22 @@ class ResidualDisplay:
         Raises
         ------
         ValueError
-            If there is no observer, its evaluation is "whiteness", which is no bound on a
-            trajectory, or there is no such model.
+            If there is no observer, its evaluation does not measure a trajectory ("whiteness"),
+            or there is no such model.
         """
         observer, decide = observer_of(estimator), estimator[-1]
-        if observer.evaluation == "whiteness":
+        shown = RESIDUAL_EVALUATIONS[observer.evaluation].TRAJECTORY
+        if shown is None:
+            known = [name for name, each in RESIDUAL_EVALUATIONS.items() if each.TRAJECTORY]
             raise ValueError(
-                "evaluation='whiteness' compares spectra, there is no residual trajectory to show; "
-                "expected 'power' or 'switching_gain'."
+                f"evaluation={observer.evaluation!r} is not the size of a trajectory, so there is "
+                f"none to show; expected one of {known}."
             )
         healthy, names = healthy_name(decide), model_names(estimator[0])
         m = chosen_model(names, model, healthy)
         innovations = estimator[:-2].transform(np.asarray(window)[np.newaxis])
         trajectories = observer.observe(innovations)
-        residual = trajectories["error" if observer.evaluation == "power" else "residual"][0, m]
+        residual = trajectories[shown][0, m]
         levels = np.asarray(observer.transform(innovations))[0]
         gamma, deltas = _thresholds(decide, levels, names[m], healthy)
         return cls.from_predictions(

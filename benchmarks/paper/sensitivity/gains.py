@@ -13,13 +13,14 @@ from benchmarks.paper.sensitivity.protocol import (
     standard_rig,
 )
 from skarxlag import ARXLaguerre, ExtendedStatePIObserver, PIObserver, ThresholdLadder
+from skarxlag.residual_evaluations import RESIDUAL_EVALUATIONS
 
 KP = (-0.3, 0.0, 0.1, 0.3, 0.6, 1.2)
 KI = (0.0, 0.01, 0.05, 0.2, 0.6, 1.2)
 KI_A = (0.005, 0.025, 0.1, 0.2)
 SATURATION = (0.0, 1.0, 4.0, 16.0)
 GAIN = (0.5, 2.0, 8.0)
-EVALUATIONS = ("power", "switching_gain", "whiteness")
+EVALUATIONS = tuple(RESIDUAL_EVALUATIONS)
 
 
 def _settings():
