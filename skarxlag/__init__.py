@@ -1,46 +1,72 @@
-"""Model-based fault diagnosis of bearings across shaft speeds, as scikit-learn estimators."""
+"""Model-based fault diagnosis of bearings across shaft speeds, as scikit-learn estimators.
+
+A name is imported from its module when it is first used, so that ``skarxlag --version`` and
+``--help`` do not wait for numba. A new public name is added twice below: for type checkers and for
+`_MODULES`.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 from ._version import __version__ as __version__
-from .cepstral import CepstralResidual
-from .detector import FaultDetector
-from .diagnosers import make_alpio, make_detector, make_diagnoser, make_extended_state_pio
-from .identification import ARXLaguerre
-from .ladder import ThresholdLadder
-from .model_selection import speed_splits
-from .observers import ExtendedStatePIObserver, PIObserver
-from .persistence import load_diagnoser, save_diagnoser
-from .pipelines import DiagnosisPipeline
-from .quality import signal_quality
-from .recordings import (
-    iter_windows,
-    load_recordings,
-    make_windows,
-    read_recording,
-    read_recording_table,
-)
-from .verdicts import recording_verdicts, window_verdicts
 
-__all__ = [
-    "ARXLaguerre",
-    "CepstralResidual",
-    "DiagnosisPipeline",
-    "ExtendedStatePIObserver",
-    "FaultDetector",
-    "PIObserver",
-    "ThresholdLadder",
-    "iter_windows",
-    "load_diagnoser",
-    "load_recordings",
-    "make_alpio",
-    "make_detector",
-    "make_diagnoser",
-    "make_extended_state_pio",
-    "make_windows",
-    "read_recording",
-    "read_recording_table",
-    "recording_verdicts",
-    "save_diagnoser",
-    "signal_quality",
-    "speed_splits",
-    "window_verdicts",
-]
+if TYPE_CHECKING:
+    from .cepstral import CepstralResidual as CepstralResidual
+    from .detector import FaultDetector as FaultDetector
+    from .diagnosers import make_alpio as make_alpio
+    from .diagnosers import make_detector as make_detector
+    from .diagnosers import make_diagnoser as make_diagnoser
+    from .diagnosers import make_extended_state_pio as make_extended_state_pio
+    from .identification import ARXLaguerre as ARXLaguerre
+    from .ladder import ThresholdLadder as ThresholdLadder
+    from .model_selection import speed_splits as speed_splits
+    from .observers import ExtendedStatePIObserver as ExtendedStatePIObserver
+    from .observers import PIObserver as PIObserver
+    from .persistence import load_diagnoser as load_diagnoser
+    from .persistence import save_diagnoser as save_diagnoser
+    from .pipelines import DiagnosisPipeline as DiagnosisPipeline
+    from .quality import signal_quality as signal_quality
+    from .recordings import iter_windows as iter_windows
+    from .recordings import load_recordings as load_recordings
+    from .recordings import make_windows as make_windows
+    from .recordings import read_recording as read_recording
+    from .recordings import read_recording_table as read_recording_table
+    from .verdicts import recording_verdicts as recording_verdicts
+    from .verdicts import window_verdicts as window_verdicts
+
+#: Module of each public name.
+_MODULES = {
+    "ARXLaguerre": "identification",
+    "CepstralResidual": "cepstral",
+    "DiagnosisPipeline": "pipelines",
+    "ExtendedStatePIObserver": "observers",
+    "FaultDetector": "detector",
+    "PIObserver": "observers",
+    "ThresholdLadder": "ladder",
+    "iter_windows": "recordings",
+    "load_diagnoser": "persistence",
+    "load_recordings": "recordings",
+    "make_alpio": "diagnosers",
+    "make_detector": "diagnosers",
+    "make_diagnoser": "diagnosers",
+    "make_extended_state_pio": "diagnosers",
+    "make_windows": "recordings",
+    "read_recording": "recordings",
+    "read_recording_table": "recordings",
+    "recording_verdicts": "verdicts",
+    "save_diagnoser": "persistence",
+    "signal_quality": "quality",
+    "speed_splits": "model_selection",
+    "window_verdicts": "verdicts",
+}
+__all__ = list(_MODULES)
+
+
+def __getattr__(name):
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{_MODULES[name]}", __name__), name)
+
+
+def __dir__():
+    return sorted([*globals(), *__all__])

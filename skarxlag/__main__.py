@@ -1,4 +1,4 @@
-"""``python -m skarxlag``."""
+"""``python -m skarxlag``, the same as the console script ``skarxlag``."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""``python -m skarxlag diagnose``: verdicts of a saved diagnoser on recordings."""
+"""``skarxlag diagnose``: verdicts of a saved diagnoser on recordings."""
 
 import sys
 from pathlib import Path
@@ -45,11 +45,9 @@ class _File:
             yield signal, known if self.sampling_rate is None else self.sampling_rate
 
 
-def add_parser(subparsers):
-    """Declare the command and its arguments."""
-    parser = subparsers.add_parser(
-        "diagnose", help="diagnose recordings with a saved diagnoser", description=_DESCRIPTION
-    )
+def add_arguments(parser):
+    """Declare the arguments."""
+    parser.description = _DESCRIPTION
     parser.add_argument("model", type=Path, metavar="MODEL.skops", help="what fit has saved")
     parser.add_argument(
         "recordings", type=Path, nargs="*", metavar="RECORDING", help=".mat, .csv, .wav, ..."

@@ -1,4 +1,4 @@
-"""``python -m skarxlag evaluate``: calibrate at one speed, test at every speed."""
+"""``skarxlag evaluate``: calibrate at one speed, test at every speed."""
 
 import sys
 from functools import partial
@@ -32,11 +32,9 @@ every recording of every speed.
 _PAPER_CONFUSION_RPM = 400.0
 
 
-def add_parser(subparsers):
-    """Declare the command and its arguments."""
-    parser = subparsers.add_parser(
-        "evaluate", help="compare the diagnosers across speeds", description=_DESCRIPTION
-    )
+def add_arguments(parser):
+    """Declare the arguments."""
+    parser.description = _DESCRIPTION
     parser.add_argument("--rig", choices=TITLES, default="simulated", help="default: simulated")
     parser.add_argument(
         "--data-home", type=Path, help="folder of the real rigs' files; default: scikit-learn's"

@@ -1,4 +1,4 @@
-"""``python -m skarxlag fit``: calibrate a diagnoser on the user's own recordings."""
+"""``skarxlag fit``: calibrate a diagnoser on the user's own recordings."""
 
 import sys
 from pathlib import Path
@@ -21,11 +21,9 @@ fault; calibrate it at the highest speed.
 DETECTOR = "detector"
 
 
-def add_parser(subparsers):
-    """Declare the command and its arguments."""
-    parser = subparsers.add_parser(
-        "fit", help="calibrate a diagnoser on your recordings", description=_DESCRIPTION
-    )
+def add_arguments(parser):
+    """Declare the arguments."""
+    parser.description = _DESCRIPTION
     parser.add_argument("table", type=Path, help="csv table of the recordings")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.skops")
     parser.add_argument(

@@ -334,7 +334,7 @@ def test_damaged_files_end_with_one_line(run, tmp_path, monkeypatch):
     monkeypatch.setitem(rigs._FETCHERS, "hit_sm", fetch)
     code, out, err = run("evaluate", "--rig", "hit_sm", "--output", tmp_path)
     assert code == 1 and not out
-    assert err.splitlines()[-1] == "python -m skarxlag evaluate: error: N_800_1.mat is missing"
+    assert err.splitlines()[-1] == "skarxlag evaluate: error: N_800_1.mat is missing"
 
 
 def test_a_window_length_that_a_fetcher_refuses_is_a_wrong_argument(run, tmp_path, monkeypatch):
