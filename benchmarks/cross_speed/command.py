@@ -9,6 +9,7 @@ from pathlib import Path
 
 from benchmarks.cross_speed import reporting
 from benchmarks.cross_speed.peers import METHODS, OURS, PEERS
+from benchmarks.cross_speed.plots import accuracy_figure
 from benchmarks.cross_speed.protocol import leave_one_speed_in
 from benchmarks.cross_speed.rigs import RIGS, find, find_rig, split_by_crack
 from benchmarks.pages.blocks import write_blocks
@@ -46,6 +47,9 @@ def parse(arguments):
         default=[],
         metavar="FILE",
         help="Markdown files to put the tables into, those whose marks they hold",
+    )
+    parser.add_argument(
+        "--figure", type=Path, metavar="FILE", help="SVG file for the chart of mean accuracies"
     )
     return parser.parse_args(arguments)
 
@@ -99,11 +103,13 @@ def main(arguments=None):
     summary.to_csv(options.output / "summary.csv", index=False)
     command = reporting.command_line(summary, DEFAULTS)
     blocks = {
-        reporting.OVERVIEW: reporting.overview(summary, command),
+        reporting.OVERVIEW: reporting.overview(summary, command, OURS),
         reporting.TABLES: reporting.report(summary, command),
     }
     tables = "\n\n".join(blocks.values()) + "\n"
     (options.output / "tables.md").write_text(tables, encoding="utf-8")
+    if options.figure:
+        accuracy_figure(summary, options.figure, OURS)
     for path in options.write:
         write_blocks(path, blocks)
     print(tables)

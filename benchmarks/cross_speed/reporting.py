@@ -13,6 +13,8 @@ from benchmarks.pages.blocks import markdown
 RUN = ["rig", "window_length", "method"]
 #: Names of the marked blocks of a Markdown file: means alone, and everything.
 OVERVIEW, TABLES = "cross-speed overview", "cross-speed tables"
+#: Rows of the small table.
+ROWS = 5
 
 
 def pair_frame(pairs):
@@ -168,10 +170,8 @@ def rig_table(summary):
     return markdown(body)
 
 
-def overview(summary, command):
-    """Markdown of the means alone: a row for each method, a column for each rig and length.
-
-    Methods are in the order of their mean over the columns that all of them have.
+def overview(summary, command, ours=()):
+    """Markdown of the small table: all of ours and the best peers, on the real rigs.
 
     Parameters
     ----------
@@ -179,25 +179,44 @@ def overview(summary, command):
         Rows of :func:`summarise`.
     command : str
         Shell command.
+    ours : collection of str, default=()
+        Methods of this package. They are marked, and each of them has a row.
 
     Returns
     -------
     text : str
+        At most `ROWS` methods, ordered by their mean over the columns that all methods have; the
+        best figure of each column is bold.
     """
-    windows = summary[summary.verdict == "window"]
+    windows = summary[(summary.verdict == "window") & ~summary.rig.str.startswith("simulated")]
     wide = windows.pivot(index="method", columns=["rig", "window_length"], values="mean")
-    rigs, lengths = summary.rig.unique(), sorted(summary.window_length.unique())
-    wide = wide[[column for column in product(rigs, lengths) if column in wide.columns]]
+    columns = product(windows.rig.unique(), sorted(windows.window_length.unique()))
+    wide = wide[[column for column in columns if column in wide.columns]]
     run_by_all = wide.dropna(axis=1)
     ranked = run_by_all if len(run_by_all.columns) else wide
     wide = wide.loc[ranked.mean(axis=1).sort_values(ascending=False).index]
-    wide.columns = [f"{rig}, {length}" for rig, length in wide.columns]
-    table = markdown(wide.rename_axis("method").reset_index())
-    return (
-        f"Made by `{command}`. Mean accuracy of single windows over all ordered pairs of "
-        "different speeds; the number is the length of a window in samples, an empty cell was "
-        f"not run. Peers see the output alone, scaled to unit RMS.\n\n{table}"
+    is_ours = wide.index.isin(list(ours))
+    peers = wide.index[~is_ours][: max(ROWS - is_ours.sum(), 0)]
+    wide = wide[is_ours | wide.index.isin(peers)]
+    best = wide.max()
+    cells = wide.apply(
+        lambda column: column.map(
+            lambda value: "" if np.isnan(value) else _emphasised(value, best[column.name])
+        )
     )
+    cells.columns = [f"{rig}, {length}" for rig, length in wide.columns]
+    cells.index = [f"`{name}` (ours)" if name in ours else name for name in wide.index]
+    table = markdown(cells.rename_axis("method").reset_index())
+    return (
+        f"Made by `{command}`. Mean accuracy over all pairs of different speeds; 1 is perfect. "
+        "Each verdict rests on one window; the number in the head of a column is the length of "
+        "the window in samples. An empty cell was not run. Peers see windows that are scaled to "
+        f"unit RMS, as ours do.\n\n{table}"
+    )
+
+
+def _emphasised(value, best):
+    return f"**{value:.3f}**" if round(value, 3) == round(best, 3) else f"{value:.3f}"
 
 
 def report(summary, command):
@@ -222,7 +241,9 @@ def report(summary, command):
         "accuracy. Every peer sees windows centred and scaled to unit RMS."
     ]
     for rig, rows in summary.groupby("rig", sort=False):
-        parts.append(f"**{rig}**\n\n{rig_table(rows)}")
+        parts.append(
+            f"<details>\n<summary>{rig}: all methods</summary>\n\n{rig_table(rows)}\n\n</details>"
+        )
     return "\n\n".join(parts)
 
 

@@ -106,7 +106,9 @@ def test_command_writes_tables_and_the_block_of_a_readme(module, tmp_path, capsy
     readme.write_text("\n".join(["before", *marks, "after"]) + "\n")
     options = ["--rig", "bench_module:rig", "--method", "bench_module:neighbours"]
     options += ["--window-length", "4", "--output", str(tmp_path / "out")]
-    main([*options, "--write", str(readme)])
+    chart = tmp_path / "chart.svg"
+    main([*options, "--write", str(readme), "--figure", str(chart)])
+    assert "bench_module:neighbours" in chart.read_text()
 
     row = "| bench_module:neighbours | 0.000 | 0.000 | 1.000 | 0.000 | 0.000 | 0.000 |"
     text = readme.read_text()
@@ -126,16 +128,29 @@ def test_command_writes_tables_and_the_block_of_a_readme(module, tmp_path, capsy
     ]
 
 
+def overview_rows(cells, ours=()):
+    summary = pd.DataFrame(cells, columns=["rig", "window_length", "method", "mean"])
+    text = reporting.overview(summary.assign(verdict="window"), "command", ours)
+    return text.splitlines()[2:]
+
+
 def test_overview_has_a_row_a_method_and_a_column_a_rig_and_length():
     cells = [("r", 4, "m", 0.5), ("r", 8, "m", 0.25), ("r", 4, "n", 0.75)]
-    summary = pd.DataFrame(cells, columns=["rig", "window_length", "method", "mean"])
-    lines = reporting.overview(summary.assign(verdict="window"), "command").splitlines()
-    assert lines[2:] == [
+    assert overview_rows(cells, {"m"}) == [
         "| method | r, 4 | r, 8 |",
-        "| --- | ---: | ---: |",
-        "| n | 0.750 |  |",
-        "| m | 0.500 | 0.250 |",
+        "| --- | --- | --- |",
+        "| n | **0.750** |  |",
+        "| `m` (ours) | 0.500 | **0.250** |",
     ]
+
+
+def test_overview_keeps_ours_and_the_best_peers_and_leaves_simulations_out():
+    cells = [("r", 4, f"peer {i}", i / 10) for i in range(8)]
+    cells += [("r", 4, "mine", 0.05), ("simulated rig", 4, "mine", 1.0)]
+    rows = overview_rows(cells, {"mine"})
+    assert len(rows) == 2 + reporting.ROWS
+    assert rows[0] == "| method | r, 4 |"
+    assert rows[2].startswith("| peer 7 ") and rows[-1].startswith("| `mine` (ours) ")
 
 
 def test_results_of_other_runs_are_kept(module, tmp_path):
