@@ -14,6 +14,8 @@ import ziamath
 sys.path.insert(0, str(Path(__file__).parent))
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+REPOSITORY = "https://github.com/skarxlag/skarxlag"
+
 project = "skarxlag"
 author = "the developers of skarxlag"
 copyright = author
@@ -65,6 +67,7 @@ html_title = "skarxlag"
 html_math_renderer = "mathml"
 # ziamath is taken for its font alone: formulas look the same in every browser.
 html_static_path = ["_static", str(Path(ziamath.__file__).with_name("fonts"))]
+html_favicon = "_static/logo.svg"
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False
@@ -75,10 +78,28 @@ html_context = {"default_mode": "auto"}
 # The left column lists the pages beside a page, where there are any.
 html_sidebars = {
     page: []
-    for page in ("index", "guide", "method", "cross_speed", "data", "simulated_rig", "project/*")
+    for page in (
+        "index",
+        "install",
+        "getting_started",
+        "guide",
+        "method",
+        "cross_speed",
+        "data",
+        "simulated_rig",
+        "project/*",
+    )
 }
 html_theme_options = {
-    "navbar_end": ["theme-switcher"],
+    "logo": {
+        "text": "skarxlag",
+        "image_light": "_static/logo.svg",
+        "image_dark": "_static/logo.svg",
+    },
+    "icon_links": [
+        {"name": "Repository", "url": REPOSITORY, "icon": "fa-brands fa-github"},
+    ],
+    "navbar_end": ["theme-switcher", "navbar-icon-links"],
     "show_prev_next": False,
     "header_links_before_dropdown": 6,
     "footer_start": [],

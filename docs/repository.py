@@ -27,7 +27,7 @@ def _on_site(path):
     if path == "examples":
         return "gallery/index.rst"
     if path.startswith("examples/") and path.endswith(".py"):
-        return f"gallery/{PurePosixPath(path).stem}.rst"
+        return f"gallery/{PurePosixPath(path).relative_to('examples').with_suffix('.rst')}"
     return PAGES.get(path) or os.path.relpath(path, "docs")
 
 

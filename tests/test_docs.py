@@ -25,7 +25,7 @@ DOCS = [
 ]
 PAGES = [ROOT / "README.md", *DOCS]
 LINKED = [*sorted(ROOT.glob("*.md")), ROOT / "benchmarks" / "README.md", *DOCS]
-EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+EXAMPLES = sorted((ROOT / "examples").rglob("*.py"))
 OPTIONS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 
 
@@ -112,7 +112,12 @@ def test_api_page_lists_every_public_name():
 @pytest.mark.parametrize(
     ("source", "page", "link", "on_site"),
     [
-        ("docs/guide.md", "guide.md", "../examples/detection.py", "gallery/detection.rst"),
+        (
+            "docs/guide.md",
+            "guide.md",
+            "../examples/detection/plot_detection.py",
+            "gallery/detection/plot_detection.rst",
+        ),
         ("docs/guide.md", "guide.md", "../SECURITY.md#reporting", "project/security.md#reporting"),
         ("docs/guide.md", "guide.md", "method.md#references", "method.md#references"),
         ("docs/guide.md", "guide.md", "#windows", "#windows"),
