@@ -4,7 +4,7 @@ import math
 from numbers import Integral, Real
 
 import numpy as np
-from sklearn.utils import check_scalar, get_tags
+from sklearn.utils import check_array, check_scalar, get_tags
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
 
@@ -93,6 +93,55 @@ def validate_innovations(estimator, X, y=None, *, reset):
             f"{3 if estimator.n_models_ else 2}."
         )
     return (X if X.ndim == 3 else X[:, np.newaxis]), y
+
+
+def weighted_windows(X, y, sample_weight):
+    """Windows that count, and how much each of them does.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_windows, ...)
+        Windows, or levels of windows.
+    y : ndarray of shape (n_windows,) or None
+        Conditions.
+    sample_weight : array-like of shape (n_windows,) or None
+        Weight of each window, at least 0. None: all weigh 1.
+
+    Returns
+    -------
+    X, y : ndarray, and ndarray or None
+        Those of weight above 0.
+    weights : ndarray of float64
+        Their weights.
+
+    Raises
+    ------
+    ValueError
+        If there is not one finite number of at least 0 for each window, or none is above 0.
+
+    Examples
+    --------
+    >>> weighted_windows(np.array([[1.0], [2.0]]), np.array(["a", "b"]), [0, 3])
+    (array([[2.]]), array(['b'], dtype='<U1'), array([3.]))
+    """
+    if sample_weight is None:
+        return X, y, np.ones(len(X))
+    weights = check_array(
+        sample_weight, dtype=np.float64, ensure_2d=False, input_name="sample_weight"
+    )
+    if weights.shape != (len(X),):
+        raise ValueError(
+            f"sample_weight has shape {weights.shape}, expected one weight for each of "
+            f"{len(X)} windows."
+        )
+    if weights.min() < 0:
+        raise ValueError(f"sample_weight has {weights.min():g}, expected weights of at least 0.")
+    if weights.max() == 0:
+        raise ValueError("All weights in sample_weight are zero, expected one above 0.")
+    counted = weights > 0
+    if counted.all():
+        return X, y, weights
+    return X[counted], (None if y is None else y[counted]), weights[counted]
 
 
 def check_input_names(estimator, input_features):

@@ -8,8 +8,15 @@ from sklearn.utils import Bunch, check_scalar
 from sklearn.utils.validation import check_is_fitted
 
 from ._parallel import map_batches
-from ._validation import check_input_names, check_networks, check_real, validate_signals
+from ._validation import (
+    check_input_names,
+    check_networks,
+    check_real,
+    validate_signals,
+    weighted_windows,
+)
 from .kernels import arx_laguerre, pole_search
+from .kernels.distinct import distinct_windows
 from .kernels.laguerre import network_matrices, settling_length
 from .kernels.least_squares import solve_sums
 from .kernels.scaling import fit_percentage, unit_rms_windows
@@ -133,7 +140,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         self.forgetting_factor = forgetting_factor
         self.n_jobs = n_jobs
 
-    def fit(self, X, y=None):
+    def fit(self, X, y=None, sample_weight=None):
         """Identify the models.
 
         Parameters
@@ -142,6 +149,9 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             Windows; of several channels the output is the first.
         y : array-like of shape (n_windows,) or None, default=None
             Condition of each window. None: all windows belong to one model.
+        sample_weight : array-like of shape (n_windows,) or None, default=None
+            Weight of each window in the sums, at least 0. A window of weight 2 counts as two
+            windows, one of weight 0 as none. None: all weigh 1.
 
         Returns
         -------
@@ -151,11 +161,11 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         Raises
         ------
         ValueError
-            If a parameter is out of its range, or `healthy` is not in `y`.
+            If a parameter is out of its range, `healthy` is not in `y`, or a weight is negative.
         """
-        return self._identify(X, y, start_afresh=True)
+        return self._identify(X, y, sample_weight, start_afresh=True)
 
-    def partial_fit(self, X, y=None):
+    def partial_fit(self, X, y=None, sample_weight=None):
         """Add windows to the sums and solve again.
 
         Parameters
@@ -164,27 +174,32 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             Further windows.
         y : array-like of shape (n_windows,) or None, default=None
             Their conditions; a condition not seen before gets a model.
+        sample_weight : array-like of shape (n_windows,) or None, default=None
+            As in `fit`. A window fades once with each later window, whatever their weights.
 
         Returns
         -------
         ARXLaguerre
             The fitted estimator, with the coefficients of one `fit` on all windows so far.
         """
-        return self._identify(X, y, start_afresh=not hasattr(self, "sums_"))
+        return self._identify(X, y, sample_weight, start_afresh=not hasattr(self, "sums_"))
 
-    def _identify(self, X, y, *, start_afresh):
-        windows, labels = self._windows_by_model(*self._validate_windows(X, y, reset=start_afresh))
+    def _identify(self, X, y, sample_weight, *, start_afresh):
+        windows, y = self._validate_windows(X, y, reset=start_afresh)
+        windows, y, weights = weighted_windows(windows, y, sample_weight)
+        windows, labels, weights = self._windows_by_model(windows, y, weights)
         self._check_weighting()
         scaled, _ = unit_rms_windows(windows)
-        classes, of_class = np.unique(labels, return_inverse=True)
         # A constant output says nothing of the model, whatever the inputs do meanwhile.
-        alive = np.any(scaled[:, 0] != 0, axis=-1)
+        weights = weights * np.any(scaled[:, 0] != 0, axis=-1)
+        classes = np.unique(labels)
+        counted = [self._counted_rows(scaled, weights, labels == name) for name in classes]
         if start_afresh:
-            self._choose_networks(scaled, [alive & (of_class == c) for c in range(len(classes))])
+            self._choose_networks(scaled, counted)
             self._start_sums(classes)
         else:
             self._make_room_for(classes)
-        self._add_to_sums(scaled, classes[of_class], alive)
+        self._add_to_sums(scaled, classes, counted)
         self._solve()
         return self
 
@@ -198,12 +213,24 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             include_boundaries="right",
         )
 
-    def _choose_networks(self, scaled, rows_by_model):
+    def _counted_rows(self, scaled, weights, own):
+        """Places of one model's windows, and how much each counts."""
+        rows = np.flatnonzero(own)
+        if self.forgetting_factor < 1:
+            return rows, weights[rows]
+        distinct, counted = distinct_windows(_rows_of(scaled, rows), weights[rows])
+        return rows[distinct], counted
+
+    def _choose_networks(self, scaled, counted):
         """Orders and poles of the networks; poles that are not given are searched."""
         self.orders_, poles = check_networks(self.order, self.pole, scaled.shape[1])
         if None in poles:
+            # Correlations are squares of the signal, so a weight counts by its root.
             correlations = np.array(
-                [pole_search.correlations(scaled[rows]) for rows in rows_by_model]
+                [
+                    pole_search.correlations(scaled[rows] * np.sqrt(weights)[:, None, None])
+                    for rows, weights in counted
+                ]
             )
             poles = pole_search.search_poles(correlations, self.orders_, poles, self.alpha)
         self.poles_ = np.asarray(poles, dtype=np.float64)
@@ -214,18 +241,14 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         self.sums_ = np.zeros((len(classes), n_sums, n_sums))
         self.weights_ = np.zeros(len(classes))
 
-    def _add_to_sums(self, scaled, labels, alive):
+    def _add_to_sums(self, scaled, classes, counted):
         n_transient = self._n_transient(scaled.shape[-1])
-        for model, name in enumerate(self.classes_):
-            rows = labels == name
-            n_windows = np.count_nonzero(rows)
-            fading = self.forgetting_factor ** np.arange(n_windows - 1, -1, -1.0) * alive[rows]
-            kept = self.forgetting_factor**n_windows
-            # Without the copy that a mask makes, where one model takes all windows.
-            own = scaled if n_windows == len(scaled) else scaled[rows]
-            if n_windows > 0:
-                added = self._sums(own, fading, n_transient)
-                self.sums_[model] = kept * self.sums_[model] + added
+        for name, (rows, weights) in zip(classes, counted, strict=True):
+            model = np.flatnonzero(self.classes_ == name)[0]
+            fading = self.forgetting_factor ** np.arange(len(rows) - 1, -1, -1.0) * weights
+            kept = self.forgetting_factor ** len(rows)
+            added = self._sums(_rows_of(scaled, rows), fading, n_transient)
+            self.sums_[model] = kept * self.sums_[model] + added
             self.weights_[model] = kept * self.weights_[model] + fading.sum() * (
                 scaled.shape[-1] - n_transient
             )
@@ -433,8 +456,8 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             )
         return windows, y
 
-    def _windows_by_model(self, windows, y):
-        """Windows that models are identified on, and the name of each one's model."""
+    def _windows_by_model(self, windows, y, weights):
+        """Windows that models are identified on, the name of each one's model, and weights."""
         if self.healthy is not None:
             chosen = np.zeros(len(windows), dtype=bool) if y is None else y == self.healthy
             if not np.any(chosen):
@@ -442,10 +465,10 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
                 raise ValueError(
                     f"healthy={self.healthy!r} is not among the conditions in y: {conditions}."
                 )
-            return windows[chosen], y[chosen]
+            return windows[chosen], y[chosen], weights[chosen]
         if y is None or not self.bank:
-            return windows, np.full(len(windows), "model")
-        return windows, y
+            return windows, np.full(len(windows), "model"), weights
+        return windows, y, weights
 
     def _n_transient(self, n_samples):
         if self.transient is None:
@@ -459,3 +482,8 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         tags.input_tags.three_d_array = True
         tags.transformer_tags.preserves_dtype = ["float64", "float32"]
         return tags
+
+
+def _rows_of(windows, rows):
+    """Windows at these places; without a copy where they are all, in their order."""
+    return windows if np.array_equal(rows, np.arange(len(windows))) else windows[rows]

@@ -6,12 +6,13 @@ from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
 
-from ._validation import check_alarm
+from ._validation import check_alarm, weighted_windows
 from .kernels.ladder import (
     confidence_scale,
     false_alarm_threshold,
     relative_scores,
     rung_scores,
+    weighted_median,
 )
 from .kernels.scaling import root_mean_square
 
@@ -39,6 +40,10 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
         Share in (0, 1) of healthy windows that :math:`\Gamma` may flag.
     margin_db : float, default=0.0
         Margin on :math:`\Gamma` in dB.
+    priors : array-like of shape (n_classes,) or None, default=None
+        Probability of each condition before a window is looked at, above 0, in the order of
+        `classes_`; they sum to 1. They shift verdicts and confidences, and leave the thresholds
+        alone. None: all conditions are equally likely, however many training windows each has.
 
     Attributes
     ----------
@@ -55,7 +60,10 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
     healthy_index_ : int
         Index of the healthy condition in `classes_`.
     confidence_scale_ : float
-        Factor on the scores in `predict_proba`.
+        Factor :math:`\beta` on the scores in `predict_proba`.
+    priors_ : ndarray of shape (n_classes,)
+        Prior probabilities :math:`\pi_c`. Each adds :math:`\ln(\pi_c/\max\pi)/\beta` to the score
+        of its condition, so that the confidence is proportional to :math:`\pi_c`.
     n_features_in_ : int
         Number of residuals.
     feature_names_in_ : ndarray of str
@@ -79,12 +87,13 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
     array(['normal', 'ball', 'inner'], dtype='<U6')
     """
 
-    def __init__(self, *, healthy=None, false_alarm_rate=0.01, margin_db=0.0):
+    def __init__(self, *, healthy=None, false_alarm_rate=0.01, margin_db=0.0, priors=None):
         self.healthy = healthy
         self.false_alarm_rate = false_alarm_rate
         self.margin_db = margin_db
+        self.priors = priors
 
-    def fit(self, X, y):
+    def fit(self, X, y, sample_weight=None):
         """Calibrate the thresholds.
 
         Parameters
@@ -93,6 +102,8 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
             Residual levels.
         y : array-like of shape (n_windows,)
             Condition of each window.
+        sample_weight : array-like of shape (n_windows,) or None, default=None
+            How many windows each row stands for, at least 0. None: one each.
 
         Returns
         -------
@@ -102,33 +113,49 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
         Raises
         ------
         ValueError
-            If a parameter is out of its range or `healthy` not in `y`.
+            If a parameter is out of its range, `healthy` is not in `y`, or a weight is negative.
         """
         X, y = validate_data(self, X, y, dtype=[np.float64, np.float32])
-        X = np.abs(X)
         check_classification_targets(y)
+        X, y, weights = weighted_windows(np.abs(X), y, sample_weight)
         check_alarm(self.false_alarm_rate, self.margin_db)
         self.classes_, target = np.unique(y, return_inverse=True)
+        self.priors_ = self._check_priors()
         combined = root_mean_square(X)
-        medians = np.array([np.median(combined[target == c]) for c in range(len(self.classes_))])
+        of_class = [target == c for c in range(len(self.classes_))]
+        medians = np.array([weighted_median(combined[own], weights[own]) for own in of_class])
         order = np.argsort(medians, kind="stable")
         self.rungs_ = self.classes_[order]
         self.healthy_index_ = self._find_healthy(order)
+        healthy = of_class[self.healthy_index_]
         self.detection_threshold_ = false_alarm_threshold(
-            self._healthy_level(X)[target == self.healthy_index_],
+            self._healthy_level(X)[healthy],
             self.false_alarm_rate,
             self.margin_db,
+            weights[healthy],
         )
         if self._is_bank():
-            self.isolation_thresholds_ = self._bank_thresholds(X, target)
+            self.isolation_thresholds_ = self._bank_thresholds(X, of_class, weights)
         else:
             self.isolation_thresholds_ = np.sqrt(medians[order][:-1]) * np.sqrt(medians[order][1:])
             if order[0] == self.healthy_index_ and len(order) > 1:
                 # Gamma keeps the stated rate only while it is the first cut.
                 self.isolation_thresholds_[0] = self.detection_threshold_
                 np.maximum.accumulate(self.isolation_thresholds_, out=self.isolation_thresholds_)
-        self.confidence_scale_ = confidence_scale(self._scores(X), target)
+        self.confidence_scale_ = confidence_scale(self._likelihood_scores(X), target, weights)
         return self
+
+    def _check_priors(self):
+        n_classes = len(self.classes_)
+        if self.priors is None:
+            return np.full(n_classes, 1 / n_classes)
+        priors = np.asarray(self.priors, dtype=np.float64)
+        if priors.shape != (n_classes,) or not np.all(priors > 0) or abs(priors.sum() - 1) > 1e-6:
+            raise ValueError(
+                f"priors={self.priors!r}, expected {n_classes} probabilities above 0 that sum to "
+                f"1, for the conditions {self.classes_.tolist()}."
+            )
+        return priors
 
     def _find_healthy(self, order):
         if self.healthy is None:
@@ -147,16 +174,20 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
     def _healthy_level(self, X):
         return X[:, self.healthy_index_] if self._is_bank() else root_mean_square(X)
 
-    def _bank_thresholds(self, X, target):
-        relative = -relative_scores(X)
+    def _bank_thresholds(self, X, of_class, weights):
+        relative = np.exp(-relative_scores(X))
         return np.array(
             [
-                false_alarm_threshold(np.exp(relative[target == c, c]), self.false_alarm_rate, 0.0)
-                for c in range(len(self.classes_))
+                false_alarm_threshold(relative[own, c], self.false_alarm_rate, 0.0, weights[own])
+                for c, own in enumerate(of_class)
             ]
         )
 
     def _scores(self, X):
+        shift = np.log(self.priors_ / self.priors_.max()) / self.confidence_scale_
+        return self._likelihood_scores(X) + shift
+
+    def _likelihood_scores(self, X):
         if self._is_bank():
             return relative_scores(X)
         by_rung = rung_scores(root_mean_square(X), self.isolation_thresholds_)
@@ -179,8 +210,8 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
         -------
         ndarray of shape (n_windows, n_classes), or (n_windows,) for two conditions
             Nepers: of a bank how far the residual lies below the geometric mean of all, of one
-            residual how far the level lies inside the rung. For two conditions the second's score
-            less the first's.
+            residual how far the level lies inside the rung; plus what the priors add. For two
+            conditions the second's score less the first's.
         """
         scores = self._scores(self._validate(X))
         return scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores

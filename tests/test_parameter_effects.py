@@ -26,6 +26,10 @@ def thresholds(estimator, X, y):
     return np.array([fitted.detection_threshold_])
 
 
+def confidences(estimator, X, y):
+    return estimator.fit(np.abs(X[:, :1]) + y[:, np.newaxis], y).predict_proba(np.abs(X[:, :1]))
+
+
 OBSERVER_EFFECTS = {
     "pole": ({}, 0.8, levels),
     "kp": ({}, 0.7, levels),
@@ -63,7 +67,8 @@ EFFECTS = {
         for name, value in CepstralResidual().get_params().items()
         if name != "n_jobs"
     },
-    ThresholdLadder: ALARM_EFFECTS | {"healthy": ({}, 1, thresholds)},
+    ThresholdLadder: ALARM_EFFECTS
+    | {"healthy": ({}, 1, thresholds), "priors": ({}, [0.9, 0.1], confidences)},
     FaultDetector: ALARM_EFFECTS,
 }
 

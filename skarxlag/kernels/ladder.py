@@ -10,7 +10,7 @@ _LOG_ZERO, _LOG_INFINITE = -745.0, 745.0
 _TIE = 1e-9
 
 
-def false_alarm_threshold(levels, rate, margin_db):
+def false_alarm_threshold(levels, rate, margin_db, weights=None):
     """Level that a healthy window exceeds with at most the stated probability.
 
     The order statistic ceil((n + 1)(1 - rate)) of n healthy levels: for exchangeable windows a
@@ -25,6 +25,8 @@ def false_alarm_threshold(levels, rate, margin_db):
         False-alarm rate, in (0, 1).
     margin_db : float
         Margin in dB on the threshold.
+    weights : ndarray of shape (n_windows,) or None, default=None
+        How many windows each level stands for, above 0; n is their sum. None: one each.
 
     Returns
     -------
@@ -36,10 +38,41 @@ def false_alarm_threshold(levels, rate, margin_db):
     >>> false_alarm_threshold(np.arange(1.0, 100.0), rate=0.05, margin_db=0.0)
     95.0
     """
-    n = len(levels)
+    order, counted = _counted_in_order(levels, np.ones(len(levels)) if weights is None else weights)
     # (n + 1)(1 - rate) may be a whole number but for rounding.
-    rank = min(int(np.ceil((n + 1) * (1 - rate) - 1e-9)), n)
-    return float(np.sort(levels)[rank - 1] * 10 ** (margin_db / 20))
+    rank = (counted[-1] + 1) * (1 - rate) - 1e-9
+    place = min(np.searchsorted(counted, rank), len(order) - 1)
+    return float(levels[order[place]] * 10 ** (margin_db / 20))
+
+
+def weighted_median(levels, weights):
+    """Median of levels of which each stands for a number of windows.
+
+    Parameters
+    ----------
+    levels, weights : ndarray of shape (n_windows,)
+        Levels, and how many windows each stands for, above 0.
+
+    Returns
+    -------
+    float
+        The level in the middle, or the mean of the two about it.
+
+    Examples
+    --------
+    >>> weighted_median(np.array([3.0, 1.0, 2.0]), np.array([1.0, 2.0, 1.0]))
+    1.5
+    """
+    order, counted = _counted_in_order(levels, weights)
+    half = counted[-1] / 2
+    middle = [np.searchsorted(counted, half, side) for side in ("left", "right")]
+    return float(np.mean(levels[order[middle]]))
+
+
+def _counted_in_order(levels, weights):
+    """Places of levels from the lowest to the highest, and windows up to each of them."""
+    order = np.argsort(levels, kind="stable")
+    return order, np.cumsum(weights[order])
 
 
 def log_level(levels):
@@ -100,7 +133,7 @@ def relative_scores(levels):
     return level.mean(axis=1, keepdims=True) - level
 
 
-def confidence_scale(scores, target):
+def confidence_scale(scores, target, weights=None):
     r"""Factor :math:`\beta` with which softmax of the scores states the right confidence.
 
     Maximises the likelihood of the targets, smoothed as Platt (1999) does: a class of n windows
@@ -112,6 +145,8 @@ def confidence_scale(scores, target):
         Larger is likelier.
     target : ndarray of shape (n_windows,)
         Column of the right class.
+    weights : ndarray of shape (n_windows,) or None, default=None
+        How many windows each row stands for, above 0. None: one each.
 
     Returns
     -------
@@ -121,12 +156,13 @@ def confidence_scale(scores, target):
     n_classes = scores.shape[1]
     if n_classes == 1:
         return 1.0
-    counts = np.bincount(target, minlength=n_classes)
+    counts = np.bincount(target, weights, minlength=n_classes)
     doubt = 1 / (counts[target] + 2)
     wanted = np.repeat((doubt / (n_classes - 1))[:, np.newaxis], n_classes, axis=1)
     wanted[np.arange(len(target)), target] = 1 - doubt
 
     def loss(log_factor):
-        return -np.mean(np.sum(wanted * log_softmax(np.exp(log_factor) * scores, axis=1), axis=1))
+        likelihood = np.sum(wanted * log_softmax(np.exp(log_factor) * scores, axis=1), axis=1)
+        return -np.average(likelihood, weights=weights)
 
     return float(np.exp(minimize_scalar(loss, bounds=(-10, 10), method="bounded").x))
