@@ -1,18 +1,26 @@
 """A Pipeline that gives its verdicts batch by batch."""
 
+import math
+
 import numpy as np
+from sklearn import config_context
 from sklearn.pipeline import Pipeline
+from sklearn.utils import Bunch
 from sklearn.utils.metaestimators import available_if
 
 from ._parallel import map_batches
 
-#: Windows that go through all steps together: enough to make little of what checks cost, and few
-#: enough that the innovations of ten models take 50 MB.
-_BATCH = 512
+#: Bytes of the rows that go through all steps together. What several models make of them should
+#: stay in the processor's cache, and checks should cost little beside the work.
+_BATCH_BYTES = 2**20
 
 
 def _last_step_has(name):
     return available_if(lambda pipeline: hasattr(pipeline.steps[-1][1], name))
+
+
+def _some_step_has(name):
+    return available_if(lambda pipeline: any(hasattr(step, name) for _, step in pipeline.steps))
 
 
 class DiagnosisPipeline(Pipeline):
@@ -22,6 +30,11 @@ class DiagnosisPipeline(Pipeline):
     through all steps before the next one is looked at, so what is between the steps takes a fixed
     amount of memory for any number of windows. Every window is diagnosed by itself: the verdicts
     are those of `sklearn.pipeline.Pipeline`, bit for bit.
+
+    Metadata such as ``rpm``, the speed of each window, reach the steps that request them by
+    scikit-learn's metadata routing. In this pipeline they do so whether routing is switched on or
+    not. `sklearn.model_selection.cross_val_score` and the searches hand metadata to `score` only
+    when routing is switched on, by ``sklearn.set_config(enable_metadata_routing=True)``.
 
     Parameters
     ----------
@@ -50,74 +63,241 @@ class DiagnosisPipeline(Pipeline):
         super().__init__(steps, transform_input=transform_input, memory=memory, verbose=verbose)
         self.n_jobs = n_jobs
 
+    def fit(self, X, y=None, **params):
+        """Fit all steps, one after another.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        y : array-like of shape (n_windows,) or None, default=None
+            Condition of each window.
+        **params : dict of str to object
+            Metadata, such as ``rpm``, for the steps that request them.
+
+        Returns
+        -------
+        DiagnosisPipeline
+            The fitted pipeline.
+        """
+        with _routing(params):
+            return super().fit(X, y, **params)
+
+    @_last_step_has("transform")
+    def transform(self, X, **params):
+        """What the last step makes of the windows, all in one batch.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        **params : dict of str to object
+            Metadata, as in `fit`.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, ...)
+            As the last step gives it.
+        """
+        with _routing(params):
+            return super().transform(X, **params)
+
     @_last_step_has("predict")
-    def predict(self, X):
+    def predict(self, X, **params):
         """Condition of each window.
 
         Parameters
         ----------
         X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
             Windows; an array that is mapped from a file is read batch by batch.
+        **params : dict of str to object
+            Metadata, as in `fit`. Those with an entry for each window are cut into batches, too.
 
         Returns
         -------
         ndarray of shape (n_windows,)
             Verdicts of the last step.
         """
-        return self._in_batches(super().predict, X)
+        return self._in_batches(super().predict, X, params)
 
     @_last_step_has("predict_proba")
-    def predict_proba(self, X):
+    def predict_proba(self, X, **params):
         """Confidence in each condition.
 
         Parameters
         ----------
         X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
             Windows.
+        **params : dict of str to object
+            Metadata, as in `predict`.
 
         Returns
         -------
         ndarray of shape (n_windows, n_classes)
             As the last step gives it.
         """
-        return self._in_batches(super().predict_proba, X)
+        return self._in_batches(super().predict_proba, X, params)
 
     @_last_step_has("predict_log_proba")
-    def predict_log_proba(self, X):
+    def predict_log_proba(self, X, **params):
         """Logarithm of the confidence in each condition.
 
         Parameters
         ----------
         X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
             Windows.
+        **params : dict of str to object
+            Metadata, as in `predict`.
 
         Returns
         -------
         ndarray of shape (n_windows, n_classes)
             As the last step gives it.
         """
-        return self._in_batches(super().predict_log_proba, X)
+        return self._in_batches(super().predict_log_proba, X, params)
 
     @_last_step_has("decision_function")
-    def decision_function(self, X):
+    def decision_function(self, X, **params):
         """Scores of the conditions.
 
         Parameters
         ----------
         X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
             Windows.
+        **params : dict of str to object
+            Metadata, as in `predict`.
 
         Returns
         -------
         ndarray of shape (n_windows, n_classes), or (n_windows,) for two conditions
             As the last step gives it.
         """
-        return self._in_batches(super().decision_function, X)
+        return self._in_batches(super().decision_function, X, params)
 
-    def _in_batches(self, method, X):
+    @_last_step_has("predict")
+    def diagnose(self, X, **params):
+        """Verdict, confidence and alarm of each window together, in one pass.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        **params : dict of str to object
+            Metadata, as in `predict`.
+
+        Returns
+        -------
+        Bunch
+            ``levels``, what the last step was given, (n_windows, n_levels); ``verdict``, what
+            `predict` gives; and, as far as the last step states them, ``probability``
+            (`predict_proba`), ``score`` (`decision_function`) and ``alarm``, of bool: what
+            `ThresholdLadder.detect` gives, or, of a detector, whether the score is below 0.
+
+        Examples
+        --------
+        >>> from skarxlag import make_diagnoser
+        >>> X = np.random.default_rng(0).normal(size=(40, 400))
+        >>> X[20:] = X[20:].cumsum(axis=1)
+        >>> found = make_diagnoser().fit(X, np.repeat(["good", "worn"], 20)).diagnose(X)
+        >>> found.verdict[[0, 20]], found.alarm[[0, 20]]
+        (array(['good', 'worn'], dtype='<U4'), array([False,  True]))
+        """
+        return self._in_batches(self._diagnose, X, params)
+
+    def _diagnose(self, X, **params):
+        levels = self[:-1].transform(X, **params) if len(self.steps) > 1 else X
+        last = self.steps[-1][1]
+        found = Bunch(levels=levels, verdict=last.predict(levels))
+        if hasattr(last, "predict_proba"):
+            found.probability = last.predict_proba(levels)
+        if hasattr(last, "decision_function"):
+            found.score = last.decision_function(levels)
+        if hasattr(last, "detect"):
+            found.alarm = last.detect(levels)
+        elif not hasattr(last, "predict_proba") and "score" in found:
+            found.alarm = found.score < 0
+        return found
+
+    @_some_step_has("adapt")
+    def adapt(self, X, y):
+        """Move references by what windows of a new speed show, commonly healthy ones.
+
+        The windows go through the steps before the first one that has a method `adapt`, which is
+        called with the result. To keep the pipeline for the old speed, adapt a copy that
+        `copy.deepcopy` makes.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows at the new speed.
+        y : array-like of shape (n_windows,)
+            Their conditions, among those of `fit`.
+
+        Returns
+        -------
+        DiagnosisPipeline
+            This pipeline, for use at the new speed.
+        """
+        adapting = next(i for i, (_, step) in enumerate(self.steps) if hasattr(step, "adapt"))
+        levels = self[:adapting].transform(X) if adapting > 0 else X
+        self.steps[adapting][1].adapt(levels, y)
+        return self
+
+    @_last_step_has("score")
+    def score(self, X, y=None, sample_weight=None, **params):
+        """Score of the last step, the share of right verdicts where it is a classifier.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        y : array-like of shape (n_windows,) or None, default=None
+            Condition of each window.
+        sample_weight : array-like of shape (n_windows,) or None, default=None
+            As in `sklearn.pipeline.Pipeline`.
+        **params : dict of str to object
+            Metadata, as in `predict`.
+
+        Returns
+        -------
+        float
+            As the last step gives it.
+        """
+        with _routing(params):
+            return super().score(X, y, sample_weight, **params)
+
+    def _in_batches(self, method, X, params):
         X = X if hasattr(X, "shape") else np.asarray(X)
         n_windows = X.shape[0] if X.shape else 0
-        if n_windows <= _BATCH:
-            return method(X)
-        parts = map_batches(lambda batch: method(X[batch]), n_windows, self.n_jobs, _BATCH)
+        params = {name: _by_window(name, value, n_windows) for name, value in params.items()}
+        bytes_a_window = math.prod(X.shape[1:]) * getattr(getattr(X, "dtype", None), "itemsize", 8)
+        batch_size = max(_BATCH_BYTES // max(bytes_a_window, 1), 1)
+
+        def of_batch(batch):
+            some = {name: value[batch] if np.ndim(value) else value
+                    for name, value in params.items()}  # fmt: skip
+            return method(X[batch], **some)
+
+        with _routing(params):
+            if n_windows <= batch_size:
+                return method(X, **params)
+            parts = map_batches(of_batch, n_windows, self.n_jobs, batch_size)
+        if isinstance(parts[0], Bunch):
+            return Bunch(**{name: np.concatenate([p[name] for p in parts]) for name in parts[0]})
         return np.concatenate(parts)
+
+
+def _routing(params):
+    """Switch metadata routing on where there are metadata to route."""
+    return config_context(enable_metadata_routing=True) if params else config_context()
+
+
+def _by_window(name, value, n_windows):
+    """Metadata as an array with an entry for each window, or one value for all."""
+    if np.ndim(value) == 0:
+        return value
+    value = np.asarray(value)
+    if len(value) != n_windows:
+        raise ValueError(f"{name} has {len(value)} entries, expected one for each of {n_windows} "
+                         "windows in X.")  # fmt: skip
+    return value

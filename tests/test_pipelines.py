@@ -1,14 +1,16 @@
 import tracemalloc
+from typing import ClassVar
 
 import joblib
 import numpy as np
 import pandas as pd
 import pytest
+import sklearn
 from scipy.signal import lfilter
-from sklearn.base import clone
+from sklearn.base import BaseEstimator, TransformerMixin, clone
 from sklearn.exceptions import FitFailedWarning
 from sklearn.metrics import confusion_matrix
-from sklearn.model_selection import GridSearchCV, cross_val_score
+from sklearn.model_selection import GridSearchCV, StratifiedKFold, cross_val_score
 from sklearn.pipeline import Pipeline, make_pipeline
 
 from skarxlag import (
@@ -217,3 +219,154 @@ def test_a_diagnosis_pipeline_has_what_its_last_step_has(data):
     assert isinstance(make_diagnoser(n_jobs=2)[:-1], DiagnosisPipeline)
     with pytest.raises(ValueError, match="0 sample"):
         make_alpio().fit(*data).predict(np.empty((0, 400)))
+
+
+class SpeedScaled(TransformerMixin, BaseEstimator):
+    """A step that divides each window by its speed, and remembers what `fit` was given."""
+
+    __metadata_request__fit: ClassVar = {"rpm": True}
+    __metadata_request__transform: ClassVar = {"rpm": True}
+
+    def fit(self, X, y=None, rpm=None):
+        self.rpm_ = rpm
+        return self
+
+    def fit_transform(self, X, y=None, rpm=None):
+        return self.fit(X, y, rpm=rpm).transform(X, rpm=rpm)
+
+    def transform(self, X, rpm=None):
+        return X if rpm is None else X / np.reshape(rpm, (-1, 1))
+
+    def adapt(self, X, y):
+        self.adapted_ = X, y
+        return self
+
+
+@pytest.fixture
+def speed_aware():
+    """Levels that tell the conditions apart only when they are divided by the speed."""
+    rng = np.random.default_rng(0)
+    rpm = rng.uniform(300, 3000, size=60)
+    y = np.repeat(["good", "worn"], 30)
+    X = rpm[:, np.newaxis] * (1 + (y == "worn") + 0.1 * rng.random(60))[:, np.newaxis]
+    return DiagnosisPipeline([("scale", SpeedScaled()), ("decide", ThresholdLadder())]), X, y, rpm
+
+
+@pytest.mark.parametrize("enabled", [False, True])
+def test_speeds_reach_the_steps_with_routing_on_or_off(speed_aware, enabled):
+    pipe, X, y, rpm = speed_aware
+    with sklearn.config_context(enable_metadata_routing=enabled):
+        pipe.fit(X, y, rpm=rpm)
+        np.testing.assert_array_equal(pipe["scale"].rpm_, rpm)
+        np.testing.assert_array_equal(pipe.predict(X, rpm=rpm), y)
+        assert np.mean(pipe.predict(X) == y) < 0.9
+        for name in METHODS:
+            expected = getattr(pipe[-1], name)(X / rpm[:, np.newaxis])
+            np.testing.assert_array_equal(getattr(pipe, name)(X, rpm=rpm), expected)
+        np.testing.assert_array_equal(pipe[:-1].transform(X, rpm=rpm), X / rpm[:, np.newaxis])
+        np.testing.assert_array_equal(pipe.diagnose(X, rpm=rpm).verdict, y)
+        assert pipe.score(X, y, rpm=rpm) == 1.0
+        np.testing.assert_array_equal(pipe.predict(X / 7, rpm=7.0), pipe.predict(X / 49))
+        assert not sklearn.get_config()["enable_metadata_routing"] or enabled
+
+
+@pytest.mark.parametrize("n_jobs", [None, 2])
+def test_batches_cut_metadata(speed_aware, n_jobs):
+    pipe, X, y, rpm = speed_aware
+    pipe.set_params(n_jobs=n_jobs).fit(X, y, rpm=rpm)
+    # 8000 bytes a row: some 130 rows are a batch.
+    wide, speeds, truth = np.tile(X, (10, 1000)), np.tile(rpm, 10), np.tile(y, 10)
+    pipe["decide"].n_features_in_ = 1000
+    np.testing.assert_array_equal(pipe.predict(wide, rpm=speeds), truth)
+    np.testing.assert_array_equal(pipe.predict(wide, rpm=speeds.tolist()), truth)
+    np.testing.assert_array_equal(pipe.predict(wide, rpm=pd.Series(speeds, index=speeds)), truth)
+    with pytest.raises(ValueError, match="rpm has 7 entries, expected one for each of 600 windows"):
+        pipe.predict(wide, rpm=speeds[:7])
+
+
+def test_searches_and_cross_validation_route_speeds(speed_aware):
+    pipe, X, y, rpm = speed_aware
+    cv = StratifiedKFold(3, shuffle=True, random_state=0)
+    with sklearn.config_context(enable_metadata_routing=True):
+        scores = cross_val_score(pipe, X, y, params={"rpm": rpm}, cv=cv)
+        search = GridSearchCV(pipe, {"decide__margin_db": [0.0, 1.0]}, cv=cv).fit(X, y, rpm=rpm)
+        assert search.score(X, y, rpm=rpm) >= 0.95
+    assert scores.min() >= 0.95
+    assert cross_val_score(pipe, X, y, cv=cv).min() < 0.9
+    assert search.best_score_ >= 0.95
+
+
+def test_metadata_that_no_step_requests_are_refused(data):
+    with pytest.raises(TypeError, match="rpm"):
+        make_alpio().fit(*data, rpm=300)
+    with pytest.raises(TypeError, match="rpm"):
+        make_alpio().fit(*data).predict(data[0], rpm=300)
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_diagnose_gives_all_in_one_pass(make, data, monkeypatch):
+    X = np.tile(data[0], (10, 1))
+    diagnoser = make(n_jobs=2).fit(*data)
+    expected = {
+        "levels": diagnoser[:-1].transform(X),
+        "verdict": diagnoser.predict(X),
+        "probability": diagnoser.predict_proba(X),
+        "score": diagnoser.decision_function(X),
+        "alarm": diagnoser[-1].detect(diagnoser[:-1].transform(X)),
+    }
+    seen = []
+    original = ARXLaguerre.transform
+    monkeypatch.setattr(
+        ARXLaguerre, "transform", lambda self, X: seen.append(len(X)) or original(self, X)
+    )
+    found = diagnoser.diagnose(X)
+    assert sum(seen) == len(X)
+    assert set(found) == set(expected)
+    for name, value in expected.items():
+        np.testing.assert_array_equal(found[name], value)
+
+
+def test_diagnose_of_a_detector():
+    X, _ = simulate(40, seed=0)
+    steps = [("identify", ARXLaguerre(unit_rms=False)), ("observe", PIObserver()),
+             ("detect", FaultDetector())]  # fmt: skip
+    detector = DiagnosisPipeline(steps).fit(X[:40])
+    found = detector.diagnose(3 * X[:40])
+    assert found.alarm.all() and (found.verdict == -1).all()
+    np.testing.assert_array_equal(found.score, detector.decision_function(3 * X[:40]))
+    assert "probability" not in found
+
+
+def test_adapt_reaches_its_step_through_the_steps_before(data):
+    diagnoser = make_diagnoser().fit(*data)
+    by_hand = clone(diagnoser).fit(*data)
+    healthy = data[1] == "normal"
+    X, y = 0.5 * data[0][healthy] ** 3, data[1][healthy]
+    assert diagnoser.adapt(X, y) is diagnoser
+    step = next(step for _, step in by_hand.steps if hasattr(step, "adapt"))
+    before = by_hand.predict_proba(data[0])
+    i = [each for _, each in by_hand.steps].index(step)
+    step.adapt(by_hand[:i].transform(X), y)
+    np.testing.assert_array_equal(diagnoser.predict_proba(data[0]), by_hand.predict_proba(data[0]))
+    assert np.abs(diagnoser.predict_proba(data[0]) - before).max() > 1e-6
+    assert not hasattr(make_alpio(), "adapt")
+    first = DiagnosisPipeline([("scale", SpeedScaled()), ("decide", ThresholdLadder())])
+    first.fit(*data).adapt(X, y)
+    assert first["scale"].adapted_[0] is X
+
+
+def test_batches_are_counted_in_bytes(data, monkeypatch):
+    seen = []
+    original = ARXLaguerre.transform
+    monkeypatch.setattr(
+        ARXLaguerre, "transform", lambda self, X: seen.append(X.nbytes) or original(self, X)
+    )
+    diagnoser = make_alpio().fit(*data)
+    short, long = np.tile(data[0], (20, 1)), np.tile(data[0], (2, 400))[:, np.newaxis]
+    seen.clear()
+    diagnoser.predict(short)
+    assert 2**19 < seen[0] <= 2**20
+    stretches = make_alpio().fit(data[0][:, np.newaxis], data[1])
+    seen.clear()
+    assert stretches.predict(long).shape == (72,)
+    assert len(seen) == 72
