@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from skarxlag import kernels
-from skarxlag.datasets import simulate_rig
+from skarxlag.datasets import FETCHERS, simulate_rig
 from skarxlag.residual_evaluations import RESIDUAL_EVALUATIONS
 
 ROOT = Path(__file__).parents[1]
@@ -155,6 +155,12 @@ def test_readme_has_a_place_for_the_cross_speed_table():
     marks = [f"<!-- cross-speed overview: {mark} -->" for mark in ("begin", "end")]
     assert [text.count(mark) for mark in marks] == [1, 1]
     assert text.index(marks[0]) < text.index(marks[1])
+
+
+def test_every_fetcher_is_in_the_table_of_rigs():
+    text = (ROOT / "docs" / "data.md").read_text("utf-8")
+    row = re.search(r"^\| fetcher \|(.*)\|$", text, flags=re.M)[1]
+    assert re.findall(r"`fetch_(\w+)`", row) == list(FETCHERS)
 
 
 def test_every_residual_evaluation_is_in_the_table():

@@ -5,27 +5,21 @@ from importlib import import_module
 
 from sklearn.utils import Bunch
 
-
-def uestc(window_length, data_home=None):
-    from skarxlag.datasets import fetch_uestc
-
-    return fetch_uestc(window_length=window_length, data_home=data_home)
-
-
-def hit_sm(window_length, data_home=None):
-    from skarxlag.datasets import fetch_hit_sm
-
-    return fetch_hit_sm(window_length=window_length, data_home=data_home)
+from skarxlag.datasets import FETCHERS, simulate_rig
 
 
 def simulated(window_length):
-    from skarxlag.datasets import simulate_rig
-
     return simulate_rig(window_length=window_length, random_state=0)
 
 
-DOWNLOADED = {"uestc": uestc, "hit_sm": hit_sm}
-RIGS = {**DOWNLOADED, "simulated rig": simulated}
+def fetched(window_length, *, fetch, data_home=None):
+    return fetch(window_length=window_length, data_home=data_home)
+
+
+RIGS = {
+    **{name: partial(fetched, fetch=fetch) for name, fetch in FETCHERS.items()},
+    "simulated rig": simulated,
+}
 
 
 def find_rig(name, data_home=None):
@@ -36,8 +30,8 @@ def find_rig(name, data_home=None):
     ValueError
         If `name` is neither.
     """
-    if name in DOWNLOADED:
-        return partial(DOWNLOADED[name], data_home=data_home)
+    if name in FETCHERS:
+        return partial(RIGS[name], data_home=data_home)
     return find(name, RIGS, "--rig")
 
 

@@ -5,16 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from sklearn.utils import Bunch
 
-from ..datasets import fetch_hit_sm, fetch_uestc
-from ..datasets.simulated import simulate_rig
+from ..datasets import FETCHERS, simulate_rig
 from .errors import UsageError, as_command_error
 
 TITLES = {
     "simulated": "Simulated rig",
-    "uestc": "UESTC rig",
-    "hit_sm": "HIT-SM rig",
+    **{name: f"{name.upper().replace('_', '-')} rig" for name in FETCHERS},
 }
-_FETCHERS = {"uestc": fetch_uestc, "hit_sm": fetch_hit_sm}
 _SIMULATED_SAMPLES = 120_000
 _SIMULATED_CRACKS_MM = (3.0, 6.0)
 _ROW_WISE = ("data", "target", "rpm", "recording", "start")
@@ -75,7 +72,7 @@ def load_parts(args):
             raise UsageError(f"argument {option}: only the simulated rig has it, not {args.rig}")
     try:
         with as_command_error(OSError):
-            rig = _FETCHERS[args.rig](data_home=args.data_home, window_length=args.window_length)
+            rig = FETCHERS[args.rig](data_home=args.data_home, window_length=args.window_length)
     except ValueError as error:
         # Of files that are the original ones a fetcher can refuse nothing else.
         raise UsageError(f"argument --window-length: {error}") from error

@@ -250,7 +250,7 @@ def fetched(monkeypatch, real_rig):
         asked.update(options)
         return real_rig
 
-    monkeypatch.setitem(rigs._FETCHERS, "uestc", fetch)
+    monkeypatch.setitem(rigs.FETCHERS, "uestc", fetch)
     return asked
 
 
@@ -331,7 +331,7 @@ def test_damaged_files_end_with_one_line(run, tmp_path, monkeypatch):
     def fetch(**options):
         raise OSError("N_800_1.mat is missing")
 
-    monkeypatch.setitem(rigs._FETCHERS, "hit_sm", fetch)
+    monkeypatch.setitem(rigs.FETCHERS, "hit_sm", fetch)
     code, out, err = run("evaluate", "--rig", "hit_sm", "--output", tmp_path)
     assert code == 1 and not out
     assert err.splitlines()[-1] == "skarxlag evaluate: error: N_800_1.mat is missing"
@@ -341,7 +341,7 @@ def test_a_window_length_that_a_fetcher_refuses_is_a_wrong_argument(run, tmp_pat
     def fetch(**options):
         raise ValueError("N_800_1.mat: fewer samples than window_length=500000")
 
-    monkeypatch.setitem(rigs._FETCHERS, "hit_sm", fetch)
+    monkeypatch.setitem(rigs.FETCHERS, "hit_sm", fetch)
     code, _, err = run("evaluate", "--rig", "hit_sm", "--output", tmp_path)
     assert code == 2 and "argument --window-length: N_800_1.mat: fewer samples" in err
 

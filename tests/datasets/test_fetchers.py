@@ -4,27 +4,54 @@ import shutil
 import threading
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from scipy.io import loadmat, savemat
 
-from skarxlag.datasets import hit_sm, uestc
+from skarxlag.datasets import FETCHERS, hit_sm, uestc
+
+
+class Expected(NamedTuple):
+    """What a rig must be: its conditions, the healthy one first; where its files lie."""
+
+    module: ModuleType
+    conditions: list
+    speeds: list
+    sampling_rate: float
+    path: str
+    url_of_first_file: str
+    phrases_of_its_terms: tuple
+
 
 RIGS = {
-    "uestc": (uestc, uestc.fetch_uestc, ["N", "B", "I", "O"], [800, 1000, 1200, 1400], 20_000),
-    "hit_sm": (
+    "uestc": Expected(
+        uestc,
+        ["N", "B", "I", "O"],
+        [800, 1000, 1200, 1400],
+        20_000,
+        "Data/{c}_{r}/{c}_{r}_1.mat",
+        "https://raw.githubusercontent.com/ChangLiu2024/UESTC-Bearing-Dataset/"
+        "782c6ddddcd63e0ef97019dbfeec9887e36bca1e/Data/N_800/N_800_1.mat",
+        ("open-source and can be used for any", "10.1109/JSEN.2025.3635217", "20 kHz"),
+    ),
+    "hit_sm": Expected(
         hit_sm,
-        hit_sm.fetch_hit_sm,
         ["Normal", "IR2", "IR5", "IR8", "OR2", "OR5", "OR8"],
         [600, 900, 1200],
         51_200,
+        "SpectraQuest MFS dataset/{c}_{r}.mat",
+        "https://raw.githubusercontent.com/hitwzc/Bearing-datasets/"
+        "12e46cd1b4a40f396c2bd6e245be5bafe18b1989/SpectraQuest%20MFS%20dataset/Normal_600.mat",
+        ("publicly available and can be used by", "subdomain adaptation", "51.2 kHz"),
     ),
 }
-PATHS = {
-    "uestc": "Data/{c}_{r}/{c}_{r}_1.mat",
-    "hit_sm": "SpectraQuest MFS dataset/{c}_{r}.mat",
-}
+
+
+def test_every_fetcher_is_tested_here():
+    assert list(RIGS) == list(FETCHERS)
 
 
 class Handler(SimpleHTTPRequestHandler):
@@ -61,16 +88,20 @@ def originals(tmp_path_factory):
     root = tmp_path_factory.mktemp("repositories")
     rng = np.random.default_rng(0)
     checksums = {}
-    for name, (module, _, conditions, speeds, rate) in RIGS.items():
+    for name, rig in RIGS.items():
         table = {}
-        for i, (c, r) in enumerate((c, r) for c in conditions for r in speeds):
-            path = root / name / PATHS[name].format(c=c, r=r)
+        for i, (c, r) in enumerate((c, r) for c in rig.conditions for r in rig.speeds):
+            path = root / name / rig.path.format(c=c, r=r)
             path.parent.mkdir(parents=True, exist_ok=True)
             variable = "Data" if name == "uestc" else f"z{i}_1"
-            content = {variable: rng.normal(size=(3000, 1)), "SampleFrequency": rate, "Start": "x"}
+            content = {
+                variable: rng.normal(size=(3000, 1)),
+                "SampleFrequency": 20_000,
+                "Start": "x",
+            }
             savemat(path, content, do_compression=name == "hit_sm")
             table[path.name] = hashlib.sha256(path.read_bytes()).hexdigest()
-        assert list(table) == list(module.CHECKSUMS)
+        assert list(table) == list(rig.module.CHECKSUMS)
         checksums[name] = table
     return root, checksums
 
@@ -79,7 +110,7 @@ def originals(tmp_path_factory):
 def rig_name(request, originals, monkeypatch):
     name = request.param
     if originals[1] is not None:
-        monkeypatch.setattr(RIGS[name][0], "CHECKSUMS", originals[1][name])
+        monkeypatch.setattr(RIGS[name].module, "CHECKSUMS", originals[1][name])
     monkeypatch.setenv("no_proxy", "127.0.0.1")
     return name
 
@@ -111,7 +142,7 @@ def fetch(rig_name, server, tmp_path):
             "delay": 0,
             "verbose": False,
         }
-        return RIGS[rig_name][1](**(defaults | options))
+        return FETCHERS[rig_name](**(defaults | options))
 
     return fetch
 
@@ -121,19 +152,20 @@ def files_below(folder):
 
 
 def last_file(rig_name):
-    _, _, conditions, speeds, _ = RIGS[rig_name]
-    return PATHS[rig_name].format(c=conditions[-1], r=speeds[-1])
+    expected = RIGS[rig_name]
+    return expected.path.format(c=expected.conditions[-1], r=expected.speeds[-1])
 
 
 def test_downloaded_rig(fetch, rig_name, originals, tmp_path, server):
     rig = fetch()
-    _, _, conditions, speeds, rate = RIGS[rig_name]
+    expected = RIGS[rig_name]
+    conditions, speeds = expected.conditions, expected.speeds
     root = originals[0] / rig_name
     assert rig.target_names == conditions
-    assert rig.sampling_rate == rate
+    assert rig.sampling_rate == expected.sampling_rate
     assert isinstance(rig.sampling_rate, float)
     assert rig.data.dtype == rig.rpm.dtype == np.float64
-    names = [PATHS[rig_name].format(c=c, r=r) for c in conditions for r in speeds]
+    names = [expected.path.format(c=c, r=r) for c in conditions for r in speeds]
     assert rig.filenames == [str(tmp_path / "home" / rig_name / name) for name in names]
     assert len(server.requests) == len(names)
 
@@ -179,8 +211,8 @@ def test_window_length(fetch, rig_name, window_length):
 
 
 def test_window_longer_than_a_recording(fetch, rig_name):
-    _, _, conditions, speeds, _ = RIGS[rig_name]
-    first = Path(PATHS[rig_name].format(c=conditions[0], r=speeds[0])).name
+    expected = RIGS[rig_name]
+    first = Path(expected.path.format(c=expected.conditions[0], r=expected.speeds[0])).name
     with pytest.raises(ValueError, match=rf"{first}.*window_length=300000"):
         fetch(window_length=300_000)
 
@@ -218,14 +250,14 @@ def test_failed_download_names_the_file_and_leaves_nothing(
         fetch()
     assert not any(path.name.startswith(Path(name).name) for path in files_below(tmp_path))
     fetch()
-    assert len(files_below(tmp_path)) == len(RIGS[rig_name][0].CHECKSUMS)
+    assert len(files_below(tmp_path)) == len(RIGS[rig_name].module.CHECKSUMS)
 
 
 def test_a_data_home_that_gets_no_file_is_not_created(fetch, rig_name, server, tmp_path):
     home = tmp_path / "no" / "such" / "home"
     with pytest.raises(OSError, match="is missing and download_if_missing is False"):
         fetch(data_home=home, download_if_missing=False)
-    server.faults |= {Path(name).name: 404 for name in RIGS[rig_name][0].CHECKSUMS}
+    server.faults |= {Path(name).name: 404 for name in RIGS[rig_name].module.CHECKSUMS}
     with pytest.raises(OSError, match="could not be fetched"):
         fetch(data_home=home)
     assert not (tmp_path / "no").exists()
@@ -250,7 +282,7 @@ def test_delay_is_the_time_between_tries(fetch, rig_name, server, monkeypatch):
 
 
 def test_verbose_writes_a_line_for_every_download(fetch, rig_name, capsys):
-    n_files = len(RIGS[rig_name][0].CHECKSUMS)
+    n_files = len(RIGS[rig_name].module.CHECKSUMS)
     fetch(verbose=True)
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == n_files
@@ -274,7 +306,7 @@ def test_default_data_home(fetch, rig_name, tmp_path, monkeypatch):
 def test_copy_of_the_repository_is_a_data_home(fetch, rig_name, originals, server, tmp_path):
     shutil.copytree(originals[0] / rig_name, tmp_path / "copy" / rig_name)
     rig = fetch(data_home=str(tmp_path / "copy"), download_if_missing=False)
-    assert set(rig.target) == set(RIGS[rig_name][2])
+    assert set(rig.target) == set(RIGS[rig_name].conditions)
     assert server.requests == []
 
 
@@ -288,27 +320,17 @@ def test_default_source_is_a_fixed_commit(fetch, rig_name, monkeypatch, tmp_path
     monkeypatch.setattr("skarxlag.datasets._repository.fetch_file", refuse)
     with pytest.raises(OSError, match="no network in this test"):
         fetch(mirror=None)
-    expected = {
-        "uestc": "https://raw.githubusercontent.com/ChangLiu2024/UESTC-Bearing-Dataset/"
-        "782c6ddddcd63e0ef97019dbfeec9887e36bca1e/Data/N_800/N_800_1.mat",
-        "hit_sm": "https://raw.githubusercontent.com/hitwzc/Bearing-datasets/"
-        "12e46cd1b4a40f396c2bd6e245be5bafe18b1989/SpectraQuest%20MFS%20dataset/Normal_600.mat",
-    }
-    assert urls == [expected[rig_name]]
+    assert urls == [RIGS[rig_name].url_of_first_file]
 
 
 def test_description_states_terms_and_source(fetch, rig_name):
     text = fetch().DESCR
-    expected = {
-        "uestc": ["open-source and can be used for any", "10.1109/JSEN.2025.3635217", "20 kHz"],
-        "hit_sm": ["publicly available and can be used by", "subdomain adaptation", "51.2 kHz"],
-    }
-    for phrase in expected[rig_name]:
+    for phrase in RIGS[rig_name].phrases_of_its_terms:
         assert phrase in text
 
 
-@pytest.mark.parametrize("module", [uestc, hit_sm])
-def test_checksums_are_complete_and_distinct(module):
-    sums = list(module.CHECKSUMS.values())
+@pytest.mark.parametrize("rig", RIGS.values(), ids=RIGS)
+def test_checksums_are_complete_and_distinct(rig):
+    sums = list(rig.module.CHECKSUMS.values())
     assert len(set(sums)) == len(sums)
     assert all(len(value) == 64 and int(value, 16) >= 0 for value in sums)

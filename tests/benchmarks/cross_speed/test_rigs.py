@@ -6,6 +6,7 @@ import pytest
 from sklearn.utils import Bunch
 
 from benchmarks.cross_speed.rigs import RIGS, find, find_rig, split_by_crack
+from skarxlag.datasets import FETCHERS
 
 
 def test_split_by_crack_keeps_the_healthy_windows_in_each_part():
@@ -48,5 +49,6 @@ def test_find_names_what_is_known():
 
 
 def test_data_home_reaches_the_downloaded_rigs():
-    assert find_rig("uestc", data_home="here").keywords == {"data_home": "here"}
+    for name, fetch in FETCHERS.items():
+        assert find_rig(name, data_home="here").keywords == {"fetch": fetch, "data_home": "here"}
     assert find_rig("simulated rig", data_home="here") is RIGS["simulated rig"]
