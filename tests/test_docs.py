@@ -3,6 +3,7 @@
 import doctest
 import importlib
 import inspect
+import json
 import pkgutil
 import re
 import runpy
@@ -96,7 +97,8 @@ def test_index_of_the_site_lists_every_page():
 
 
 def test_api_page_lists_every_public_name():
-    text = (ROOT / "docs" / "api" / "index.rst").read_text("utf-8")
+    pages = [ROOT / "docs" / "api" / f"{name}.rst" for name in ("index", "kernels")]
+    text = "".join(page.read_text("utf-8") for page in pages)
     listed, module = set(), None
     for line in text.splitlines():
         if line.startswith(".. currentmodule:: "):
@@ -148,6 +150,20 @@ def test_example(example, monkeypatch, capsys):
     has_figure = bool(pyplot.get_fignums())
     pyplot.close("all")
     assert has_figure and capsys.readouterr().out
+
+
+def test_notebook_runs(monkeypatch):
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    pyplot.switch_backend("Agg")
+    monkeypatch.setattr(pyplot, "show", lambda: None)
+    notebook = json.loads((ROOT / "examples" / "getting_started.ipynb").read_text("utf-8"))
+    cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    names = {}
+    for cell in cells:
+        exec("".join(cell["source"]), names)
+    assert pyplot.get_fignums() and len(names["verdicts"]) == len(names["conditions"])
+    pyplot.close("all")
+    assert not any(cell["outputs"] for cell in cells)
 
 
 def test_readme_has_a_place_for_the_cross_speed_table():
