@@ -73,7 +73,9 @@ class DiagnosisPipeline(Pipeline):
         y : array-like of shape (n_windows,) or None, default=None
             Condition of each window.
         **params : dict of str to object
-            Metadata, such as ``rpm``, for the steps that request them.
+            Metadata, such as ``rpm``, for the steps that request them; or, where routing is
+            switched off, parameters of a step's `fit` by its name, such as
+            ``identify__sample_weight``, as in `sklearn.pipeline.Pipeline`.
 
         Returns
         -------
@@ -288,8 +290,10 @@ class DiagnosisPipeline(Pipeline):
 
 
 def _routing(params):
-    """Switch metadata routing on where there are metadata to route."""
-    return config_context(enable_metadata_routing=True) if params else config_context()
+    """Switch metadata routing on where there are metadata to route, not named for a step."""
+    if params and not any("__" in name for name in params):
+        return config_context(enable_metadata_routing=True)
+    return config_context()
 
 
 def _by_window(name, value, n_windows):
