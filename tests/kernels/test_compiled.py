@@ -15,7 +15,7 @@ PACKAGE = Path(skarxlag.__file__).parent
 
 COUNT_SIGNATURES = """
 import sys
-import skarxlag
+from skarxlag import *
 from numba.core.dispatcher import Dispatcher
 found = 0
 for module in list(sys.modules.values()):
