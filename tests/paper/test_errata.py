@@ -1,8 +1,8 @@
-"""The list of errata: complete entries, tests that exist, and a page that is made of it."""
+"""The page of errata: complete entries in order, tests that exist, counts and tables that hold."""
 
 import ast
-import json
-import runpy
+import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -10,57 +10,70 @@ import pytest
 from tests.paper import test_errata_tables as tables
 
 ROOT = Path(__file__).parents[2]
-PAPER = ROOT / "docs" / "paper"
-DATA = json.loads((PAPER / "errata.json").read_text("utf-8"))
-ENTRIES = DATA["entries"]
-KEYS = {"id", "part", "title", "where", "kind", "printed", "problem", "corrected"}
-KEYS |= {"severity", "check", "tests"}
+PAGE = (ROOT / "docs" / "paper" / "errata.md").read_text("utf-8")
+INTRODUCTION, *SECTIONS = re.split(r"^### ", PAGE, flags=re.M)
+#: Where: **severity**, check by `test`, `test`.
+STATEMENT = re.compile(r"^\S.*: \*\*([\w ]+)\*\*, (\w+)(?: by (`\w+`(?:, `\w+`)*))?\.$", re.M)
+TESTS = {
+    node.name
+    for path in (ROOT / "tests").rglob("test_*.py")
+    if path.parent.name in ("paper", "kernels")
+    for node in ast.parse(path.read_text("utf-8")).body
+    if isinstance(node, ast.FunctionDef)
+}
 
 
-def test_page_is_what_the_data_give():
-    page = runpy.run_path(str(PAPER / "make_errata.py"))["page"]
-    written = (PAPER / "errata.md").read_text("utf-8")
-    assert written == page(DATA), "run python docs/paper/make_errata.py"
+def cells(text):
+    """Cells of the Markdown tables in a text, without their heads."""
+    rows = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("|")]
+    return [row for row in rows if not set(row[0]) <= set("-:")][1:]
+
+
+def counts(head):
+    """Names and stated numbers of the table in the introduction that begins with this head."""
+    return {row[0]: int(row[-1]) for row in cells(re.search(rf"\| {head} .*?\n\n", PAGE, re.S)[0])}
+
+
+def numbers(section):
+    """Numbers of the entries that a section holds."""
+    first, last = re.match(r"E(\d\d)(?: to E(\d\d))? ", section).groups()
+    return range(int(first), int(last or first) + 1)
 
 
 def test_numbers_run_through_the_page():
-    assert [entry["id"] for entry in ENTRIES] == [f"E{n:02d}" for n in range(1, len(ENTRIES) + 1)]
-    parts = list(DATA["parts"])
-    places = [parts.index(entry["part"]) for entry in ENTRIES]
-    assert places == sorted(places)
+    found = [number for section in SECTIONS for number in numbers(section)]
+    assert found == list(range(1, len(found) + 1))
 
 
-@pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry["id"])
-def test_entry_is_complete(entry):
-    optional = {"doubt", "table", "method", "crack_mm", "cells"}
-    assert set(entry) - optional == KEYS
-    assert entry["severity"] in DATA["severities"]
-    assert entry["check"] in DATA["checks"]
-    assert bool(entry["tests"]) == (entry["check"] != "read")
+@pytest.mark.parametrize("section", SECTIONS, ids=lambda section: section[:3])
+def test_entry_is_complete_and_its_tests_exist(section):
+    ((severity, check, named),) = STATEMENT.findall(section)
+    assert severity in counts("severity") and check in counts("check")
+    assert bool(named) == (check != "read")
+    assert set(re.findall(r"`(\w+)`", named)) <= TESTS
+    labels = re.findall(r"^- (\w+): \S", section, flags=re.M)
+    if len(numbers(section)) == 1:
+        assert labels in (wanted := ["Printed", "Problem", "Instead"], [*wanted, "Doubt"])
 
 
-@pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry["id"])
-def test_tests_of_entry_exist(entry):
-    for name in entry["tests"]:
-        file, _, function = name.partition("::")
-        tree = ast.parse((ROOT / file).read_text("utf-8"))
-        assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-
-
-def test_every_severity_and_check_is_used():
-    assert {entry["severity"] for entry in ENTRIES} == set(DATA["severities"])
-    assert {entry["check"] for entry in ENTRIES} == set(DATA["checks"])
+def test_stated_counts_are_those_of_the_entries():
+    found = [STATEMENT.search(section) for section in SECTIONS for _ in numbers(section)]
+    assert counts("severity") == Counter(each[1] for each in found)
+    assert counts("check") == Counter(each[2] for each in found)
 
 
 def test_listed_averages_are_those_that_the_rows_contradict():
-    listed = {
-        (entry["table"], entry["method"], entry["crack_mm"]): (entry["printed"], entry["corrected"])
-        for entry in ENTRIES
-        if entry["kind"] == "average"
-    }
+    (section,) = (each for each in SECTIONS if len(numbers(each)) > 1)
+    listed = {}
+    for number, (label, where, *figures) in zip(numbers(section), cells(section), strict=True):
+        assert label == f"E{number}"
+        table, method, crack = where.split(", ")
+        key = (table.lower().replace(" ", ""), method, int(crack.removesuffix(" mm")))
+        listed[key] = tuple(map(float, figures))
     assert listed == tables.WRONG_AVERAGES
 
 
 def test_listed_cells_are_those_that_differ():
-    (listed,) = (entry["cells"] for entry in ENTRIES if "cells" in entry)
-    assert listed == tables.differing_cells()
+    (section,) = (each for each in SECTIONS if "Cells with two values" in each)
+    listed = cells(section)
+    assert listed == [list(map(str, cell.values())) for cell in tables.differing_cells()]
