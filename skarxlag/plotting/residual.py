@@ -22,9 +22,9 @@ from ._style import condition_styles, ink
 class ResidualDisplay:
     r"""Residual of one window with the ladder's thresholds (Figures 12-19 of the paper).
 
-    For the evaluation "switching_gain" the residual is :math:`r = K_s\,\mathrm{sgn}(S)` (Eq. 21),
-    and the window's level, which is what the thresholds bound, the settled :math:`K_s`. For "power"
-    the residual is the error e and the level its root-mean-square.
+    For the evaluation "switching_gain" the residual is :math:`r = K_s\,\mathrm{sgn}(S)` (Eq. 21).
+    The level of the window is then the settled :math:`K_s`, and the thresholds are compared with
+    this level. For "power" the residual is the error e, and the level is its root mean square.
 
     Parameters
     ----------
@@ -35,7 +35,9 @@ class ResidualDisplay:
     detection_threshold : float or None, default=None
         :math:`\Gamma`.
     isolation_thresholds : dict of str to float or None, default=None
-        :math:`\Delta` by condition; one that is infinite, or is :math:`\Gamma`, is not drawn.
+        :math:`\Delta` by condition. If `level` is given, only the next threshold below it and the
+        next one above it are drawn; these two decide the verdict. A threshold that is infinite, or
+        that equals :math:`\Gamma`, is not drawn.
     model : str or None, default=None
         Condition of the model that the residual is of.
     condition : str or None, default=None
@@ -50,7 +52,8 @@ class ResidualDisplay:
     level_line_ : matplotlib Line2D or None
         The level; like the thresholds, it is drawn on both sides of zero.
     threshold_lines_ : dict of str to matplotlib Line2D
-        The thresholds, by their label.
+        The thresholds that are drawn, by their label, in the order of the legend: :math:`\Gamma`,
+        then :math:`\Delta` from the lowest to the highest.
     ax_, figure_ : matplotlib Axes and Figure
         Where it was plotted.
 
@@ -249,22 +252,33 @@ class ResidualDisplay:
         self.threshold_lines_ = {}
         if self.detection_threshold is not None:
             self._threshold(ax, r"$\Gamma$", self.detection_threshold, color=ink(), linestyle="--")
-        for name, value in (self.isolation_thresholds or {}).items():
-            if np.isfinite(value) and value != self.detection_threshold:
-                shown = {key: styles[name][key] for key in ("color", "linestyle")}
-                self._threshold(ax, rf"$\Delta$ {name}", value, **shown)
+        for name, value in self._bounds():
+            shown = {key: styles[name][key] for key in ("color", "linestyle")}
+            self._threshold(ax, rf"$\Delta$ {name}", value, **shown)
         drawn = [line.get_ydata()[0] for line in self.threshold_lines_.values()]
         reach = 1.08 * np.max(np.abs([*self.residual, *drawn]))
         ax.set(xlabel="Sample", ylabel="Residual r(k)", xlim=(0, len(self.residual) - 1))
         if reach > 0:
             ax.set_ylim(-reach, reach)
         level = [] if self.level_line_ is None else [self.level_line_]
-        lines = [*level, *self.threshold_lines_.values()]
-        # As they lie, the highest on top.
-        legend_beside(ax, sorted(lines, key=lambda line: -line.get_ydata()[0]))
+        legend_beside(ax, [*level, *self.threshold_lines_.values()])
         ax.set_title(self.line_.get_label(), fontsize="medium", loc="left")
         self.ax_, self.figure_ = ax, ax.figure
         return self
+
+    def _bounds(self):
+        """The isolation thresholds that are drawn, the lowest first."""
+        finite = [
+            (name, value)
+            for name, value in (self.isolation_thresholds or {}).items()
+            if np.isfinite(value) and value != self.detection_threshold
+        ]
+        finite.sort(key=lambda each: each[1])
+        if self.level is None:
+            return finite
+        below = [each for each in finite if each[1] < self.level]
+        above = [each for each in finite if each[1] >= self.level]
+        return below[-1:] + above[:1]
 
     def _threshold(self, ax, label, value, **style):
         self.threshold_lines_[label] = _on_both_sides(ax, value, label, linewidth=1.4, **style)

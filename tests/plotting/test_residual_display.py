@@ -94,7 +94,7 @@ def test_thresholds_stand_on_both_sides_in_the_colours_of_their_conditions(ax):
     assert display.threshold_lines_[r"$\Gamma$"].get_color() == ink()
     assert display.line_.get_color() == PALETTE[1]
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert texts == [r"$\Delta$ b", "level of the window", r"$\Gamma$"]
+    assert texts == ["level of the window", r"$\Gamma$", r"$\Delta$ b"]
     assert ax.get_ylim() == pytest.approx((-3.24, 3.24))
 
 
@@ -138,3 +138,13 @@ def test_whiteness_has_no_trajectory(rig):
     white = make_pipeline(ARXLaguerre(), PIObserver(evaluation="whiteness"), ThresholdLadder())
     with pytest.raises(ValueError, match="evaluation='whiteness'"):
         ResidualDisplay.from_estimator(white.fit(rig.X, rig.y), rig.X[0])
+
+
+def test_only_the_thresholds_next_to_the_level_are_drawn(ax):
+    thresholds = {"a": 1.0, "d": 4.0, "b": 2.0, "c": 3.0}
+    display = ResidualDisplay.from_predictions(
+        [1.0, -2.0], level=2.5, isolation_thresholds=thresholds, ax=ax
+    )
+    assert list(heights(display)) == [r"$\Delta$ b", r"$\Delta$ c"]
+    without_level = ResidualDisplay.from_predictions([1.0, 2.0], isolation_thresholds=thresholds)
+    assert list(heights(without_level).values()) == [1.0, 2.0, 3.0, 4.0]
