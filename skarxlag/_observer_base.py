@@ -3,11 +3,12 @@
 from numbers import Integral
 
 import numpy as np
-from sklearn.base import BaseEstimator, TransformerMixin
+from sklearn.base import BaseEstimator, TransformerMixin, clone
 from sklearn.utils import Bunch, check_scalar
 from sklearn.utils.validation import check_is_fitted
 
 from ._parallel import map_batches
+from ._state import check_fitted_array, check_fitted_input, check_fitted_number, remember_parameters
 from ._validation import check_input_names, check_real, validate_innovations
 from .kernels import observer, residual_levels
 from .kernels.scaling import root_mean_square
@@ -45,6 +46,7 @@ class Observer(TransformerMixin, BaseEstimator):
         validate_innovations(self, X, reset=True)
         self._check_parameters()
         self._certify()
+        remember_parameters(self)
         return self
 
     def transform(self, X):
@@ -174,7 +176,29 @@ class Observer(TransformerMixin, BaseEstimator):
         )
         check_real(self.boundary_layer, "boundary_layer", min_val=0)
         check_scalar(self.spectrum_order, "spectrum_order", Integral, min_val=1)
-        check_real(self.quefrency_exponent, "quefrency_exponent", min_val=0)
+        check_real(self.quefrency_exponent, "quefrency_exponent", min_val=0, max_val=10)
+
+    def _check_state(self):
+        check_fitted_input(self, windows=True)
+        check_fitted_number(
+            self,
+            "n_models_",
+            kind="i",
+            valid=lambda n: n == (self.n_features_in_ if len(self.window_shape_) == 2 else 0),
+            expected="the number of models in window_shape_, or 0 for plain windows",
+        )
+        self._check_parameters()
+        # The loops run on the parameters, and all else that `fit` found follows from these.
+        afresh = clone(self)
+        afresh._certify()
+        for name in filter(lambda name: name.endswith("_"), vars(afresh)):
+            expected = getattr(afresh, name)
+            if isinstance(expected, np.ndarray):
+                found = check_fitted_array(self, name, expected.shape)
+            else:
+                found = check_fitted_number(self, name)
+            if not np.allclose(found, expected, rtol=1e-6):
+                raise ValueError(f"{name} == {found!r}, but the parameters give {expected!r}.")
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()

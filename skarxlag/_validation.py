@@ -8,14 +8,16 @@ from sklearn.utils import check_array, check_scalar, get_tags
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
 
+from ._state import check_state
 
-def validate_signals(estimator, X, y=None, *, reset, expected):
+
+def validate_signals(estimator, X, y=None, *, reset, expected, any_length=False):
     """Check an array of two or three axes, and conditions where there are any.
 
     Parameters
     ----------
     estimator : estimator
-        Gets or has `n_features_in_`.
+        Gets or has `n_features_in_` and `window_shape_`, the shape of one window.
     X : array-like of two or three axes
         Signals along the last one.
     y : array-like of shape (n_windows,) or None, default=None
@@ -24,6 +26,9 @@ def validate_signals(estimator, X, y=None, *, reset, expected):
         True in `fit`.
     expected : str
         What X should have been, for the message.
+    any_length : bool, default=False
+        Whether windows of several channels may be longer or shorter than in `fit`. scikit-learn's
+        contract fixes the length of windows of one channel, which are rows of a table.
 
     Returns
     -------
@@ -35,19 +40,74 @@ def validate_signals(estimator, X, y=None, *, reset, expected):
     Raises
     ------
     ValueError
-        If X has more axes, or y is not made of classes or missing where it is required.
+        If X has another number of axes, channels or samples than in `fit`, y is not made of
+        classes or missing where it is required, or the estimator is not consistent.
     """
+    check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
     if not reset:
         check_is_fitted(estimator)
-    check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
+        check_state(estimator)
+        X = X if hasattr(X, "shape") else np.asarray(X)
+        _check_window_shape(estimator, X.shape[1:], any_length)
     if y is None and not (reset and get_tags(estimator).target_tags.required):
         X = validate_data(estimator, X, **check)
     else:
+        check_labels(y)
         X, y = validate_data(estimator, X, y, **check)
         check_classification_targets(y)
     if X.ndim > 3:
         raise ValueError(f"X has shape {X.shape}, expected {expected}.")
+    if reset:
+        estimator.window_shape_ = np.array(X.shape[1:])
     return X, y
+
+
+def _check_window_shape(estimator, shape, any_length):
+    """Speak of channels and samples, where scikit-learn would of features."""
+    fitted = tuple(estimator.window_shape_.tolist())
+    # Of rows of a table, and of whatever else is wrong with X, scikit-learn speaks itself.
+    if len(shape) not in (1, 2) or len(shape) == len(fitted) == 1:
+        return
+    any_length = any_length and len(shape) == len(fitted) == 2
+    if shape[0] != fitted[0] or (shape != fitted and not any_length):
+        wanted = f"({fitted[0]}, any)" if any_length else fitted
+        raise ValueError(
+            f"X has windows of shape {shape}, but {type(estimator).__name__} was fitted on windows "
+            f"of shape {wanted}: channels or models first, where there are several, then samples."
+        )
+
+
+def check_labels(y):
+    """Refuse labels of which some are texts and some are numbers.
+
+    Parameters
+    ----------
+    y : array-like or None
+        Labels.
+
+    Raises
+    ------
+    ValueError
+        If they are mixed: they cannot be sorted, and NumPy would make texts of the numbers.
+
+    Examples
+    --------
+    >>> check_labels(["normal", 3])
+    Traceback (most recent call last):
+        ...
+    ValueError: y has labels that are texts and labels that are numbers: 'normal' and 3...
+    """
+    if not isinstance(y, list | tuple) and str(getattr(y, "dtype", "")) != "object":
+        return
+    # Lists of other things are for scikit-learn to refuse.
+    labels = [label for label in y if isinstance(label, str | Real)]
+    texts = [label for label in labels if isinstance(label, str)]
+    numbers = [label for label in labels if not isinstance(label, str)]
+    if texts and numbers:
+        raise ValueError(
+            f"y has labels that are texts and labels that are numbers: {texts[0]!r} and "
+            f"{numbers[0]!r}. Expected labels of one type."
+        )
 
 
 def validate_innovations(estimator, X, y=None, *, reset):
@@ -75,7 +135,7 @@ def validate_innovations(estimator, X, y=None, *, reset):
     Raises
     ------
     ValueError
-        If X has another number of dimensions than it may have, or had in `fit`.
+        As in `validate_signals`.
     """
     X, y = validate_signals(
         estimator,
@@ -87,11 +147,6 @@ def validate_innovations(estimator, X, y=None, *, reset):
     )
     if reset:
         estimator.n_models_ = X.shape[1] if X.ndim == 3 else 0
-    elif (X.ndim == 3) != (estimator.n_models_ > 0):
-        raise ValueError(
-            f"X has {X.ndim} dimensions, but {type(estimator).__name__} was fitted on "
-            f"{3 if estimator.n_models_ else 2}."
-        )
     return (X if X.ndim == 3 else X[:, np.newaxis]), y
 
 
@@ -255,7 +310,7 @@ def check_alarm(false_alarm_rate, margin_db):
     false_alarm_rate : float
         In (0, 1).
     margin_db : float
-        Finite.
+        From -1000 to 1000.
 
     Raises
     ------
@@ -265,4 +320,4 @@ def check_alarm(false_alarm_rate, margin_db):
     check_real(
         false_alarm_rate, "false_alarm_rate", min_val=0, max_val=1, include_boundaries="neither"
     )
-    check_real(margin_db, "margin_db")
+    check_real(margin_db, "margin_db", min_val=-1000, max_val=1000)

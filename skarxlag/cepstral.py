@@ -9,6 +9,14 @@ from sklearn.utils import check_scalar
 from sklearn.utils.validation import check_is_fitted
 
 from ._parallel import map_batches
+from ._state import (
+    check_fitted_array,
+    check_fitted_classes,
+    check_fitted_input,
+    check_fitted_number,
+    is_moderate,
+    remember_parameters,
+)
 from ._validation import check_input_names, check_real, validate_innovations
 from .kernels.drift import raised_noise, scaled_frequency, smooth_variance, whitened
 from .kernels.spectra import (
@@ -195,6 +203,7 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
         self.references_ = whitened(references, self.whitener_)
         shared = self._smooth_variance(steadiness.shape[1] - 1, rough=0.0)
         self.shared_drift_ = (self.whitener_.T * shared) @ self.whitener_
+        remember_parameters(self)
         return X, cepstra
 
     def adapt(self, X, y):
@@ -332,6 +341,31 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
         check_real(self.rough_drift, "rough_drift", min_val=0, include_boundaries="neither")
         for name in ("smooth_drift", "frequency_drift", "noise_drift"):
             check_real(getattr(self, name), name, min_val=0)
+
+    def _check_state(self):
+        self._check_parameters()
+        check_fitted_input(self, windows=True)
+        n_classes = len(check_fitted_classes(self))
+        is_plain = len(self.window_shape_) == 1
+        check_fitted_number(
+            self,
+            "n_models_",
+            kind="i",
+            valid=lambda n: (
+                n == 0 if is_plain else n in (1, n_classes) and n == self.n_features_in_
+            ),
+            expected="the number of models in window_shape_, or 0 for plain windows",
+        )
+        n_bands = max(min(self.segment, int(self.window_shape_[-1])) // 2 - 1, 1)
+        n_features = self.n_coefficients + n_bands - 1
+        for name, n_rows in (
+            ("references_", n_classes),
+            ("whitener_", n_features),
+            ("shared_drift_", n_features),
+        ):
+            check_fitted_array(
+                self, name, (n_rows, n_features), valid=is_moderate, expected="below 1e150"
+            )
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()

@@ -4,6 +4,12 @@ import numpy as np
 from sklearn.base import BaseEstimator, OutlierMixin
 from sklearn.utils.validation import check_is_fitted, validate_data
 
+from ._state import (
+    check_fitted_input,
+    check_fitted_number,
+    check_state,
+    remember_parameters,
+)
 from ._validation import check_alarm
 from .kernels.ladder import false_alarm_threshold
 from .kernels.scaling import root_mean_square
@@ -20,7 +26,7 @@ class FaultDetector(OutlierMixin, BaseEstimator):
     false_alarm_rate : float, default=0.01
         Share in (0, 1) of healthy windows that may be flagged.
     margin_db : float, default=0.0
-        Margin on the threshold in dB.
+        Margin on the threshold in dB, from -1000 to 1000.
 
     Attributes
     ----------
@@ -79,6 +85,7 @@ class FaultDetector(OutlierMixin, BaseEstimator):
             root_mean_square(X), self.false_alarm_rate, self.margin_db
         )
         self.offset_ = -self.detection_threshold_
+        remember_parameters(self)
         return self
 
     def score_samples(self, X):
@@ -95,6 +102,7 @@ class FaultDetector(OutlierMixin, BaseEstimator):
             Lower is more abnormal.
         """
         check_is_fitted(self)
+        check_state(self)
         X = validate_data(self, X, dtype=[np.float64, np.float32], reset=False)
         return -root_mean_square(X)
 
@@ -127,3 +135,15 @@ class FaultDetector(OutlierMixin, BaseEstimator):
             Verdicts.
         """
         return np.where(self.decision_function(X) < 0, -1, 1)
+
+    def _check_state(self):
+        check_fitted_input(self)
+        check_fitted_number(
+            self, "detection_threshold_", valid=lambda g: g >= 0, expected="at least 0"
+        )
+        check_fitted_number(
+            self,
+            "offset_",
+            valid=lambda offset: offset == -self.detection_threshold_,
+            expected=f"minus detection_threshold_={self.detection_threshold_}",
+        )

@@ -8,6 +8,14 @@ from sklearn.utils import Bunch, check_scalar
 from sklearn.utils.validation import check_is_fitted
 
 from ._parallel import map_batches
+from ._state import (
+    check_fitted_array,
+    check_fitted_classes,
+    check_fitted_input,
+    check_state,
+    is_moderate,
+    remember_parameters,
+)
 from ._validation import (
     check_input_names,
     check_networks,
@@ -85,6 +93,9 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         Weighted number of samples in each model's sums.
     n_features_in_ : int
         Samples in a window; channels, when windows have several.
+    window_shape_ : ndarray of int
+        Shape of a window in `fit`. Windows of several channels may be longer or shorter later on,
+        since a model is one of samples and not of windows.
     feature_names_in_ : ndarray of str
         Column names, when fitted on a table.
 
@@ -201,6 +212,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             self._make_room_for(classes)
         self._add_to_sums(scaled, classes, counted)
         self._solve()
+        remember_parameters(self)
         return self
 
     def _check_weighting(self):
@@ -331,6 +343,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             All describe windows that are centred.
         """
         check_is_fitted(self)
+        check_state(self)
         A, b = network_matrices(self.orders_, self.poles_)
         return Bunch(A=A, b_y=b[:, 0], b_u=b[:, 1:], coef=self.coef_)
 
@@ -447,12 +460,14 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             y,
             reset=reset,
             expected="(n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)",
+            any_length=True,
         )
         windows = X[:, np.newaxis] if X.ndim == 2 else X
-        if hasattr(self, "orders_") and not reset and windows.shape[1] != len(self.orders_):
+        if windows.shape[1] > windows.shape[2]:
             raise ValueError(
-                f"X has windows of {windows.shape[1]} channels, but {type(self).__name__} was "
-                f"fitted on {len(self.orders_)}."
+                f"X has shape {X.shape}: windows of {windows.shape[1]} channels, but of only "
+                f"{windows.shape[2]} samples. Expected (n_windows, 1 + n_inputs, n_samples); "
+                "transpose the last two axes."
             )
         return windows, y
 
@@ -476,6 +491,32 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             return min(settled, n_samples // 2)
         check_scalar(self.transient, "transient", Integral, min_val=0, max_val=n_samples - 1)
         return int(self.transient)
+
+    def _check_state(self):
+        check_fitted_input(self, windows=True)
+        n_channels = self.window_shape_[0] if len(self.window_shape_) == 2 else 1
+        orders = check_fitted_array(
+            self, "orders_", (n_channels,), kind="i", valid=lambda n: n >= 1, expected="at least 1"
+        )
+        check_fitted_array(
+            self, "poles_", (n_channels,), valid=lambda p: np.abs(p) < 1, expected="in (-1, 1)"
+        )
+        n_models, n_states = len(check_fitted_classes(self)), int(orders.sum())
+        check_fitted_array(
+            self, "coef_", (n_models, n_states), valid=is_moderate, expected="below 1e150"
+        )
+        for name in ("noise_level_", "weights_"):
+            check_fitted_array(
+                self, name, (n_models,), valid=lambda a: a >= 0, expected="at least 0"
+            )
+        check_fitted_array(
+            self,
+            "sums_",
+            (n_models, n_states + 1, n_states + 1),
+            # They follow from an equation, so those of a state at rest are 0 but for rounding.
+            valid=lambda a: np.einsum("mii->mi", a) >= -1e-6 * np.abs(a).max(),
+            expected="sums of squares, at least 0, on the diagonal",
+        )
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()

@@ -6,7 +6,15 @@ from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
 
-from ._validation import check_alarm, weighted_windows
+from ._state import (
+    check_fitted_array,
+    check_fitted_classes,
+    check_fitted_input,
+    check_fitted_number,
+    check_state,
+    remember_parameters,
+)
+from ._validation import check_alarm, check_labels, weighted_windows
 from .kernels.ladder import (
     confidence_scale,
     false_alarm_threshold,
@@ -39,7 +47,7 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
     false_alarm_rate : float, default=0.01
         Share in (0, 1) of healthy windows that :math:`\Gamma` may flag.
     margin_db : float, default=0.0
-        Margin on :math:`\Gamma` in dB.
+        Margin on :math:`\Gamma` in dB, from -1000 to 1000.
     priors : array-like of shape (n_classes,) or None, default=None
         Probability of each condition before a window is looked at, above 0, in the order of
         `classes_`; they sum to 1. They shift verdicts and confidences, and leave the thresholds
@@ -115,6 +123,7 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
         ValueError
             If a parameter is out of its range, `healthy` is not in `y`, or a weight is negative.
         """
+        check_labels(y)
         X, y = validate_data(self, X, y, dtype=[np.float64, np.float32])
         check_classification_targets(y)
         X, y, weights = weighted_windows(np.abs(X), y, sample_weight)
@@ -143,6 +152,7 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
                 self.isolation_thresholds_[0] = self.detection_threshold_
                 np.maximum.accumulate(self.isolation_thresholds_, out=self.isolation_thresholds_)
         self.confidence_scale_ = confidence_scale(self._likelihood_scores(X), target, weights)
+        remember_parameters(self)
         return self
 
     def _check_priors(self):
@@ -196,6 +206,7 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
 
     def _validate(self, X):
         check_is_fitted(self)
+        check_state(self)
         return np.abs(validate_data(self, X, dtype=[np.float64, np.float32], reset=False))
 
     def decision_function(self, X):
@@ -288,6 +299,40 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
         """
         level = self._healthy_level(self._validate(X))
         return level > self.detection_threshold_
+
+    def _check_state(self):
+        check_fitted_input(self)
+        n_classes = len(check_fitted_classes(self))
+        rungs = getattr(self, "rungs_", None)
+        is_array = isinstance(rungs, np.ndarray) and rungs.shape == self.classes_.shape
+        if not is_array or sorted(map(str, rungs)) != sorted(map(str, self.classes_)):
+            raise ValueError(f"rungs_ == {rungs!r}, expected the conditions in classes_.")
+        check_fitted_number(
+            self,
+            "healthy_index_",
+            kind="i",
+            valid=lambda i: 0 <= i < n_classes,
+            expected=f"an index of classes_, from 0 to {n_classes - 1}",
+        )
+        check_fitted_number(
+            self, "detection_threshold_", valid=lambda g: g >= 0, expected="at least 0"
+        )
+        check_fitted_number(self, "confidence_scale_", valid=lambda b: b > 0, expected="above 0")
+        check_fitted_array(
+            self,
+            "priors_",
+            (n_classes,),
+            valid=lambda p: np.all(p > 0) and abs(p.sum() - 1) < 1e-6,
+            expected="probabilities above 0 that sum to 1",
+        )
+        is_bank = self._is_bank()
+        check_fitted_array(
+            self,
+            "isolation_thresholds_",
+            (n_classes if is_bank else n_classes - 1,),
+            valid=lambda t: np.all(t >= 0) and (is_bank or np.all(np.diff(t) >= 0)),
+            expected="at least 0" if is_bank else "at least 0 and ascending",
+        )
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()

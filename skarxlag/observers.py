@@ -46,7 +46,7 @@ class PIObserver(Observer):
     spectrum_order : int, default=64
         Order of the network that takes the log spectrum for "whiteness", at least 1.
     quefrency_exponent : float, default=0.5
-        Exponent p of the cepstral norm for "whiteness", at least 0.
+        Exponent p of the cepstral norm for "whiteness", from 0 to 10.
     fault_estimate : bool, default=False
         Whether the root-mean-square of each fault estimate is a further feature, for classifiers
         of other kinds: `ThresholdLadder` takes residuals alone.
@@ -187,7 +187,7 @@ class ExtendedStatePIObserver(Observer):
     spectrum_order : int, default=64
         Order of the network that takes the log spectrum for "whiteness", at least 1.
     quefrency_exponent : float, default=0.5
-        Exponent p of the cepstral norm for "whiteness", at least 0.
+        Exponent p of the cepstral norm for "whiteness", from 0 to 10.
     fault_estimate : bool, default=False
         Whether the root-mean-square of each fault estimate is a further feature, for classifiers
         of other kinds: `ThresholdLadder` takes residuals alone.

@@ -11,6 +11,7 @@ from sklearn.pipeline import Pipeline
 from sklearn.utils.validation import check_is_fitted
 
 from ._files import write_atomically
+from ._state import check_pipeline_state
 from ._version import __version__
 
 #: What a diagnoser's file may hold: the estimators of this package, the Pipeline that joins them,
@@ -172,6 +173,7 @@ def load_diagnoser(path):
             raise ValueError(f"format {content['format']!r}, expected {_FORMAT!r}")
         diagnoser, facts = content["diagnoser"], content["facts"]
         check_is_fitted(diagnoser)
+        check_pipeline_state(diagnoser)
     except Exception as error:
         raise ValueError(f"{path}: no diagnoser saved by skarxlag ({error})") from error
     return diagnoser, facts
