@@ -5,20 +5,29 @@ import pandas as pd
 from scipy.special import softmax
 from sklearn.utils import check_consistent_length
 
+from .quality import signal_quality
+
 FAULTY = "faulty"
+#: Verdict on a window, or on a recording, that carries no signal.
+NO_SIGNAL = "no signal"
 #: Below it a single window could veto a condition for the whole recording.
 _SMALLEST_PROBABILITY = 1e-6
+#: Alarms in more windows than this share contradict the verdict "healthy", in fewer a fault.
+_MOST_WINDOWS = 0.5
 
 
 def window_verdicts(diagnoser, X, conditions=None):
     """What a diagnoser says of each window.
+
+    Windows that carry no signal (see :func:`skarxlag.signal_quality`) are not shown to the
+    diagnoser: their verdict is "no signal".
 
     Parameters
     ----------
     diagnoser : Pipeline
         Fitted; its last step is a ThresholdLadder or a FaultDetector.
     X : ndarray of shape (n_windows, ...)
-        Windows.
+        Windows; NaN is allowed, and is no signal.
     conditions : list of str or None, default=None
         Conditions that it was calibrated on, the healthy one first. None: those of the diagnoser,
         sorted; a detector calls what it does not flag "healthy".
@@ -26,26 +35,54 @@ def window_verdicts(diagnoser, X, conditions=None):
     Returns
     -------
     DataFrame
-        ``verdict``; ``alarm``, whether the detection threshold is exceeded; then ``probability
-        of`` each condition, or ``score`` of a detector: threshold less level.
+        ``verdict``; ``alarm``, whether the detection threshold is exceeded; ``quality``, as
+        :func:`skarxlag.signal_quality` names it; then ``probability of`` each condition, or
+        ``score`` of a detector: threshold less level. Without a signal these are NaN, and the
+        alarm is False.
+
+    Examples
+    --------
+    >>> from skarxlag import make_detector
+    >>> X = np.random.default_rng(0).normal(size=(40, 400))
+    >>> detector = make_detector(false_alarm_rate=0.1).fit(X)
+    >>> new = np.stack([X[0], 5 * X[1], 0 * X[2]])
+    >>> window_verdicts(detector, new)["verdict"].tolist()
+    ['healthy', 'faulty', 'no signal']
     """
-    levels = diagnoser[:-1].transform(X)
-    decide = diagnoser[-1]
+    quality = signal_quality(X)
+    is_good = quality == "good"
     if conditions is None:
-        conditions = _conditions(decide)
-    if not hasattr(decide, "predict_proba"):
-        score = decide.decision_function(levels)
-        verdict = np.where(score < 0, FAULTY, conditions[0])
-        return pd.DataFrame({"verdict": verdict, "alarm": score < 0, "score": score})
-    probability = decide.predict_proba(levels)
-    places = [decide.classes_.tolist().index(name) for name in conditions]
-    return pd.DataFrame(
-        {"verdict": decide.predict(levels), "alarm": decide.detect(levels)}
-        | {
-            f"probability of {name}": probability[:, place]
-            for name, place in zip(conditions, places, strict=True)
-        }
-    )
+        conditions = _conditions(diagnoser[-1])
+    has_score = not hasattr(diagnoser[-1], "predict_proba")
+    names = ["score"] if has_score else [f"probability of {name}" for name in conditions]
+    verdict = np.full(len(quality), NO_SIGNAL, dtype=object)
+    alarm = np.zeros(len(quality), dtype=bool)
+    values = np.full((len(quality), len(names)), np.nan)
+    if is_good.any():
+        of_good = _scored if has_score else _classified
+        X = X if is_good.all() else np.asarray(X)[is_good]
+        verdict[is_good], alarm[is_good], values[is_good] = of_good(diagnoser, X, conditions)
+    columns = dict(zip(names, values.T, strict=True))
+    return pd.DataFrame({"verdict": verdict, "alarm": alarm, "quality": quality} | columns)
+
+
+def _scored(diagnoser, X, conditions):
+    """Verdicts, alarms and scores of a detector."""
+    score = diagnoser.decision_function(X)
+    return np.where(score < 0, FAULTY, conditions[0]), score < 0, score[:, np.newaxis]
+
+
+def _classified(diagnoser, X, conditions):
+    """Verdicts, alarms and probabilities of a diagnoser."""
+    if hasattr(diagnoser, "diagnose"):
+        found = diagnoser.diagnose(X)
+        verdict, alarm, probability = found.verdict, found.alarm, found.probability
+    else:
+        levels, decide = diagnoser[:-1].transform(X), diagnoser[-1]
+        verdict, alarm = decide.predict(levels), decide.detect(levels)
+        probability = decide.predict_proba(levels)
+    places = [diagnoser[-1].classes_.tolist().index(name) for name in conditions]
+    return verdict, alarm, probability[:, places]
 
 
 def recording_verdict(windows, conditions):
@@ -55,6 +92,8 @@ def recording_verdict(windows, conditions):
     verdict is the sign of the sum of scores. The confidence is the softmax of the *mean* of
     the log probabilities, that is what one typical window states: windows of a recording share its
     specimen and mounting, so as independent evidence they would feign certainty.
+
+    Only windows that carry a signal count. Where there is none the verdict is "no signal".
 
     Parameters
     ----------
@@ -66,32 +105,106 @@ def recording_verdict(windows, conditions):
     Returns
     -------
     dict
-        ``verdict``, ``confidence`` (NaN of a detector), ``windows``, ``alarms`` (share of
-        windows), and ``share of`` each possible verdict.
+        ``verdict``; ``confidence`` (NaN of a detector); ``windows``, how many there are;
+        ``no signal``, how many of them carry none; then, as shares of the windows that do,
+        ``alarms`` and ``share of`` each possible verdict (NaN if there is no such window).
 
     Examples
     --------
     >>> windows = pd.DataFrame({
-    ...     "verdict": ["good", "good", "worn"], "alarm": [False, False, True],
-    ...     "probability of good": [0.6, 0.6, 0.1], "probability of worn": [0.4, 0.4, 0.9],
+    ...     "verdict": ["good", "good", "worn", "no signal"],
+    ...     "alarm": [False, False, True, False],
+    ...     "quality": ["good", "good", "good", "constant"],
+    ...     "probability of good": [0.6, 0.6, 0.1, np.nan],
+    ...     "probability of worn": [0.4, 0.4, 0.9, np.nan],
     ... })
-    >>> recording_verdict(windows, ["good", "worn"])["verdict"]
-    'worn'
+    >>> verdict = recording_verdict(windows, ["good", "worn"])
+    >>> verdict["verdict"], verdict["no signal"], round(verdict["alarms"], 3)
+    ('worn', 1, 0.333)
     """
-    if "score" in windows:
-        verdict = FAULTY if windows["score"].sum() < 0 else conditions[0]
-        confidence, possible = np.nan, [conditions[0], FAULTY]
+    usable = windows[windows["quality"] == "good"]
+    is_scored = "score" in windows
+    possible = [conditions[0], FAULTY] if is_scored else conditions
+    confidence = np.nan
+    if usable.empty:
+        verdict = NO_SIGNAL
+    elif is_scored:
+        verdict = FAULTY if usable["score"].sum() < 0 else conditions[0]
     else:
         columns = [f"probability of {name}" for name in conditions]
-        evidence = np.log(windows[columns].clip(lower=_SMALLEST_PROBABILITY)).mean().to_numpy()
+        evidence = np.log(usable[columns].clip(lower=_SMALLEST_PROBABILITY)).mean().to_numpy()
         best = int(evidence.argmax())
-        verdict, confidence, possible = conditions[best], softmax(evidence)[best], conditions
+        verdict, confidence = conditions[best], softmax(evidence)[best]
     return {
         "verdict": verdict,
         "confidence": float(confidence),
         "windows": len(windows),
-        "alarms": float(windows["alarm"].mean()),
-    } | {f"share of {name}": float((windows["verdict"] == name).mean()) for name in possible}
+        "no signal": len(windows) - len(usable),
+        "alarms": float(usable["alarm"].mean()),
+    } | {f"share of {name}": float((usable["verdict"] == name).mean()) for name in possible}
+
+
+def verdict_remarks(windows, verdict, conditions):
+    """What a person should know before the verdict on a recording is used.
+
+    Parameters
+    ----------
+    windows : DataFrame
+        Rows of `window_verdicts`.
+    verdict : dict
+        What `recording_verdict` made of them.
+    conditions : list of str
+        As there.
+
+    Returns
+    -------
+    list of str
+        Sentences; none if there is nothing to say.
+
+    Examples
+    --------
+    >>> windows = pd.DataFrame({
+    ...     "verdict": ["good"], "alarm": [True], "quality": ["good"],
+    ...     "probability of good": [0.9], "probability of worn": [0.1],
+    ... })
+    >>> verdict = recording_verdict(windows, ["good", "worn"])
+    >>> print(*verdict_remarks(windows, verdict, ["good", "worn"]))
+    The verdict is good, but most windows exceed the detection threshold: ...
+    """
+    remarks = []
+    if verdict["no signal"]:
+        reasons = windows.loc[windows["quality"] != "good", "quality"].value_counts()
+        listed = ", ".join(f"{reason}: {count}" for reason, count in reasons.items())
+        remarks.append(_no_signal_remark(verdict, listed))
+    if "score" in windows or verdict["verdict"] == NO_SIGNAL:
+        return remarks
+    is_healthy = verdict["verdict"] == conditions[0]
+    if is_healthy and verdict["alarms"] > _MOST_WINDOWS:
+        remarks.append(
+            f"The verdict is {conditions[0]}, but most windows exceed the detection threshold: "
+            "either the speed is not one of the training, then the threshold does not hold and "
+            "the verdict may, or the condition is none of those trained, then the verdict is "
+            "wrong. A detector (fit --diagnoser detector) tells which."
+        )
+    elif not is_healthy and verdict["alarms"] < _MOST_WINDOWS:
+        remarks.append(
+            f"The verdict is {verdict['verdict']}, but most windows stay below the detection "
+            "threshold: the fault is weak, or the speed is not one of the training, or the verdict "
+            "is wrong. Measure again before anything is dismantled."
+        )
+    return remarks
+
+
+def _no_signal_remark(verdict, listed):
+    if verdict["verdict"] == NO_SIGNAL:
+        return (
+            f"No window carries a signal ({listed}), so there is no verdict: check the sensor, "
+            "its cable and the logger."
+        )
+    return (
+        f"{verdict['no signal']} of {verdict['windows']} windows carry no signal ({listed}) and "
+        "do not count."
+    )
 
 
 def recording_verdicts(diagnoser, X, recording, conditions=None):

@@ -1,4 +1,5 @@
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.special import softmax
 
@@ -8,6 +9,7 @@ from skarxlag import (
     recording_verdicts,
     window_verdicts,
 )
+from skarxlag.verdicts import recording_verdict, verdict_remarks
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +31,7 @@ def test_windows_get_what_the_pipeline_says(diagnoser, windows):
     columns = ["probability of coloured", "probability of white"]
     np.testing.assert_allclose(verdicts[columns], diagnoser.predict_proba(X))
     reversed_columns = window_verdicts(diagnoser, X, ["white", "coloured"]).columns.tolist()
-    assert reversed_columns[2:] == columns[::-1]
+    assert reversed_columns[3:] == columns[::-1]
 
 
 def test_evidence_of_a_recording_is_the_sum_over_its_windows(diagnoser, windows):
@@ -71,3 +73,53 @@ def test_false_alarm_rate_reaches_the_detector(windows):
         for rate in (0.1, 0.4)
     ]
     assert thresholds[0] > thresholds[1]
+
+
+def test_windows_without_a_signal_get_no_verdict_and_do_not_count(diagnoser, windows):
+    X = windows[0].copy()
+    X[1], X[2, 7], X[3] = 0.25, np.nan, X[3].clip(-0.1, 0.1)
+    verdicts = window_verdicts(diagnoser, X)
+    bad = [1, 2, 3]
+    assert verdicts["quality"][bad].tolist() == ["constant", "not finite", "clipped"]
+    assert (verdicts["verdict"][bad] == "no signal").all() and not verdicts["alarm"][bad].any()
+    assert verdicts.loc[bad, "probability of white"].isna().all()
+    others = np.delete(np.arange(40), bad)
+    expected = window_verdicts(diagnoser, windows[0][others])
+    pd.testing.assert_frame_equal(verdicts.loc[others].reset_index(drop=True), expected)
+    run = np.repeat(["start", "rest"], [20, 20])
+    row = recording_verdicts(diagnoser, X, run).loc["start"]
+    without = recording_verdicts(diagnoser, X[others], run[others]).loc["start"]
+    assert (row["windows"], row["no signal"]) == (20, 3)
+    names = ["verdict", "confidence", "alarms", "share of white"]
+    assert row[names].tolist() == without[names].tolist()
+
+
+def test_a_dead_sensor_gives_no_verdict(diagnoser):
+    X = np.zeros((4, 400))
+    windows = window_verdicts(diagnoser, X)
+    verdict = recording_verdict(windows, ["coloured", "white"])
+    assert verdict["verdict"] == "no signal" and np.isnan(verdict["confidence"])
+    (remark,) = verdict_remarks(windows, verdict, ["coloured", "white"])
+    assert "constant: 4" in remark and "check the sensor" in remark
+    detector = make_detector().fit(np.random.default_rng(0).normal(size=(9, 400)))
+    assert recording_verdicts(detector, X, np.zeros(4))["verdict"].tolist() == ["no signal"]
+
+
+@pytest.mark.parametrize(
+    ("verdict", "alarm", "message"),
+    [
+        ("good", True, "The verdict is good, but most windows exceed the detection threshold"),
+        ("worn", False, "The verdict is worn, but most windows stay below the detection threshold"),
+        ("good", False, None),
+        ("worn", True, None),
+    ],
+)
+def test_verdict_and_alarm_that_contradict_each_other_are_explained(verdict, alarm, message):
+    windows = pd.DataFrame(
+        {"verdict": verdict, "alarm": [alarm] * 3, "quality": "good"}
+        | {f"probability of {c}": 0.9 if c == verdict else 0.1 for c in ("good", "worn")}
+    )
+    found = recording_verdict(windows, ["good", "worn"])
+    assert found["verdict"] == verdict
+    remarks = verdict_remarks(windows, found, ["good", "worn"])
+    assert (remarks == []) if message is None else remarks[0].startswith(message)

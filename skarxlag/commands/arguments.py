@@ -4,6 +4,27 @@ import argparse
 import math
 
 
+def add_execution_arguments(parser):
+    """Declare what many recordings are worked on with, and how much is said meanwhile."""
+    parser.add_argument(
+        "--n-jobs", type=job_count, default=-1, metavar="N", help="at a time; default: all cores"
+    )
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--processes",
+        action="store_true",
+        help="use processes instead of threads: for many small or compressed files, and where a "
+        "damaged one could end the process that reads it",
+    )
+    where.add_argument(
+        "--dask",
+        metavar="ADDRESS",
+        help="use the workers of a dask.distributed scheduler, such as tcp://host:8786; they read "
+        "the files and the model themselves, from the same paths",
+    )
+    parser.add_argument("-q", "--quiet", action="store_true", help="tell no progress")
+
+
 def positive_int(text):
     """An integer of at least 1."""
     return _integer(text, "an integer of at least 1", lambda value: value >= 1)

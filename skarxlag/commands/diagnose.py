@@ -1,45 +1,60 @@
 """``skarxlag diagnose``: verdicts of a saved diagnoser on recordings."""
 
 import sys
+from contextlib import nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-import pandas as pd
-
-from .._files import write_atomically
-from ..persistence import load_diagnoser
+from .._version import __version__
 from ..recordings.files import recording_blocks
 from ..recordings.table import list_recordings
-from ..recordings.windows import block_length, cut_blocks
-from ..verdicts import recording_verdict, window_verdicts
-from .arguments import job_count, positive_number
-from .diagnosers import set_threads
-from .errors import CommandError, UsageError, as_command_error
+from ..verdicts import NO_SIGNAL
+from .arguments import add_execution_arguments, positive_number
+from .batch import diagnose_all
+from .errors import UsageError, as_command_error
+from .journal import Journal
+from .models import load_model, stated_facts
+from .results import (
+    SUFFIXES,
+    check_output,
+    is_result_file,
+    recording_rows,
+    result_paths,
+    window_rows,
+    write_tables,
+)
+from .terminal import verdict_table
 
 _DESCRIPTION = """\
-Diagnose recordings with a diagnoser that `fit` saved: one verdict for each recording, from the
-evidence of all its windows. A .csv among RECORDING holds samples; a table of recordings, with the
-columns that `fit` takes, is given with --table.
+Diagnose recordings with a diagnoser that `fit` or `save_diagnoser` saved: one verdict for each
+recording, from the evidence of all its windows. A .csv among RECORDING holds samples; a table of
+recordings, with the columns that `fit` takes, is given with --table. Exit status: 0 if all
+recordings were diagnosed, 1 if some could not be, 2 if an argument is wrong, 3 with --fail-on alarm
+if there is a verdict other than the healthy condition.
 """
-_FACTS = ("conditions", "diagnoser", "n_channels", "sampling_rate", "train_rpm", "window_length")
 
 
+_ALARM = 3
+
+
+@dataclass(frozen=True)
 class _File:
     """A RECORDING of the command line, with the face of a `ListedRecording`."""
 
-    condition = None
+    path: Path
+    channel: str | list | None
+    sampling_rate: float | None
+    condition = rpm = None
 
-    def __init__(self, path, args):
-        self.name, self.path, self.sampling_rate = str(path), path, args.sampling_rate
-        self.channel = args.channel
-        if args.channel is not None and ";" in args.channel:
-            self.channel = [name.strip() for name in args.channel.split(";")]
+    @property
+    def name(self):
+        return str(self.path)
 
     def blocks(self, n_samples):
         for signal, known in recording_blocks(self.path, n_samples, channel=self.channel):
             if None not in (self.sampling_rate, known) and self.sampling_rate != known:
-                raise UsageError(
-                    f"argument --sampling-rate: {self.sampling_rate:g} Hz, but {self.path} states "
+                raise ValueError(
+                    f"--sampling-rate is {self.sampling_rate:g} Hz, but {self.path} states "
                     f"{known:g} Hz"
                 )
             yield signal, known if self.sampling_rate is None else self.sampling_rate
@@ -65,38 +80,53 @@ def add_arguments(parser):
         help="of each RECORDING, to check it against the diagnoser's",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE.csv", help="write the verdict on every window"
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="write a row for each recording and a row for each window: .csv or .parquet (the "
+        "windows into a second file, FILE_windows), .json, or .html, a report to read and print. A "
+        "run that is interrupted goes on where it stopped when it is started again with this file",
     )
     parser.add_argument(
-        "--n-jobs", type=job_count, default=-1, metavar="N", help="threads; default: all cores"
+        "--force", action="store_true", help="let -o replace a file that is no result of diagnose"
     )
+    parser.add_argument(
+        "--fail-on",
+        choices=["alarm"],
+        help="exit status 3 if a verdict is not the healthy condition",
+    )
+    add_execution_arguments(parser)
     parser.set_defaults(run=run, fail=parser.error)
 
 
 def run(args):
     """Run the command."""
     _check_arguments(args)
-    with as_command_error():
-        diagnoser, facts = load_diagnoser(args.model)
-    missing = [name for name in _FACTS if name not in facts]
-    if missing:
-        raise CommandError(f"{args.model}: not saved by fit, it does not state {missing[0]}")
-    set_threads(diagnoser, args.n_jobs)
-    recordings = [_File(path, args) for path in args.recordings]
+    model = load_model(args.model)
+    channel = args.channel
+    if channel is not None and ";" in channel:
+        channel = [name.strip() for name in channel.split(";")]
+    recordings = [_File(path, channel, args.sampling_rate) for path in args.recordings]
     with as_command_error():
         if args.table is not None:
             recordings += list_recordings(args.table)
-        verdicts, rates = zip(
-            *(_diagnose(recording, diagnoser, args.model, facts) for recording in recordings),
-            strict=True,
-        )
+    if args.output is not None:
+        _check_output(args, recordings)
+    with as_command_error(), _journal(args) as journal:
+        diagnoses = diagnose_all(args, recordings, journal)
+        rows = recording_rows(recordings, diagnoses)
         if args.output is not None:
-            for recording, windows in zip(recordings, verdicts, strict=True):
-                windows.insert(0, "recording", recording.name)
-            content = pd.concat(verdicts).to_csv(index=False)
-            write_atomically(args.output, content.encode())
-    print(_report(args, facts, recordings, verdicts, rates))
-    return 0
+            windows = window_rows(recordings, diagnoses)
+            write_tables(args.output, rows, windows, {"model": stated_facts(model)})
+    print(_report(args, model, diagnoses, rows))
+    failed = rows.loc[rows["error"] != "", "error"]
+    if len(failed):
+        heading = f"{len(failed)} of {len(rows)} recordings failed:"
+        print(heading, *failed, sep="\n  ", file=sys.stderr)
+    if args.fail_on == "alarm" and _has_alarm(rows, model):
+        return _ALARM
+    return 1 if len(failed) else 0
 
 
 def _check_arguments(args):
@@ -106,74 +136,59 @@ def _check_arguments(args):
         if getattr(args, name) is not None and not args.recordings:
             option = "--" + name.replace("_", "-")
             raise UsageError(f"argument {option}: belongs to RECORDING; the table states its own")
-    if args.output is not None and (not args.output.parent.is_dir() or args.output.is_dir()):
-        raise UsageError(f"argument -o/--output: {args.output}, expected a file in a folder there")
 
 
-def _diagnose(recording, diagnoser, model, facts):
-    """Verdicts on the windows of a recording, read part by part, and its sampling rate."""
-    print(f"{recording.name}: diagnosing", file=sys.stderr, flush=True)
-    window_length, sampling_rate = facts["window_length"], None
-
-    def signals():
-        nonlocal sampling_rate
-        for signal, sampling_rate in recording.blocks(block_length(window_length)):
-            _check_fits(recording.name, signal, sampling_rate, model, facts)
-            yield signal
-
-    parts = [
-        window_verdicts(diagnoser, X, facts["conditions"])
-        for X in cut_blocks(signals(), recording.name, window_length)
-    ]
-    windows = pd.concat(parts, ignore_index=True)
-    windows.insert(0, "start", np.arange(len(windows)) * window_length)
-    return windows, sampling_rate
+def _check_output(args, recordings):
+    inputs = [args.model, *(recording.path for recording in recordings)]
+    inputs += [] if args.table is None else [args.table]
+    for path in result_paths(args.output):
+        check_output(path, inputs, suffixes=SUFFIXES, is_own=is_result_file, force=args.force)
 
 
-def _check_fits(name, signal, sampling_rate, model, facts):
-    n_channels = 1 if signal.ndim == 1 else len(signal)
-    if n_channels != facts["n_channels"]:
-        raise CommandError(
-            f"{name}: {n_channels} channels, but {model} was fitted on {facts['n_channels']}"
-        )
-    if sampling_rate not in (None, facts["sampling_rate"]):
-        raise CommandError(
-            f"{name}: sampled at {sampling_rate:g} Hz, but {model} was fitted at "
-            f"{facts['sampling_rate']:g} Hz"
-        )
+def _journal(args):
+    if args.output is None:
+        return nullcontext()
+    return Journal(args.output, args.model, [__version__])
 
 
-def _report(args, facts, recordings, verdicts, rates):
-    rows = [
-        {"condition": recording.condition or "-"} | recording_verdict(windows, facts["conditions"])
-        for recording, windows in zip(recordings, verdicts, strict=True)
-    ]
-    table = pd.DataFrame(rows, index=[recording.name for recording in recordings])
-    if all(recording.condition is None for recording in recordings):
-        table = table.drop(columns="condition")
-    if table["confidence"].isna().all():
-        table = table.drop(columns="confidence")
-    for name in table.columns.intersection(["confidence", "alarms"]):
-        table[name] = table[name].map("{:.1%}".format)
-    shares = [name for name in table if name.startswith("share of ")]
-    table[shares] = table[shares].map("{:.1%}".format)
-    speeds = facts["train_rpm"]
-    at = "" if speeds is None else f" at {', '.join(f'{s:g}' for s in speeds)} rpm"
-    lines = [
-        f"{args.model}: {facts['diagnoser']} calibrated on {', '.join(facts['conditions'])}{at}, "
-        f"windows of {facts['window_length']} samples at {facts['sampling_rate']:g} Hz",
-        table.to_string(),
-    ]
-    if None in rates:
+def _has_alarm(rows, model):
+    quiet = [model.conditions[0], NO_SIGNAL]
+    return bool((rows["verdict"].notna() & ~rows["verdict"].isin(quiet)).any())
+
+
+def _report(args, model, diagnoses, rows):
+    """What a person reads: the model, the table of verdicts, and what to make of them."""
+    lines = [_heading(model)]
+    found = rows[rows["error"] == ""]
+    if len(found):
+        lines.append(verdict_table(found))
+    by_remark = {}
+    for name, diagnosis in zip(rows["recording"], diagnoses, strict=True):
+        for remark in diagnosis.remarks:
+            by_remark.setdefault(remark, []).append(name)
+    lines += [f"{', '.join(names)}: {remark}" for remark, names in by_remark.items()]
+    is_assumed = any(d.error is None and d.sampling_rate is None for d in diagnoses)
+    if is_assumed and model.sampling_rate is not None:
         lines.append(
-            f"No sampling rate is stated for some files; {facts['sampling_rate']:g} Hz was assumed."
+            f"No sampling rate is stated for some files; {model.sampling_rate:g} Hz was assumed."
         )
-    if "confidence" in table:
+    if found["confidence"].notna().any():
         lines.append("Alarms depend on the speed; for detection across speeds fit a detector.")
-    elif speeds is not None:
+    elif model.train_rpm is not None:
         lines.append(
-            f"Levels grow with speed: false alarms are as stated up to {speeds[-1]:g} rpm."
+            f"Levels grow with speed: false alarms are as stated up to {model.train_rpm[-1]:g} rpm."
         )
     if args.output is not None:
-        lines.append(f"Verdicts on windows are in {args.output}")
+        lines.append("Written: " + ", ".join(str(path) for path in result_paths(args.output)))
     return "\n".join(lines)
+
+
+def _heading(model):
+    at = (
+        "" if model.train_rpm is None else f" at {', '.join(f'{s:g}' for s in model.train_rpm)} rpm"
+    )
+    rate = "" if model.sampling_rate is None else f" at {model.sampling_rate:g} Hz"
+    return (
+        f"{model.path}: {model.kind} calibrated on {', '.join(model.conditions)}{at}, "
+        f"windows of {model.window_length} samples{rate}"
+    )

@@ -25,3 +25,14 @@ def as_command_error(*kinds):
         yield
     except kinds as error:
         raise CommandError(" ".join(str(error).split())) from error
+
+
+def printable(text):
+    r"""A text as it can be written to any file: bytes that are no UTF-8 become escapes.
+
+    Examples
+    --------
+    >>> printable("caf\udce9.wav")
+    'caf\\udce9.wav'
+    """
+    return str(text).encode("utf-8", "backslashreplace").decode()

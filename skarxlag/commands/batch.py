@@ -1,0 +1,63 @@
+"""Many recordings: each is diagnosed by itself, on whatever workers there are."""
+
+import os
+from dataclasses import replace
+
+from .progress import Progress
+from .recording_task import Diagnosis, Task
+from .runner import WorkerDied, executors, run_tasks
+
+
+def diagnose_all(args, recordings, journal=None):
+    """Diagnose recordings; what is wrong with one does not touch the others.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        With ``model``, ``n_jobs``, ``processes``, ``dask`` and ``quiet``.
+    recordings : list of ListedRecording or similar
+        What to diagnose.
+    journal : Journal or None, default=None
+        Knows what an earlier run has finished, and keeps what this one finishes.
+
+    Returns
+    -------
+    list of Diagnosis
+        One for each recording, in order.
+    """
+    diagnoses = [None] * len(recordings)
+    with Progress(len(recordings), "recordings", quiet=args.quiet) as progress:
+
+        def finish(place, diagnosis, said):
+            diagnoses[place] = diagnosis
+            progress.step(f"{recordings[place].name}: {said}")
+
+        # All names are looked at before the first file is read.
+        for place, recording in enumerate(recordings):
+            if not recording.path.is_file():
+                finish(place, Diagnosis.failed(f"{recording.path}: no such file"), "no such file")
+            elif journal is not None and (known := journal.result(recording)) is not None:
+                finish(place, known, f"{known.verdict['verdict']} (from an earlier run)")
+        places = [place for place, known in enumerate(diagnoses) if known is None]
+        with executors(args) as (start_executor, n_workers):
+            tasks = _tasks(args, [recordings[place] for place in places], n_workers)
+            for number, outcome in run_tasks(tasks, start_executor, n_workers):
+                place = places[number]
+                if isinstance(outcome, WorkerDied):
+                    path = recordings[place].path
+                    outcome = Diagnosis.failed(f"{path}: the process that read it died, twice")
+                if journal is not None:
+                    journal.add(recordings[place], outcome)
+                finish(place, outcome, outcome.error or outcome.verdict["verdict"])
+    return diagnoses
+
+
+def _tasks(args, recordings, n_workers):
+    is_elsewhere = args.processes or args.dask is not None
+    # Few recordings leave threads to each of them.
+    n_jobs = 1 if is_elsewhere else max(n_workers // max(len(recordings), 1), 1)
+    model = os.path.abspath(args.model), os.stat(args.model).st_mtime_ns, n_jobs
+    if args.dask is not None:
+        # A worker may run in another folder.
+        recordings = [replace(each, path=each.path.absolute()) for each in recordings]
+    return [Task(recording, model) for recording in recordings]

@@ -1,0 +1,141 @@
+"""A saved diagnoser and what must be known to use it on recordings."""
+
+import functools
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..persistence import load_diagnoser
+from .diagnosers import set_threads
+from .errors import CommandError, as_command_error, printable
+
+
+@dataclass(frozen=True)
+class SavedModel:
+    """What `fit`, or `save_diagnoser`, has written.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    diagnoser : Pipeline
+        Fitted.
+    facts : dict
+        As saved.
+    kind : str
+        Name of the diagnoser in the commands, or of its steps.
+    conditions : list of str
+        The healthy one first.
+    n_channels : int
+        Of the windows.
+    window_length : int
+        In samples.
+    sampling_rate : float or None
+        In Hz; None if nobody has stated it.
+    train_rpm : list of float or None
+        Speeds of the training.
+    """
+
+    path: Path
+    diagnoser: object
+    facts: dict
+    kind: str
+    conditions: list
+    n_channels: int
+    window_length: int
+    sampling_rate: float | None
+    train_rpm: list | None
+
+
+def load_model(path, n_jobs=None):
+    """Load a model. What `fit` states and `save_diagnoser` may not is taken from its steps.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    n_jobs : int or None, default=None
+        Threads that work on windows.
+
+    Returns
+    -------
+    SavedModel
+        The model.
+
+    Raises
+    ------
+    CommandError
+        If it cannot be read, or neither states the length of its windows nor knows it.
+    """
+    with as_command_error():
+        diagnoser, facts = load_diagnoser(path)
+    set_threads(diagnoser, n_jobs)
+    known = _of_steps(diagnoser) | facts
+    if "window_length" not in known:
+        raise CommandError(
+            f"{path}: does not state the length of its windows; save it with "
+            "save_diagnoser(..., window_length=...)"
+        )
+    return SavedModel(
+        path=path,
+        diagnoser=diagnoser,
+        facts=facts,
+        kind=known["diagnoser"],
+        conditions=known["conditions"],
+        n_channels=known["n_channels"],
+        window_length=known["window_length"],
+        sampling_rate=known.get("sampling_rate"),
+        train_rpm=known.get("train_rpm"),
+    )
+
+
+def stated_facts(model):
+    """What a file of results states of the model."""
+    return {
+        "file": printable(model.path),
+        "diagnoser": model.kind,
+        "conditions": model.conditions,
+        "train_rpm": model.train_rpm,
+        "sampling_rate": model.sampling_rate,
+        "window_length": model.window_length,
+    }
+
+
+@functools.lru_cache(maxsize=2)
+def cached_model(path, changed, n_jobs):
+    """`load_model` of a file as it was at a time: a worker loads it once for all recordings.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    changed : int
+        Its time of modification in nanoseconds.
+    n_jobs : int or None
+        Threads that work on windows.
+
+    Returns
+    -------
+    SavedModel
+        The model.
+    """
+    return load_model(path, n_jobs)
+
+
+def _of_steps(diagnoser):
+    first, decide = diagnoser[0], diagnoser[-1]
+    known = {"diagnoser": ", ".join(type(step).__name__ for _, step in diagnoser.steps)}
+    if hasattr(decide, "classes_"):
+        conditions = decide.classes_.tolist()
+        healthy = conditions[decide.healthy_index_] if hasattr(decide, "healthy_index_") else None
+        known["conditions"] = sorted(conditions, key=lambda name: name != healthy)
+    else:
+        known["conditions"] = ["healthy"]
+    shape = getattr(first, "window_shape_", None)
+    if shape is not None:
+        known["window_length"] = int(shape[-1])
+        known["n_channels"] = 1 if len(shape) == 1 else int(shape[0])
+    else:
+        known["n_channels"] = len(getattr(first, "orders_", [0]))
+        if known["n_channels"] == 1 and hasattr(first, "n_features_in_"):
+            known["window_length"] = int(first.n_features_in_)
+    return known

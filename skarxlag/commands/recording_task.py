@@ -1,0 +1,117 @@
+"""The work on one recording: read it, cut it, diagnose it. A worker does this by itself."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from ..recordings.windows import block_length, cut_blocks
+from ..verdicts import recording_verdict, verdict_remarks, window_verdicts
+from .errors import CommandError
+from .models import cached_model
+from .runner import cancelled
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What came of one recording.
+
+    Parameters
+    ----------
+    verdict : dict
+        As `recording_verdict` returns it; empty if the recording failed.
+    windows : DataFrame or None
+        One row for each window; None if the recording failed.
+    sampling_rate : float or None
+        In Hz, where it is known.
+    remarks : tuple of str
+        What to know before the verdict is used.
+    views : dict or None
+        What the report draws of the recording.
+    error : str or None
+        Why there is no verdict.
+    """
+
+    verdict: dict
+    windows: pd.DataFrame | None
+    sampling_rate: float | None = None
+    remarks: tuple = ()
+    views: dict | None = None
+    error: str | None = None
+
+    @classmethod
+    def failed(cls, reason):
+        """A recording without a verdict, and why."""
+        return cls({}, None, error=" ".join(str(reason).split()))
+
+
+@dataclass(frozen=True)
+class Task:
+    """A recording and the model to diagnose it with, small enough to be sent to a worker.
+
+    Parameters
+    ----------
+    recording : ListedRecording or similar
+        With ``name``, ``path`` and ``blocks``.
+    model : tuple
+        Arguments of `cached_model`.
+    """
+
+    recording: object
+    model: tuple
+
+    def __call__(self):
+        """Diagnose the recording; what is wrong with it is told, not raised."""
+        try:
+            return diagnose_recording(self.recording, cached_model(*self.model))
+        except (OSError, ValueError, ImportError, MemoryError, CommandError) as error:
+            return Diagnosis.failed(error)
+
+
+def diagnose_recording(recording, model):
+    """Diagnose one recording, read part by part.
+
+    Parameters
+    ----------
+    recording : ListedRecording or similar
+        With ``name`` and ``blocks``.
+    model : SavedModel
+        The diagnoser.
+
+    Returns
+    -------
+    Diagnosis
+        With a verdict.
+    """
+    length, sampling_rate = model.window_length, None
+
+    def signals():
+        nonlocal sampling_rate
+        for signal, sampling_rate in recording.blocks(block_length(length)):
+            if cancelled.is_set():
+                raise KeyboardInterrupt
+            _check_fits(recording.name, signal, sampling_rate, model)
+            yield signal
+
+    parts = [
+        window_verdicts(model.diagnoser, X, model.conditions)
+        for X in cut_blocks(signals(), recording.name, length)
+    ]
+    windows = pd.concat(parts, ignore_index=True)
+    windows.insert(0, "start", np.arange(len(windows)) * length)
+    verdict = recording_verdict(windows, model.conditions)
+    remarks = verdict_remarks(windows, verdict, model.conditions)
+    return Diagnosis(verdict, windows, sampling_rate, tuple(remarks))
+
+
+def _check_fits(name, signal, sampling_rate, model):
+    n_channels = 1 if signal.ndim == 1 else len(signal)
+    if n_channels != model.n_channels:
+        raise CommandError(
+            f"{name}: {n_channels} channels, but {model.path} was fitted on {model.n_channels}"
+        )
+    if None not in (sampling_rate, model.sampling_rate) and sampling_rate != model.sampling_rate:
+        raise CommandError(
+            f"{name}: sampled at {sampling_rate:g} Hz, but {model.path} was fitted at "
+            f"{model.sampling_rate:g} Hz"
+        )
