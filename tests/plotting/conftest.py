@@ -1,5 +1,3 @@
-import sys
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,8 +13,6 @@ from skarxlag import (
     ThresholdLadder,
     make_extended_state_pio,
 )
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "paper"))
 
 
 @pytest.fixture

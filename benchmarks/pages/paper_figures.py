@@ -1,16 +1,16 @@
-"""Write every image of the figures page: ``python docs/paper/draw_figures.py [FOLDER]``.
+"""Images of the page of the paper's figures.
 
-Block diagrams from their descriptions (SVG), the others from the simulated rig (PNG). All
-are without a background, in colours that can be read on a white and on a dark page.
+Block diagrams are drawn from their tables (SVG), the others from the simulated rig (PNG). All are
+without a background, in colours that can be read on a white and on a dark page.
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import matplotlib
 import numpy as np
-from block_diagrams import FIGURES, draw
 
+from benchmarks.pages.diagrams import DIAGRAMS, draw
 from skarxlag import ExtendedStatePIObserver, make_extended_state_pio
 from skarxlag.commands.diagnosers import make_single_ladder
 from skarxlag.commands.paper_figures import (
@@ -52,17 +52,28 @@ def figures():
     return drawn
 
 
-def main(folder):
-    """Write all images into a folder."""
+def draw_diagrams(folder):
+    """Write the block diagrams."""
     # Without a date and with fixed ids a file changes only where its picture does.
     settings = {"svg.hashsalt": "skarxlag", "svg.fonttype": "path"}
     with matplotlib.rc_context(ANY_PAGE | settings):
-        for number, description in FIGURES.items():
+        for number, diagram in DIAGRAMS.items():
             path = folder / f"figure_{number:02}.svg"
-            draw(description).savefig(path, metadata={"Date": None})
+            fitted = {"bbox_inches": "tight", "pad_inches": 0.05}
+            draw(diagram).savefig(path, metadata={"Date": None}, **fitted)
+
+
+def draw_figures(folder):
+    """Write what data can draw."""
+    with matplotlib.rc_context(ANY_PAGE):
         for stem, figure in figures().items():
             figure.savefig(folder / f"{stem}.png", dpi=90, metadata={"Software": None})
 
 
-if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "images")
+def main(arguments=None):
+    """Write all images into a folder."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", nargs="?", type=Path, default=Path("docs/paper/images"))
+    folder = parser.parse_args(arguments).folder
+    draw_diagrams(folder)
+    draw_figures(folder)
