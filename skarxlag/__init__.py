@@ -12,14 +12,18 @@ from ._version import __version__ as __version__
 
 if TYPE_CHECKING:
     from .cepstral import CepstralResidual as CepstralResidual
+    from .comparison import SpectralDistance as SpectralDistance
     from .detector import FaultDetector as FaultDetector
     from .diagnosers import make_alpio as make_alpio
     from .diagnosers import make_detector as make_detector
     from .diagnosers import make_diagnoser as make_diagnoser
     from .diagnosers import make_extended_state_pio as make_extended_state_pio
+    from .diagnosers import make_single_observer_pio as make_single_observer_pio
     from .identification import ARXLaguerre as ARXLaguerre
     from .ladder import ThresholdLadder as ThresholdLadder
     from .model_selection import speed_splits as speed_splits
+    from .observer_bank import ExtendedStatePIObserverBank as ExtendedStatePIObserverBank
+    from .observer_bank import PIObserverBank as PIObserverBank
     from .observers import ExtendedStatePIObserver as ExtendedStatePIObserver
     from .observers import PIObserver as PIObserver
     from .persistence import load_diagnoser as load_diagnoser
@@ -31,6 +35,7 @@ if TYPE_CHECKING:
     from .recordings import make_windows as make_windows
     from .recordings import read_recording as read_recording
     from .recordings import read_recording_table as read_recording_table
+    from .spectra import LogSpectra as LogSpectra
     from .verdicts import recording_verdicts as recording_verdicts
     from .verdicts import window_verdicts as window_verdicts
 
@@ -40,8 +45,12 @@ _MODULES = {
     "CepstralResidual": "cepstral",
     "DiagnosisPipeline": "pipelines",
     "ExtendedStatePIObserver": "observers",
+    "ExtendedStatePIObserverBank": "observer_bank",
     "FaultDetector": "detector",
+    "LogSpectra": "spectra",
     "PIObserver": "observers",
+    "PIObserverBank": "observer_bank",
+    "SpectralDistance": "comparison",
     "ThresholdLadder": "ladder",
     "iter_windows": "recordings",
     "load_diagnoser": "persistence",
@@ -50,6 +59,7 @@ _MODULES = {
     "make_detector": "diagnosers",
     "make_diagnoser": "diagnosers",
     "make_extended_state_pio": "diagnosers",
+    "make_single_observer_pio": "diagnosers",
     "make_windows": "recordings",
     "read_recording": "recordings",
     "read_recording_table": "recordings",

@@ -22,12 +22,9 @@ from .kernels.drift import raised_noise, scaled_frequency, smooth_variance, whit
 from .kernels.spectra import (
     LOG_SPECTRUM_CELLS,
     autoregressive_log_spectrum,
-    band_steadiness,
     cepstrum,
+    short_time_log_spectra,
 )
-
-#: Segments of the short-time spectrum start this share of a segment apart.
-_OVERLAP = 8
 
 
 class CepstralResidual(TransformerMixin, BaseEstimator):
@@ -283,9 +280,10 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
     def _log_spectra(self, signals):
         """Colour and steadiness, each of shape (n_signals, n_frequencies)."""
         segment = min(self.segment, signals.shape[-1])
+        mean, median = short_time_log_spectra(signals, segment, max(segment // 8, 1))
         return (
             autoregressive_log_spectrum(signals, self.spectrum_order, LOG_SPECTRUM_CELLS),
-            band_steadiness(signals, segment, max(segment // _OVERLAP, 1)),
+            median - mean,
         )
 
     def _cepstra(self, colour, steadiness):

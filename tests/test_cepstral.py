@@ -25,7 +25,7 @@ def literal_distances(X_train, y, X, order=20, n=10, segment=32):
     def log_spectra(windows):
         return (
             spectra.autoregressive_log_spectrum(windows, order, 256),
-            spectra.band_steadiness(windows, segment, segment // 8),
+            np.subtract(*spectra.short_time_log_spectra(windows, segment, segment // 8)[::-1]),
         )
 
     def cepstra(colour, steadiness):

@@ -22,12 +22,17 @@ from skarxlag import (
     ARXLaguerre,
     CepstralResidual,
     ExtendedStatePIObserver,
+    ExtendedStatePIObserverBank,
     FaultDetector,
+    LogSpectra,
     PIObserver,
+    PIObserverBank,
+    SpectralDistance,
     ThresholdLadder,
     make_alpio,
     make_diagnoser,
     make_extended_state_pio,
+    make_single_observer_pio,
 )
 from skarxlag.residual_evaluations import RESIDUAL_EVALUATIONS
 
@@ -39,19 +44,29 @@ ESTIMATORS = [
     *(ExtendedStatePIObserver(evaluation=name) for name in RESIDUAL_EVALUATIONS),
     PIObserver(evaluation="switching_gain", fault_estimate=True),
     ExtendedStatePIObserver(evaluation="power", fault_estimate=True),
+    PIObserverBank(n_members=8),
+    ExtendedStatePIObserverBank(n_members=8),
+    LogSpectra(),
+    SpectralDistance(),
+    SpectralDistance(joint_weight=0.5),
     CepstralResidual(),
     ThresholdLadder(),
     FaultDetector(),
 ]
 TRANSFORMERS = [e for e in ESTIMATORS if hasattr(e, "transform")]
-TABLES = [e for e in TRANSFORMERS if not isinstance(e, ARXLaguerre)]
+THREE_AXES = (ARXLaguerre, LogSpectra, PIObserverBank, ExtendedStatePIObserverBank)
+TABLES = [e for e in TRANSFORMERS if not isinstance(e, THREE_AXES)]
 #: Checks that scikit-learn 1.6.1 and 1.9 make of one estimator of each class, at least.
 LEAST = {
     "ARXLaguerre": 47,
     "CepstralResidual": 47,
     "ExtendedStatePIObserver": 47,
+    "ExtendedStatePIObserverBank": 47,
     "FaultDetector": 46,
+    "LogSpectra": 47,
     "PIObserver": 47,
+    "PIObserverBank": 47,
+    "SpectralDistance": 47,
     "ThresholdLadder": 55,
 }
 RAN = Counter()
@@ -119,7 +134,10 @@ def failures(estimator):
     return {r["check_name"] for r in results if r["status"] != "passed"}, len(results)
 
 
-@pytest.mark.parametrize("make", [make_alpio, make_extended_state_pio, make_diagnoser])
+@pytest.mark.parametrize(
+    "make",
+    [make_alpio, make_extended_state_pio, make_single_observer_pio, make_diagnoser],
+)
 def test_diagnosers_fail_no_check_that_a_pipeline_can_pass(make):
     # Pipeline.fit replaces its own steps, which some checks forbid whatever the steps are.
     inevitable, number = failures(make_pipeline(StandardScaler(), ThresholdLadder()))
@@ -265,10 +283,13 @@ class TestEveryEstimator:
 
 
 @pytest.mark.parametrize("factor", [1e300, 1e-300, 2.0**10])
-@pytest.mark.parametrize("estimator", TRANSFORMERS, ids=str)
+# Logarithms have no unit: how a gain moves `SpectralDistance` is tested with the estimator.
+@pytest.mark.parametrize(
+    "estimator", [e for e in TRANSFORMERS if not isinstance(e, SpectralDistance)], ids=str
+)
 def test_scale(estimator, factor):
     X, y = signals((12, 40)), labels(12)
-    if isinstance(estimator, ExtendedStatePIObserver):
+    if isinstance(estimator, ExtendedStatePIObserver | ExtendedStatePIObserverBank):
         # Its nonlinearity knows an amplitude; what it gives must stay finite all the same.
         X = X[:, np.newaxis]
         assert np.isfinite(clone(estimator).fit(X * factor).transform(X * factor)).all()
@@ -281,7 +302,9 @@ def test_scale(estimator, factor):
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-9 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("estimator", TRANSFORMERS, ids=str)
+@pytest.mark.parametrize(
+    "estimator", [e for e in TRANSFORMERS if "n_jobs" in e.get_params()], ids=str
+)
 def test_n_jobs_changes_no_bit(estimator):
     X, y = signals((200, 30)), labels(200)
     one = clone(estimator).set_params(n_jobs=1).fit(X, y)

@@ -7,8 +7,12 @@ from skarxlag import (
     ARXLaguerre,
     CepstralResidual,
     ExtendedStatePIObserver,
+    ExtendedStatePIObserverBank,
     FaultDetector,
+    LogSpectra,
     PIObserver,
+    PIObserverBank,
+    SpectralDistance,
     ThresholdLadder,
 )
 
@@ -19,6 +23,10 @@ def trajectory(estimator, X, y):
 
 def levels(estimator, X, y):
     return estimator.fit(X, y).transform(X)
+
+
+def distances(estimator, X, y):
+    return levels(estimator, LogSpectra().fit_transform(X), y)
 
 
 def thresholds(estimator, X, y):
@@ -40,6 +48,12 @@ OBSERVER_EFFECTS = {
     "spectrum_order": ({"evaluation": "whiteness"}, 3, levels),
     "quefrency_exponent": ({"evaluation": "whiteness"}, 1.0, levels),
     "fault_estimate": ({}, True, levels),
+}
+BANK_EFFECTS = {
+    "pole": ({}, 0.8, levels),
+    "n_members": ({}, 32, levels),
+    "bandwidth": ({}, 2.0, levels),
+    "adaptation_step": ({}, 0.3, levels),
 }
 ALARM_EFFECTS = {"false_alarm_rate": ({}, 0.5, thresholds), "margin_db": ({}, 3.0, thresholds)}
 EFFECTS = {
@@ -66,6 +80,19 @@ EFFECTS = {
         name: ({}, value // 2 if isinstance(value, int) else value / 2, levels)
         for name, value in CepstralResidual().get_params().items()
         if name != "n_jobs"
+    },
+    PIObserverBank: BANK_EFFECTS,
+    ExtendedStatePIObserverBank: BANK_EFFECTS | {"saturation": ({}, 0.0, levels)},
+    LogSpectra: {
+        "measures": ({}, ("power", "colour"), levels),
+        "segment": ({}, 64, levels),
+        "spectrum_order": ({}, 16, levels),
+    },
+    SpectralDistance: {
+        "joint_weight": ({}, 0.5, distances),
+        "smooth_drift": ({}, 1.0, distances),
+        "rough_drift": ({}, 0.1, distances),
+        "frequency_drift": ({}, 1.0, distances),
     },
     ThresholdLadder: ALARM_EFFECTS
     | {"healthy": ({}, 1, thresholds), "priors": ({}, [0.9, 0.1], confidences)},

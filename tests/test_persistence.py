@@ -25,6 +25,7 @@ from skarxlag import (
     make_alpio,
     make_diagnoser,
     make_extended_state_pio,
+    make_single_observer_pio,
 )
 from skarxlag.persistence import TRUSTED_TYPES, load_diagnoser, save_diagnoser, write_atomically
 
@@ -57,6 +58,7 @@ def rewrite(path, change, keep_digest=False):
     [
         make_alpio(healthy="good"),
         make_extended_state_pio(healthy=np.str_("good")),
+        make_single_observer_pio(healthy="good"),
         make_diagnoser(healthy="good"),
         make_pipeline(ARXLaguerre(healthy="good", order=(3,), pole=[0.1]), PIObserver(),
                       ThresholdLadder()),

@@ -157,6 +157,12 @@ def extended_state_pio():
     return make_extended_state_pio()
 
 
+def single_observer_pio():
+    from skarxlag.diagnosers import make_single_observer_pio
+
+    return make_single_observer_pio()
+
+
 def diagnoser():
     from skarxlag.diagnosers import make_diagnoser
 
@@ -167,6 +173,7 @@ OURS = {
     "make_diagnoser": diagnoser,
     "make_alpio": alpio,
     "make_extended_state_pio": extended_state_pio,
+    "make_single_observer_pio": single_observer_pio,
 }
 PEERS = {
     "band energies + random forest": bands_forest,

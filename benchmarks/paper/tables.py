@@ -13,6 +13,7 @@ import pandas as pd
 from sklearn.utils import Bunch
 
 from benchmarks.pages.blocks import markdown, page_parser, publish
+from skarxlag import make_alpio, make_single_observer_pio
 from skarxlag.commands.diagnosers import LADDERS
 from skarxlag.commands.paper_report import paper_report
 from skarxlag.datasets import simulate_rig
@@ -91,12 +92,13 @@ def runs(window_length, n_samples, long_length, long_samples):
         of the first two.
     """
     bank, single = LADDERS["bank"], LADDERS["single"]
-    observers = {title: bank[title] for title in single}
+    observers = dict(zip(single, (make_alpio, make_single_observer_pio), strict=True))
     load = simulated(window_length, n_samples)
     return {
         "bank": (load, bank),
         "single residual": (load, single),
         "long windows": (simulated(long_length, long_samples), bank),
+        "bank, one observer": (load, observers),
         "bank, all by power": (load, with_parameters(observers, observe__evaluation="power")),
         "single residual, healthy level of each speed": (relative_to_healthy(load), single),
         "single residual, unit windows": (

@@ -24,6 +24,7 @@ from skarxlag import (
     ThresholdLadder,
     make_diagnoser,
     make_extended_state_pio,
+    make_single_observer_pio,
 )
 
 
@@ -193,7 +194,7 @@ def grid_search(n_rounds=3, n_windows=800, n_samples=1200, n_gains=25):
 
     def search():
         with tempfile.TemporaryDirectory() as folder:
-            diagnoser = make_extended_state_pio(memory=folder)
+            diagnoser = make_single_observer_pio(memory=folder)
             diagnoser.set_params(identify=CountedARXLaguerre())
             before = CountedARXLaguerre.n_fits
             GridSearchCV(diagnoser, {"observe__ki_a": gains}, cv=folds, refit=False).fit(X, y)

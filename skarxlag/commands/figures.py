@@ -15,7 +15,8 @@ from .paper_figures import (
 from .report import confusion_verdicts, of_part
 from .rigs import TITLES
 
-_RESIDUALS_OF = DIAGNOSERS["extended-state"][0]
+#: The diagnoser with one observer for each model, whose residual can be drawn as the paper does.
+_RESIDUALS_OF = DIAGNOSERS["alpio"][0]
 
 
 def why_missing():

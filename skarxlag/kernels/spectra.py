@@ -10,7 +10,7 @@ from scipy import fft
 
 from .linear_prediction import predictors
 from .scaling import largest
-from .steadiness import median_over_mean, windowed_segments
+from .steadiness import mean_and_median, windowed_segments
 
 #: Cells of (0, pi) on which the log spectrum of a window is taken.
 LOG_SPECTRUM_CELLS = 256
@@ -40,7 +40,7 @@ def autoregressive_log_spectrum(signals, order, n_frequencies, alpha=1e-9):
     order : int
         Number of filters; at most an eighth of n_samples is used.
     n_frequencies : int
-        Midpoints of equal cells on (0, pi), a power of two.
+        Midpoints of equal cells on (0, pi).
     alpha : float, default=1e-9
         Ridge, as a share of the signal's power.
 
@@ -60,43 +60,44 @@ def autoregressive_log_spectrum(signals, order, n_frequencies, alpha=1e-9):
     return -np.log(np.maximum(power, np.finfo(np.float64).tiny))
 
 
-def band_steadiness(signals, segment, hop):
-    r"""How far the median power of each band lies below its mean power.
+def short_time_log_spectra(signals, segment, hop):
+    r"""Logarithm of the mean and of the median power of each band over time.
 
-    The median over time is what a switching gain settles at, the mean is the power; a band in
-    which strikes ring has a mean far above its median. Bands are those of a short-time Fourier
-    transform with a Hann window.
+    Bands are those of a short-time Fourier transform with a Hann window. The median is the floor
+    between strikes and what a switching gain settles at; a band in which strikes ring has a mean
+    far above it.
 
     Parameters
     ----------
     signals : ndarray of shape (n_signals, n_samples)
         Signals, in any unit.
     segment : int
-        Samples in the Hann window.
+        Samples in the Hann window, at most n_samples.
     hop : int
         Samples from one Hann window to the next.
 
     Returns
     -------
-    ndarray of shape (n_signals, max(segment // 2 - 1, 1))
-        :math:`\log(\mathrm{median}\,P / \mathrm{mean}\,P)`, natural; 0 for a band without power
+    mean, median : ndarray of shape (n_signals, max(segment // 2 - 1, 1))
+        Natural logarithms, up to a constant of the signal that both share; 0 for a signal of zeros
         and where a segment is shorter than 4 samples.
     """
     n_bands = max(segment // 2 - 1, 1)
+    levels = np.zeros((2, len(signals), n_bands))
     if segment < 4:
-        return np.zeros((len(signals), n_bands))
+        return levels[0], levels[1]
     unit = _unit_peak(signals)
     window = np.hanning(segment + 2)[1:-1]
     # A band without power is steady: what rounding leaves in it must not count.
     floor = 1e-14 * segment * np.mean(unit**2, axis=1)
     floor[floor == 0] = 1.0
-    ratio = np.empty((len(unit), n_bands))
     n_together = max(_SAMPLES_IN_CACHE // unit.shape[1], 1)
     for first in range(0, len(unit), n_together):
         some = slice(first, first + n_together)
         bands = fft.rfft(windowed_segments(unit[some], window, hop))[..., 1 : n_bands + 1]
-        ratio[some] = median_over_mean(bands, floor[some])
-    return np.log(ratio)
+        levels[:, some] = mean_and_median(bands, floor[some])
+    mean, median = np.log(levels)
+    return mean, median
 
 
 def _unit_peak(signals):

@@ -74,8 +74,8 @@ def sort_columns(rows):
         p //= 2
 
 
-def median_over_mean(spectra, floor):
-    """Median power of each band over its mean power.
+def mean_and_median(spectra, floor):
+    """Mean and median power of each band over time.
 
     Parameters
     ----------
@@ -86,20 +86,20 @@ def median_over_mean(spectra, floor):
 
     Returns
     -------
-    ndarray of shape (n_signals, n_bands)
-        The ratio, from 0 to 2.
+    mean, median : ndarray of shape (n_signals, n_bands)
+        In the unit of the spectra squared.
     """
     n_signals, n_segments, n_bands = spectra.shape
-    ratio = np.empty((n_signals, n_bands))
-    _fill_ratio(
-        spectra, floor, np.zeros((n_segments, _SIDE_BY_SIDE)), np.empty(_SIDE_BY_SIDE), ratio
+    levels = np.empty((2, n_signals, n_bands))
+    _fill_levels(
+        spectra, floor, np.zeros((n_segments, _SIDE_BY_SIDE)), np.empty(_SIDE_BY_SIDE), levels
     )
-    return ratio
+    return levels[0], levels[1]
 
 
 @compiled
-def _fill_ratio(spectra, floor, power, total, ratio):
-    """Fill `ratio`; `power` and `total` are for some bands of one signal."""
+def _fill_levels(spectra, floor, power, total, levels):
+    """Fill mean and median; `power` and `total` are for some bands of one signal."""
     n_signals, n_segments, n_bands = spectra.shape
     lower, upper = power[(n_segments - 1) // 2], power[n_segments // 2]
     for w in range(n_signals):
@@ -115,4 +115,5 @@ def _fill_ratio(spectra, floor, power, total, ratio):
                     total[i] += row[i]
             sort_columns(power)
             for i in range(n):
-                ratio[w, first + i] = (lower[i] + upper[i]) / 2 * n_segments / total[i]
+                levels[0, w, first + i] = total[i] / n_segments
+                levels[1, w, first + i] = (lower[i] + upper[i]) / 2

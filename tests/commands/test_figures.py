@@ -3,7 +3,7 @@ import pytest
 from matplotlib.colors import to_hex
 from sklearn.utils import Bunch
 
-from skarxlag import ExtendedStatePIObserver, make_extended_state_pio
+from skarxlag import ExtendedStatePIObserver, make_single_observer_pio
 from skarxlag.accuracy_tables import scored_windows
 from skarxlag.commands import figures, paper_figures
 from skarxlag.commands.diagnosers import make_single_ladder
@@ -22,7 +22,7 @@ def rig():
 @pytest.fixture(scope="module")
 def bank(rig):
     chosen = rig.rpm == 500
-    return make_extended_state_pio(healthy="Normal").fit(rig.data[chosen], rig.target[chosen])
+    return make_single_observer_pio(healthy="Normal").fit(rig.data[chosen], rig.target[chosen])
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +33,7 @@ def ladder(rig):
 
 
 def verdicts_of(diagnoser, rig, rpm, crack_mm):
-    constants = {"diagnoser": "Extended state", "train_rpm": 500.0}
+    constants = {"diagnoser": "ALPIO", "train_rpm": 500.0}
     if crack_mm is not None:
         constants["crack_mm"] = crack_mm
     return scored_windows(diagnoser, rig, np.flatnonzero(np.isin(rig.rpm, rpm)), constants)
@@ -54,7 +54,7 @@ def test_files_say_which_figure_of_the_paper_they_are(
     figures.save_figures(
         verdicts_of(diagnoser, rig, [300, 500], crack_mm),
         [Part(crack_mm, rig)],
-        {(crack_mm, "Extended state"): diagnoser},
+        {(crack_mm, "ALPIO"): diagnoser},
         title,
         None,
         lambda stem, suffix: tmp_path / f"{stem}{suffix}",

@@ -11,7 +11,7 @@ from skarxlag import (
     FaultDetector,
     PIObserver,
     ThresholdLadder,
-    make_extended_state_pio,
+    make_single_observer_pio,
 )
 
 
@@ -43,7 +43,7 @@ def rig():
 
 @pytest.fixture(scope="session")
 def bank(rig):
-    return make_extended_state_pio(healthy="good").fit(rig.X, rig.y)
+    return make_single_observer_pio(healthy="good").fit(rig.X, rig.y)
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,356 @@
+"""Comparison of log spectra with those of each condition, across speeds."""
+
+import numpy as np
+from sklearn.base import BaseEstimator, TransformerMixin
+from sklearn.utils.validation import check_is_fitted
+
+from ._state import (
+    check_fitted_array,
+    check_fitted_classes,
+    check_fitted_input,
+    is_moderate,
+    remember_parameters,
+)
+from ._validation import check_input_names, check_real, validate_signals
+from .kernels.drift import scaled_frequency, smooth_variance, whitened
+from .kernels.spectra import cepstrum
+
+#: No power of double precision has a larger logarithm: a value above it is no logarithm.
+_LARGEST = 1e4
+
+
+class SpectralDistance(TransformerMixin, BaseEstimator):
+    r"""Distance of log spectra from those of each condition, with a change of speed discounted.
+
+    A window comes as one or several groups of log spectra over frequency. Each group g is reduced
+    to its cosine coefficients :math:`d_g` without the first, the gain. Its distance from condition
+    c is the root of
+
+    .. math::
+
+        r_{gc}^2 = \tfrac{1}{\dim d_g}\,(d_g - \bar d_{gc})^T (S_w + S_v + S_s)^{-1}
+        (d_g - \bar d_{gc}),
+
+    with :math:`\bar d_{gc}` the mean over the training windows of c, and :math:`S_w` the covariance
+    of all training windows about the means of their conditions. The rest is what a change of speed
+    may do to the spectra of all conditions: :math:`S_v = \mathrm{diag}(c\,n^{-2} + f)` is drift
+    that is smooth over frequency, and drift of any other kind; :math:`S_s` is the change of the
+    conditions' mean spectra when the frequency axis is scaled by :math:`e^{\pm 0.1}`, as for all
+    that follows the shaft.
+
+    The residual of condition c is the geometric mean over G groups, together with the distance
+    :math:`r_c` of all groups joined to one vector, whose covariance also holds how the groups
+    scatter together:
+
+    .. math::
+
+        \rho_c = \Big(\prod_g r_{gc}\Big)^{(1 - w) / G} \; r_c^{\,w} .
+
+    The product is what Student's t distribution with few degrees of freedom makes of groups that
+    speed moves by an amount that is not known: one group that speed has moved far does not outvote
+    the others, as it would in a sum of squares.
+
+    Parameters
+    ----------
+    joint_weight : float, default=0.0
+        The weight w of the joint distance, in [0, 1]. At 0 there is only the product of the groups,
+        at 1 only the joint distance.
+    smooth_drift : float, default=0.1
+        The constant c in squared nepers of power, at least 0. The log spectrum of one bearing
+        drifts by this much when its speed changes by 3 to 30 %.
+    rough_drift : float, default=0.01
+        The constant f in squared nepers of power, above 0.
+    frequency_drift : float, default=0.1
+        Weight of :math:`S_s`, at least 0.
+
+    Attributes
+    ----------
+    classes_ : ndarray of shape (n_classes,)
+        Conditions, sorted.
+    whiteners_ : ndarray of shape (n_groups, n_coefficients, n_coefficients)
+        For each group, lower triangular W with W W' the inverse of the covariance.
+    references_ : ndarray of shape (n_classes, n_groups, n_coefficients)
+        Means of the conditions times the whitener of their group.
+    joint_whitener_ : ndarray of shape (n_all_coefficients, n_all_coefficients)
+        The same for all groups joined; only where `joint_weight` is above 0.
+    joint_references_ : ndarray of shape (n_classes, n_all_coefficients)
+        The same for all groups joined; only where `joint_weight` is above 0.
+    n_features_in_ : int
+        Number of groups, or of frequencies where X has two axes.
+    feature_names_in_ : ndarray of str
+        Column names, when fitted on a table.
+
+    See Also
+    --------
+    LogSpectra : Gives groups of log spectra.
+    ExtendedStatePIObserverBank : Gives them by observers.
+    ThresholdLadder : Decides by the smallest residual.
+
+    References
+    ----------
+    R. J. Martin (2000), "A metric for ARMA processes", IEEE Transactions on Signal Processing
+    48(4), 1164-1170.
+
+    Examples
+    --------
+    Log spectra of any origin can be compared. Here two conditions differ by a ripple, and the
+    windows to be told apart have a tilt, which no training window had:
+
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(0)
+    >>> frequency = np.linspace(0, 1, 32)
+    >>> y = np.repeat(["even", "rippled"], 20)
+    >>> ripple = 0.3 * np.sin(40 * frequency) * (y == "rippled")[:, np.newaxis]
+    >>> X = ripple + 0.1 * rng.normal(size=(40, 32))
+    >>> distance = SpectralDistance().fit(X, y)
+    >>> distance.transform(X + 0.5 * frequency).argmin(axis=1)[[0, 19, 20, 39]]
+    array([0, 0, 1, 1])
+    """
+
+    def __init__(
+        self,
+        *,
+        joint_weight=0.0,
+        smooth_drift=0.1,
+        rough_drift=0.01,
+        frequency_drift=0.1,
+    ):
+        self.joint_weight = joint_weight
+        self.smooth_drift = smooth_drift
+        self.rough_drift = rough_drift
+        self.frequency_drift = frequency_drift
+
+    def fit(self, X, y):
+        """Calibrate references and covariances.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)
+            Log spectra, natural logarithms of power at the midpoints of equal cells.
+        y : array-like of shape (n_windows,)
+            Condition of each window.
+
+        Returns
+        -------
+        SpectralDistance
+            The fitted transformer.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is out of its range.
+        """
+        self._calibrate(X, y)
+        return self
+
+    def fit_transform(self, X, y):
+        """Calibrate, and give the residuals of the same windows.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)
+            As in `fit`.
+        y : array-like of shape (n_windows,)
+            Condition of each window.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_classes)
+            What `transform` gives.
+        """
+        X, cepstra = self._calibrate(X, y)
+        return self._residuals(cepstra).astype(X.dtype, copy=False)
+
+    def _calibrate(self, X, y):
+        X, y = self._validate(X, y, reset=True)
+        self._check_parameters()
+        self.classes_, target = np.unique(y, return_inverse=True)
+        means = _class_means(X.astype(np.float64, copy=False), target)
+        cepstra, centres, moved = _cepstra(X), _cepstra(means), _cepstra(_moved(means))
+        calibrated = [
+            self._calibrate_part(cepstra[:, [g]], centres[:, [g]], moved[:, [g]], target)
+            for g in range(X.shape[1])
+        ]
+        self.whiteners_ = np.stack([whitener for whitener, _ in calibrated])
+        self.references_ = np.stack([references for _, references in calibrated], axis=1)
+        if self._is_joint():
+            joint = self._calibrate_part(cepstra, centres, moved, target)
+            self.joint_whitener_, self.joint_references_ = joint
+        remember_parameters(self)
+        return X, cepstra
+
+    def _calibrate_part(self, cepstra, centres, moved, target):
+        """Whitener and whitened references of the groups that are given, as one vector."""
+        n_groups = cepstra.shape[1]
+        cepstra, centres, moved = (_joined(a) for a in (cepstra, centres, moved))
+        scatter = cepstra - centres[target]
+        covariance = scatter.T @ scatter / len(scatter)
+        covariance += np.diag(self._smooth_variance(n_groups, self.rough_drift))
+        covariance += self.frequency_drift * moved.T @ moved / len(moved)
+        whitener = np.linalg.cholesky(np.linalg.inv(covariance))
+        return whitener, whitened(centres, whitener)
+
+    def adapt(self, X, y):
+        r"""Move all references by the smooth drift that windows at a new speed show.
+
+        Healthy windows, which a user often has at every speed, tell by how much their own cosine
+        coefficients have moved, m. All conditions share the smooth part of that, which is most
+        likely :math:`C (S_w + S_v + S_s)^{-1} m` with :math:`C = \mathrm{diag}(c\,n^{-2})`.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)
+            Log spectra at the new speed.
+        y : array-like of shape (n_windows,)
+            Their conditions, among `classes_`; commonly all healthy.
+
+        Returns
+        -------
+        SpectralDistance
+            This transformer, for use at the new speed. Adapting again starts from where it is.
+
+        Raises
+        ------
+        ValueError
+            If a condition was not in `fit`.
+        """
+        X, y = self._validate(X, y, reset=False)
+        unknown = np.setdiff1d(y, self.classes_)
+        if len(unknown) > 0:
+            raise ValueError(
+                f"y has conditions that were not in fit: {unknown.tolist()}, expected among "
+                f"{self.classes_.tolist()}."
+            )
+        target, cepstra = np.searchsorted(self.classes_, y), _cepstra(X)
+        references = [
+            self._adapted(cepstra[:, [g]], target, W, self.references_[:, g])
+            for g, W in enumerate(self.whiteners_)
+        ]
+        self.references_ = np.stack(references, axis=1)
+        if self._is_joint():
+            self.joint_references_ = self._adapted(
+                cepstra, target, self.joint_whitener_, self.joint_references_
+            )
+        return self
+
+    def _adapted(self, cepstra, target, whitener, references):
+        rows = whitened(_joined(cepstra), whitener)
+        moved = np.mean(rows - references[target], axis=0)
+        smooth = self._smooth_variance(cepstra.shape[1], 0.0)
+        return references + whitener.T @ (smooth * (whitener @ moved))
+
+    def transform(self, X):
+        """One residual for each window and condition.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)
+            Log spectra.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_classes)
+            Residuals: 1 is usual for windows of the condition at the training speed.
+        """
+        X, _ = self._validate(X, reset=False)
+        return self._residuals(_cepstra(X)).astype(X.dtype, copy=False)
+
+    def _residuals(self, cepstra):
+        n_groups = cepstra.shape[1]
+        joint = self.joint_weight if self._is_joint() else 0.0
+        residuals = 1.0
+        for g in range(n_groups):
+            squared = _squared_distances(cepstra[:, g], self.whiteners_[g], self.references_[:, g])
+            residuals = residuals * squared ** ((1 - joint) / (2 * n_groups))
+        if joint > 0:
+            squared = _squared_distances(
+                _joined(cepstra), self.joint_whitener_, self.joint_references_
+            )
+            residuals = residuals * squared ** (joint / 2)
+        return residuals
+
+    def _is_joint(self):
+        return self.joint_weight > 0 and len(self.window_shape_) == 2 and self.window_shape_[0] > 1
+
+    def _smooth_variance(self, n_groups, rough):
+        of_group = smooth_variance(int(self.window_shape_[-1]) - 1, self.smooth_drift, rough)
+        return np.tile(of_group, n_groups)
+
+    def get_feature_names_out(self, input_features=None):
+        """Names of the residuals: their conditions.
+
+        Parameters
+        ----------
+        input_features : array-like of str or None, default=None
+            Checked against what the transformer was fitted on; residuals are not named after it.
+
+        Returns
+        -------
+        ndarray of str of shape (n_classes,)
+            One name a column of what `transform` returns.
+        """
+        check_is_fitted(self)
+        check_input_names(self, input_features)
+        return np.array([f"{name}_distance" for name in self.classes_], dtype=object)
+
+    def _validate(self, X, y=None, *, reset):
+        expected = "(n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)"
+        X, y = validate_signals(
+            self, X, y, reset=reset, expected=f"log spectra of shape {expected}"
+        )
+        largest = np.max(np.abs(X))
+        if largest > _LARGEST:
+            raise ValueError(
+                f"X has values up to {largest:.3g}, expected natural logarithms of power."
+            )
+        return X.reshape(len(X), -1, X.shape[-1]), y
+
+    def _check_parameters(self):
+        check_real(self.joint_weight, "joint_weight", min_val=0, max_val=1)
+        check_real(self.rough_drift, "rough_drift", min_val=0, include_boundaries="neither")
+        for name in ("smooth_drift", "frequency_drift"):
+            check_real(getattr(self, name), name, min_val=0)
+
+    def _check_state(self):
+        self._check_parameters()
+        check_fitted_input(self, windows=True)
+        n_classes, shape = len(check_fitted_classes(self)), self.window_shape_.tolist()
+        n_groups, n = (shape[0] if len(shape) == 2 else 1), shape[-1] - 1
+        shapes = {"whiteners_": (n_groups, n, n), "references_": (n_classes, n_groups, n)}
+        if self._is_joint():
+            shapes["joint_whitener_"] = (n_groups * n, n_groups * n)
+            shapes["joint_references_"] = (n_classes, n_groups * n)
+        for name, wanted in shapes.items():
+            check_fitted_array(self, name, wanted, valid=is_moderate, expected="below 1e150")
+
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.target_tags.required = True
+        tags.input_tags.three_d_array = True
+        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
+        return tags
+
+
+def _class_means(X, target):
+    return np.stack([X[target == c].mean(axis=0) for c in range(target.max() + 1)])
+
+
+def _moved(means):
+    """Changes of mean log spectra when the frequency axis is scaled, for each group."""
+    return np.stack([scaled_frequency(of_group) for of_group in means.swapaxes(0, 1)], axis=1)
+
+
+def _cepstra(log_spectra):
+    """Cosine coefficients, without the first, of shape (n_rows, n_groups, n_coefficients)."""
+    rows = np.asarray(log_spectra, dtype=np.float64).reshape(-1, log_spectra.shape[-1])
+    return cepstrum(rows).reshape(*log_spectra.shape[:2], -1)
+
+
+def _joined(cepstra):
+    return cepstra.reshape(len(cepstra), -1)
+
+
+def _squared_distances(cepstra, whitener, references):
+    rows = whitened(cepstra, whitener)
+    n_coefficients = max(rows.shape[1], 1)
+    return np.sum((rows[:, np.newaxis] - references) ** 2, axis=-1) / n_coefficients

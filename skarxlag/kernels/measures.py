@@ -1,0 +1,111 @@
+"""Measures of a signal: log spectra on common bands, by name.
+
+A measure is a function from signals, a segment length and a model order to log spectra by name,
+each of shape (n_signals, n_bands). A new one is such a function and its names in `MEASURES`.
+"""
+
+import numpy as np
+
+from .spectra import autoregressive_log_spectrum, short_time_log_spectra
+
+#: Frequencies at which a signal's own model is evaluated, at least. Their logarithms are averaged
+#: over each band, so that a sharp line counts wherever in its band it lies.
+_LEAST_CELLS = 252
+
+#: Segments of the short-time spectrum start this share of a segment apart.
+_OVERLAP = 8
+
+
+def own_model(signals, segment, order):
+    """Colour: log spectrum of the autoregressive model that is identified on each signal.
+
+    Parameters
+    ----------
+    signals : ndarray of shape (n_signals, n_samples)
+        Signals, in any unit.
+    segment : int
+        Sets the number of bands, which is that of the short-time spectrum.
+    order : int
+        Order of the model, at least 1.
+
+    Returns
+    -------
+    dict of str to ndarray of shape (n_signals, n_bands)
+        "colour".
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(0).normal(size=(2, 1200))
+    >>> own_model(noise, 128, 16)["colour"].shape
+    (2, 63)
+    """
+    bands = max(segment // 2 - 1, 1)
+    cells = -(-_LEAST_CELLS // bands)
+    fine = autoregressive_log_spectrum(signals, order, bands * cells)
+    return {"colour": fine.reshape(len(fine), bands, cells).mean(axis=2)}
+
+
+def short_time(signals, segment, order):
+    """Mean and median power of each band over time, and the one over the other.
+
+    Parameters
+    ----------
+    signals : ndarray of shape (n_signals, n_samples)
+        Signals, in any unit.
+    segment : int
+        Samples in the window of the short-time Fourier transform, at most n_samples.
+    order : ignored
+        For `own_model`.
+
+    Returns
+    -------
+    dict of str to ndarray of shape (n_signals, n_bands)
+        "power", the log mean; "floor", the log median; "steadiness", floor less power.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(0).normal(size=(2, 1200))
+    >>> sorted(short_time(noise, 128, 16))
+    ['floor', 'power', 'steadiness']
+    """
+    hop = max(segment // _OVERLAP, 1)
+    mean, median = short_time_log_spectra(signals, segment, hop)
+    return {"power": mean, "floor": median, "steadiness": median - mean}
+
+
+#: The function that takes each measure.
+MEASURES = {
+    "colour": own_model,
+    "power": short_time,
+    "floor": short_time,
+    "steadiness": short_time,
+}
+
+
+def measure(signals, names, segment, order):
+    """Log spectra of each signal by the measures named.
+
+    Parameters
+    ----------
+    signals : ndarray of shape (n_signals, n_samples)
+        Signals, in any unit.
+    names : sequence of str
+        Keys of `MEASURES`.
+    segment, order : int
+        As in `own_model` and `short_time`.
+
+    Returns
+    -------
+    ndarray of shape (n_signals, len(names), n_bands)
+        Natural logarithms of power, each up to a constant of the signal.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(0).normal(size=(2, 1200))
+    >>> measure(noise, ["floor", "colour"], 128, 16).shape
+    (2, 2, 63)
+    """
+    found = {}
+    for function in dict.fromkeys(MEASURES[name] for name in names):
+        found |= function(signals, segment, order)
+    return np.stack([found[name] for name in names], axis=1)

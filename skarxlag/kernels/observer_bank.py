@@ -1,0 +1,245 @@
+"""A bank of observers over frequency: levels of each member's fault estimate.
+
+Every member runs the recursion of `observer.observe` on the same innovations with gains of its own.
+Members are independent, so the loops over them run on the processor's vectors. They do so in single
+precision: an estimate is the innovations through a filter of two poles, of which rounding takes
+less than 1e-5.
+"""
+
+import numpy as np
+
+from .compiled import compiled, inlined
+
+#: Members that are worked on together. Two vectors of them are under way at the same time, since
+#: each has to wait for its own sample before.
+_TOGETHER = 32
+#: Share of the innovations' power by which the square of every estimate is raised: an estimate that
+#: is nothing but rounding is steady.
+_FLOOR = 1e-12
+
+
+def centre_frequencies(n_members):
+    """Frequencies that the members are tuned to: midpoints of equal cells on (0, pi).
+
+    Parameters
+    ----------
+    n_members : int
+        Number of members.
+
+    Returns
+    -------
+    ndarray of shape (n_members,)
+        In radians a sample.
+
+    Examples
+    --------
+    >>> centre_frequencies(2) / np.pi
+    array([0.25, 0.75])
+    """
+    return (np.arange(n_members) + 0.5) * np.pi / n_members
+
+
+def member_gains(pole, n_members, bandwidth):
+    r"""Gains that give member m the closed-loop poles :math:`\rho\,e^{\pm j\omega_m}`.
+
+    The matrix `observer.loop_matrix` has the characteristic polynomial
+    :math:`z^2 - (1 + a) z + a + k_i` with :math:`a = \zeta - k_p`. Hence
+
+    .. math::
+
+        k_p = 1 + \zeta - 2\rho\cos\omega_m, \qquad k_i = \rho^2 - \zeta + k_p, \qquad
+        \rho = e^{-b \pi / 2M} .
+
+    Parameters
+    ----------
+    pole : float
+        Laguerre pole :math:`\zeta`, in (-1, 1).
+    n_members : int
+        Number M of members.
+    bandwidth : float
+        The bandwidth b, above 0. At 1 the response of a member has fallen to half its power where
+        the cell of its neighbour begins.
+
+    Returns
+    -------
+    kp, ki : ndarray of shape (n_members,)
+        Gains of each member.
+
+    Examples
+    --------
+    >>> kp, ki = member_gains(0.3, 2, 1.0)
+    >>> loop = np.array([[0.3 - kp[0], 1.0], [-ki[0], 1.0]])
+    >>> np.abs(np.linalg.eigvals(loop)) / np.exp(-np.pi / 4)
+    array([1., 1.])
+    """
+    radius = np.exp(-bandwidth * np.pi / (2 * n_members))
+    kp = 1 + pole - 2 * radius * np.cos(centre_frequencies(n_members))
+    return kp, radius**2 - pole + kp
+
+
+def bank_levels(innovations, pole, kp, ki, bound, step):
+    r"""Power and switching gain of each member's fault estimate.
+
+    With the error e of a member, its integral p and its fault estimate d,
+
+    .. math::
+
+        e = \varepsilon - c, \qquad c^+ = \zeta c + k_p e + d, \qquad p^+ = p + k_i e, \qquad
+        d^+ = (1 + \min(|p^+|, M))\,p^+ ,
+
+    which is the extended-state observer whose two integral gains are alike; with :math:`M = 0` it
+    is the linear one. The sliding surface is the fault estimate: :math:`\ln K` moves by
+    ``step * sign(|d| - K)`` a sample. It starts at the root-mean-square of d, settles in one pass
+    over the window and is averaged in a second.
+
+    Parameters
+    ----------
+    innovations : ndarray of shape (n_windows, n_samples)
+        Innovations.
+    pole : float
+        The Laguerre pole :math:`\zeta`.
+    kp, ki, bound : ndarray of shape (n_members,)
+        Gains and bound of each member. The bound is in the unit of the innovations.
+    step : float
+        Step of the gain's logarithm a sample, above 0.
+
+    Returns
+    -------
+    power, switching_gain : ndarray of shape (n_windows, n_members)
+        Natural logarithms of the mean of :math:`d^2` and of the square of K, in units of the
+        window's largest value. They are not below -27.6, which stands for no power.
+    """
+    n_windows, n_samples = innovations.shape
+    peak = np.max(np.abs(innovations), axis=1)
+    unit = np.where(peak > 0, peak, 1.0)
+    signals = (innovations / unit[:, np.newaxis]).astype(np.float32)
+    # A bound far above whatever an estimate can reach is none.
+    unit = np.minimum(unit, 1e30).astype(np.float32)
+    n_blocks = -(-len(kp) // _TOGETHER)
+    # A member with gains of zero does nothing: such members fill the last block.
+    gains = np.zeros((4, n_blocks * _TOGETHER), dtype=np.float32)
+    gains[:, : len(kp)] = pole - kp, kp, ki, bound
+    gains = gains.reshape(4, n_blocks, _TOGETHER).transpose(1, 0, 2).reshape(n_blocks, -1)
+    levels = np.empty((2, n_windows, n_blocks * _TOGETHER))
+    _fill_levels(
+        signals,
+        unit,
+        np.ascontiguousarray(gains),
+        np.exp([2 * step, -2 * step]).astype(np.float32),
+        np.empty(n_samples * _TOGETHER, dtype=np.float32),
+        np.empty(4 * _TOGETHER, dtype=np.float32),
+        levels,
+    )
+    power, steps = levels[..., : len(kp)]
+    power = np.log(power)
+    return power, power + 2 * step * steps
+
+
+@compiled
+def _fill_levels(signals, unit, gains, ratios, squares, state, levels):
+    """Fill the mean square, and the mean steps by which the gain lies above where it began."""
+    n_windows, n_samples = signals.shape
+    inverse = np.float32(1.0 / n_samples)
+    for w in range(n_windows):
+        for block in range(len(gains)):
+            for i in range(4 * _TOGETHER):
+                state[i] = np.float32(0.0)
+            _estimate(signals[w], unit[w], gains[block], squares, state)
+            for i in range(_TOGETHER):
+                mean = state[i + 3 * _TOGETHER] * inverse
+                levels[0, w, block * _TOGETHER + i] = mean
+                state[i] = mean
+                state[i + _TOGETHER] = np.float32(0.0)
+            # The steps of the settling pass count for where the second one begins.
+            for _ in range(2):
+                for i in range(_TOGETHER):
+                    state[i + 2 * _TOGETHER] = np.float32(0.0)
+                _vote(squares, ratios, state)
+            for i in range(_TOGETHER):
+                levels[1, w, block * _TOGETHER + i] = state[i + 2 * _TOGETHER] * inverse
+
+
+@inlined
+def _estimate(signal, unit, gains, squares, state):
+    """Squares of the fault estimates, and their sum.
+
+    `state` holds correction, integral, estimate and sum of `_TOGETHER` members, `gains` their
+    feedback of the correction, kp, ki and bound. Four samples a time spare loads and stores.
+    """
+    n, floor = _TOGETHER, np.float32(_FLOOR)
+    whole = len(signal) - len(signal) % 4
+    for k in range(0, whole, 4):
+        x0, x1, x2, x3 = signal[k], signal[k + 1], signal[k + 2], signal[k + 3]
+        out = squares[k * n : (k + 4) * n]
+        for i in range(n):
+            c, p, d = state[i], state[i + n], state[i + 2 * n]
+            a, kp, ki, bound = gains[i], gains[i + n], gains[i + 2 * n], gains[i + 3 * n]
+            c, p, d, s0 = _one_sample(x0, c, p, d, a, kp, ki, bound, unit, floor)
+            c, p, d, s1 = _one_sample(x1, c, p, d, a, kp, ki, bound, unit, floor)
+            c, p, d, s2 = _one_sample(x2, c, p, d, a, kp, ki, bound, unit, floor)
+            c, p, d, s3 = _one_sample(x3, c, p, d, a, kp, ki, bound, unit, floor)
+            out[i] = s0
+            out[i + n] = s1
+            out[i + 2 * n] = s2
+            out[i + 3 * n] = s3
+            state[i + 3 * n] += (s0 + s1) + (s2 + s3)
+            state[i] = c
+            state[i + n] = p
+            state[i + 2 * n] = d
+    for k in range(whole, len(signal)):
+        for i in range(n):
+            c, p, d = state[i], state[i + n], state[i + 2 * n]
+            a, kp, ki, bound = gains[i], gains[i + n], gains[i + 2 * n], gains[i + 3 * n]
+            c, p, d, s0 = _one_sample(signal[k], c, p, d, a, kp, ki, bound, unit, floor)
+            squares[k * n + i] = s0
+            state[i + 3 * n] += s0
+            state[i] = c
+            state[i + n] = p
+            state[i + 2 * n] = d
+
+
+@inlined
+def _one_sample(x, c, p, d, a, kp, ki, bound, unit, floor):
+    p = p + ki * (x - c)
+    c = a * c + kp * x + d
+    d = (np.float32(1.0) + min(unit * abs(p), bound)) * p
+    return c, p, d, d * d + floor
+
+
+@inlined
+def _vote(squares, ratios, state):
+    """One pass of the switching gains.
+
+    `state` holds the squared gain, the steps up less those down, and the sum of these over time.
+    """
+    n = _TOGETHER
+    up, down = ratios[0], ratios[1]
+    n_samples = len(squares) // n
+    whole = n_samples - n_samples % 4
+    for k in range(0, whole, 4):
+        sizes = squares[k * n : (k + 4) * n]
+        for i in range(n):
+            gain, steps, total = state[i], state[i + n], state[i + 2 * n]
+            s0, s1, s2, s3 = sizes[i], sizes[i + n], sizes[i + 2 * n], sizes[i + 3 * n]
+            gain, steps, total = _one_vote(s0, gain, steps, total, up, down)
+            gain, steps, total = _one_vote(s1, gain, steps, total, up, down)
+            gain, steps, total = _one_vote(s2, gain, steps, total, up, down)
+            gain, steps, total = _one_vote(s3, gain, steps, total, up, down)
+            state[i] = gain
+            state[i + n] = steps
+            state[i + 2 * n] = total
+    for k in range(whole, n_samples):
+        for i in range(n):
+            gain, steps, total = _one_vote(
+                squares[k * n + i], state[i], state[i + n], state[i + 2 * n], up, down
+            )
+            state[i] = gain
+            state[i + n] = steps
+            state[i + 2 * n] = total
+
+
+@inlined
+def _one_vote(size, gain, steps, total, up, down):
+    above = size > gain
+    steps = steps + (np.float32(1.0) if above else np.float32(-1.0))
+    return gain * (up if above else down), steps, total + steps

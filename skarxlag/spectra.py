@@ -1,0 +1,152 @@
+"""Measures of windows: their log spectra, in groups that a comparison can weigh."""
+
+from numbers import Integral
+
+import numpy as np
+from sklearn.utils import check_scalar
+
+from ._groups import GroupTransformer
+from ._parallel import map_batches
+from ._state import remember_parameters
+from ._validation import validate_innovations
+from .kernels.measures import MEASURES, measure
+
+
+class LogSpectra(GroupTransformer):
+    r"""Measure innovations by groups of log spectra on common frequency bands.
+
+    Each group says something else of a window:
+
+    - "colour": the log power spectrum of the autoregressive model that is identified on the window
+      alone, averaged over each band.
+    - "power" and "floor": the logarithms of the mean and of the median power of each band over
+      time, from the short-time Fourier transform with a Hann window. Between the strikes of a
+      fault only the floor is left, so that the median hardly sees the strikes.
+    - "steadiness": floor less power. It is 0 for a steady tone, :math:`\log\log 2` for Gaussian
+      noise, and far below for a band in which strikes ring.
+
+    A constant factor on a window moves colour, power and floor by the same constant in all bands.
+    `SpectralDistance` leaves that constant out.
+
+    Parameters
+    ----------
+    measures : sequence of str, default=("colour", "floor", "steadiness")
+        The groups, in the order of the result: names from the list above, each once.
+    segment : int, default=128
+        Samples in a segment of the short-time Fourier transform, at least 4. It sets the number of
+        bands, segment // 2 - 1. Windows shorter than that are one segment.
+    spectrum_order : int, default=128
+        Order of the autoregressive model of a window, at least 1. At most an eighth of the samples
+        of a window is used.
+    n_jobs : int or None, default=None
+        Threads that work on windows. Results do not depend on it.
+
+    Attributes
+    ----------
+    n_models_ : int
+        Models that the innovations came from; 0 for plain windows.
+    n_features_in_ : int
+        Number of models, or samples in a plain window.
+    feature_names_in_ : ndarray of str
+        Column names, when fitted on a table.
+
+    See Also
+    --------
+    SpectralDistance : Compares such groups with those of each condition.
+    ExtendedStatePIObserverBank : Measures innovations by observers instead.
+
+    Notes
+    -----
+    The model of a pipeline's first step adds its own log spectrum to colour, power and floor of all
+    windows alike. It cancels in a comparison, so that one model for all conditions serves as well
+    as one for each. Innovations of several models give the groups of each model in turn.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> noise = np.random.default_rng(0).normal(size=(10, 1200))
+    >>> spectra = LogSpectra().fit_transform(noise)
+    >>> spectra.shape
+    (10, 3, 63)
+    >>> float(spectra[:, 2].mean().round(1))
+    -0.3
+    """
+
+    def __init__(
+        self,
+        *,
+        measures=("colour", "floor", "steadiness"),
+        segment=128,
+        spectrum_order=128,
+        n_jobs=None,
+    ):
+        self.measures = measures
+        self.segment = segment
+        self.spectrum_order = spectrum_order
+        self.n_jobs = n_jobs
+
+    def fit(self, X, y=None):
+        """Check the parameters.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations, or windows, which are the innovations of a model that predicts nothing.
+        y : ignored
+            Here by convention.
+
+        Returns
+        -------
+        LogSpectra
+            The fitted transformer.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is out of its range, or a measure is not known or named twice.
+        """
+        validate_innovations(self, X, reset=True)
+        self._check_parameters()
+        remember_parameters(self)
+        return self
+
+    def transform(self, X):
+        """Log spectra of each window.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_groups, n_bands)
+            Natural logarithms of power; of several models the groups of one model after those of
+            another.
+        """
+        X, _ = validate_innovations(self, X, reset=False)
+        names, segment = self._group_names(), min(self.segment, X.shape[-1])
+
+        def of_batch(batch):
+            signals = X[batch].reshape(-1, X.shape[-1])
+            found = measure(signals, names, segment, self.spectrum_order)
+            return found.reshape(-1, X.shape[1] * len(names), found.shape[-1])
+
+        parts = map_batches(of_batch, len(X), self.n_jobs)
+        return np.concatenate(parts).astype(X.dtype, copy=False)
+
+    def _group_names(self):
+        return [self.measures] if isinstance(self.measures, str) else list(self.measures)
+
+    def _check_parameters(self):
+        check_scalar(self.segment, "segment", Integral, min_val=4)
+        check_scalar(self.spectrum_order, "spectrum_order", Integral, min_val=1)
+        names = self._group_names()
+        if not names or len(set(names)) < len(names) or not set(names) <= set(MEASURES):
+            raise ValueError(
+                f"measures == {self.measures!r}, expected different names of {list(MEASURES)}."
+            )
+
+    def _check_state(self):
+        self._check_parameters()
+        self._check_input()

@@ -1,0 +1,38 @@
+import numpy as np
+import pytest
+
+from skarxlag.kernels import measures, spectra
+
+
+@pytest.fixture
+def noise():
+    return np.random.default_rng(0).normal(size=(3, 600))
+
+
+def test_colour_is_the_mean_of_the_fine_log_spectrum_in_each_band(noise):
+    fine = spectra.autoregressive_log_spectrum(noise, 20, 31 * 9)
+    expected = [[fine[w, 9 * b : 9 * b + 9].mean() for b in range(31)] for w in range(3)]
+    np.testing.assert_allclose(measures.own_model(noise, 64, 20)["colour"], expected, rtol=1e-12)
+
+
+def test_steadiness_is_floor_less_power(noise):
+    found = measures.short_time(noise, 64, 20)
+    mean, median = spectra.short_time_log_spectra(noise, 64, 8)
+    np.testing.assert_array_equal(found["power"], mean)
+    np.testing.assert_array_equal(found["floor"], median)
+    np.testing.assert_array_equal(found["steadiness"], median - mean)
+
+
+@pytest.mark.parametrize("names", [["colour"], ["steadiness", "power"], list(measures.MEASURES)])
+def test_measures_come_in_the_order_of_their_names(noise, names):
+    groups = measures.measure(noise, names, 64, 20)
+    single = [measures.measure(noise, [name], 64, 20)[:, 0] for name in names]
+    np.testing.assert_array_equal(groups, np.stack(single, axis=1))
+    assert groups.shape == (3, len(names), 31)
+
+
+@pytest.mark.parametrize("segment", [1, 3, 4, 5, 600])
+def test_all_measures_have_the_same_bands(noise, segment):
+    groups = measures.measure(noise, list(measures.MEASURES), segment, 20)
+    assert groups.shape == (3, 4, max(segment // 2 - 1, 1))
+    assert np.isfinite(groups).all()

@@ -1,0 +1,129 @@
+import numpy as np
+import pytest
+
+from skarxlag import ExtendedStatePIObserverBank, PIObserverBank
+from skarxlag.kernels import observer
+from skarxlag.kernels.observer_bank import bank_levels
+
+BANKS = [PIObserverBank, ExtendedStatePIObserverBank]
+
+
+@pytest.fixture(scope="module")
+def innovations():
+    return np.random.default_rng(0).normal(size=(70, 2, 200))
+
+
+@pytest.mark.parametrize("make", BANKS)
+def test_transform_is_the_kernel(make, innovations):
+    bank = make(n_members=8).fit(innovations)
+    groups = bank.transform(innovations)
+    assert groups.shape == (70, 6, 8)
+    for model in (0, 1):
+        power, gain = bank_levels(
+            innovations[:, model], 0.3, bank.kp_, bank.ki_, bank.bounds_, 0.05
+        )
+        np.testing.assert_array_equal(groups[:, 3 * model], power)
+        np.testing.assert_array_equal(groups[:, 3 * model + 1], gain)
+        np.testing.assert_array_equal(groups[:, 3 * model + 2], gain - power)
+    names = bank.get_feature_names_out(["a", "b"]).tolist()
+    assert names[:4] == ["a_power", "a_switching_gain", "a_steadiness", "b_power"]
+
+
+@pytest.mark.parametrize("pole", [-0.5, 0.0, 0.3, 0.8])
+@pytest.mark.parametrize("n_members", [8, 64])
+def test_every_member_is_certified(pole, n_members, innovations):
+    linear = PIObserverBank(pole=pole, n_members=n_members).fit(innovations)
+    np.testing.assert_allclose(linear.spectral_radii_, np.exp(-np.pi / 2 / n_members), rtol=1e-6)
+    bank = ExtendedStatePIObserverBank(pole=pole, n_members=n_members).fit(innovations)
+    assert (bank.bounds_ > 0).all()
+    for m in range(n_members):
+        P = bank.lyapunov_[m]
+        assert np.linalg.eigvalsh(P)[0] > 0
+        for gain in (1.0, 1 + bank.bounds_[m] / 3, 1 + bank.bounds_[m]):
+            A = observer.loop_matrix(pole, bank.kp_[m], bank.ki_[m], gain)
+            assert np.linalg.eigvalsh(A.T @ P @ A - P)[-1] < 0
+
+
+def test_saturation_limits_the_bounds(innovations):
+    free = ExtendedStatePIObserverBank(saturation=100.0).fit(innovations)
+    limited = ExtendedStatePIObserverBank(saturation=0.02).fit(innovations)
+    assert free.bounds_.max() > 0.5
+    assert limited.bounds_.max() == 0.02
+    none = ExtendedStatePIObserverBank(saturation=0.0, bandwidth=1.0).fit(innovations)
+    np.testing.assert_array_equal(
+        none.transform(innovations), PIObserverBank().fit(innovations).transform(innovations)
+    )
+
+
+@pytest.mark.parametrize("make", BANKS)
+def test_trajectories_of_chosen_members(make, innovations):
+    bank = make(n_members=16).fit(innovations)
+    seen = bank.observe(innovations[:2], [3, 11])
+    assert all(path.shape == (2, 2, 2, 200) for path in seen.values())
+    loop = (0.3, bank.kp_[11], bank.ki_[11], bank.ki_[11], 1.0, 1.0, bank.bounds_[11])
+    error, estimate = observer.observe(innovations[:2], loop)
+    np.testing.assert_array_equal(seen.error[:, :, 1], error)
+    np.testing.assert_array_equal(seen.fault_estimate[:, :, 1], estimate)
+    np.testing.assert_array_equal(seen.residual, seen.switching_gain * np.sign(seen.fault_estimate))
+    # The estimate before the first sample is 0 here and the one after the last is not: all but
+    # one of the samples that the levels are made of are the same.
+    groups = bank.transform(innovations[:2]).reshape(2, 2, 3, 16)[..., [3, 11]]
+    peak = np.abs(innovations[:2]).max(axis=-1)[..., np.newaxis]
+    np.testing.assert_allclose(
+        2 * np.log(seen.switching_gain).mean(axis=-1) - 2 * np.log(peak), groups[:, :, 1], atol=0.1
+    )
+    plain = make(n_members=16).fit(innovations[:, 0]).observe(innovations[:2, 0], 3)
+    np.testing.assert_array_equal(plain.error[:, 0], seen.error[:, 0, 0])
+
+
+@pytest.mark.parametrize("members", [[-1], [16], [0.5]])
+def test_members_that_are_not_there_are_named(members, innovations):
+    with pytest.raises(ValueError, match=r"members == .* expected integers from 0 to 15"):
+        PIObserverBank(n_members=16).fit(innovations).observe(innovations, members)
+
+
+@pytest.mark.parametrize("make", BANKS)
+@pytest.mark.parametrize(
+    ("parameter", "value"),
+    [
+        ("pole", 1.0),
+        ("n_members", 1),
+        ("bandwidth", 0.0),
+        ("bandwidth", np.inf),
+        ("adaptation_step", 0.0),
+        ("adaptation_step", 1.5),
+    ],
+)
+def test_parameters_out_of_range_are_named(make, parameter, value, innovations):
+    with pytest.raises(ValueError, match=parameter):
+        make(**{parameter: value}).fit(innovations)
+
+
+def test_members_without_room_for_a_certificate_are_refused(innovations):
+    with pytest.raises(ValueError, match="closed-loop poles of modulus"):
+        PIObserverBank(bandwidth=1e-20).fit(innovations)
+    with pytest.raises(ValueError, match="certifies member 0"):
+        ExtendedStatePIObserverBank(bandwidth=1e-20).fit(innovations)
+    with pytest.raises(ValueError, match="saturation"):
+        ExtendedStatePIObserverBank(saturation=-1.0).fit(innovations)
+
+
+@pytest.mark.parametrize("make", BANKS)
+def test_type_layout_and_threads(make, innovations):
+    single = innovations.astype(np.float32)
+    single.flags.writeable = False
+    groups = make().fit_transform(single)
+    assert groups.dtype == np.float32
+    np.testing.assert_array_equal(make().fit_transform(np.asfortranarray(single)), groups)
+    np.testing.assert_array_equal(make(n_jobs=2).fit_transform(single), groups)
+
+
+@pytest.mark.parametrize("make", BANKS)
+@pytest.mark.parametrize("name", ["kp_", "ki_", "bounds_"])
+@pytest.mark.parametrize("value", [np.zeros(3), np.full(64, np.nan)])
+def test_a_state_that_is_not_possible_is_named(make, name, value, innovations):
+    bank = make().fit(innovations)
+    setattr(bank, name, value)
+    for use in (bank.transform, lambda X: bank.observe(X, [0])):
+        with pytest.raises(ValueError, match=name):
+            use(innovations)
