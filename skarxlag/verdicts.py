@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import softmax
 from sklearn.utils import check_consistent_length
+from sklearn.utils.metadata_routing import get_routing_for_object
 
 from .quality import signal_quality
 
@@ -16,7 +17,7 @@ _SMALLEST_PROBABILITY = 1e-6
 _MOST_WINDOWS = 0.5
 
 
-def window_verdicts(diagnoser, X, conditions=None):
+def window_verdicts(diagnoser, X, conditions=None, rpm=None):
     """What a diagnoser says of each window.
 
     Windows that carry no signal (see :func:`skarxlag.signal_quality`) are not shown to the
@@ -31,6 +32,9 @@ def window_verdicts(diagnoser, X, conditions=None):
     conditions : list of str or None, default=None
         Conditions that it was calibrated on, the healthy one first. None: those of the diagnoser,
         sorted; a detector calls what it does not flag "healthy".
+    rpm : float or array-like of shape (n_windows,), default=None
+        Speed of each window, for the steps that request it by metadata routing. A diagnoser
+        without such a step ignores it.
 
     Returns
     -------
@@ -61,21 +65,30 @@ def window_verdicts(diagnoser, X, conditions=None):
     if is_good.any():
         of_good = _scored if has_score else _classified
         X = X if is_good.all() else np.asarray(X)[is_good]
-        verdict[is_good], alarm[is_good], values[is_good] = of_good(diagnoser, X, conditions)
+        params = {}
+        if rpm is not None and takes_rpm(diagnoser):
+            params["rpm"] = np.broadcast_to(rpm, is_good.shape)[is_good]
+        found = of_good(diagnoser, X, conditions, params)
+        verdict[is_good], alarm[is_good], values[is_good] = found
     columns = dict(zip(names, values.T, strict=True))
     return pd.DataFrame({"verdict": verdict, "alarm": alarm, "quality": quality} | columns)
 
 
-def _scored(diagnoser, X, conditions):
+def takes_rpm(diagnoser):
+    """Whether some step of a diagnoser requests the speed of windows."""
+    return bool(get_routing_for_object(diagnoser).consumes("predict", ["rpm"]))
+
+
+def _scored(diagnoser, X, conditions, params):
     """Verdicts, alarms and scores of a detector."""
-    score = diagnoser.decision_function(X)
+    score = diagnoser.decision_function(X, **params)
     return np.where(score < 0, FAULTY, conditions[0]), score < 0, score[:, np.newaxis]
 
 
-def _classified(diagnoser, X, conditions):
+def _classified(diagnoser, X, conditions, params):
     """Verdicts, alarms and probabilities of a diagnoser."""
     if hasattr(diagnoser, "diagnose"):
-        found = diagnoser.diagnose(X)
+        found = diagnoser.diagnose(X, **params)
         verdict, alarm, probability = found.verdict, found.alarm, found.probability
     else:
         levels, decide = diagnoser[:-1].transform(X), diagnoser[-1]

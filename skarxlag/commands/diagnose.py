@@ -44,7 +44,8 @@ class _File:
     path: Path
     channel: str | list | None
     sampling_rate: float | None
-    condition = rpm = None
+    rpm: float | None
+    condition = None
 
     @property
     def name(self):
@@ -80,6 +81,9 @@ def add_arguments(parser):
         help="of each RECORDING, to check it against the diagnoser's",
     )
     parser.add_argument(
+        "--rpm", type=positive_number, help="shaft speed of each RECORDING, where the model uses it"
+    )
+    parser.add_argument(
         "-o",
         "--output",
         type=Path,
@@ -107,7 +111,7 @@ def run(args):
     channel = args.channel
     if channel is not None and ";" in channel:
         channel = [name.strip() for name in channel.split(";")]
-    recordings = [_File(path, channel, args.sampling_rate) for path in args.recordings]
+    recordings = [_File(path, channel, args.sampling_rate, args.rpm) for path in args.recordings]
     with as_command_error():
         if args.table is not None:
             recordings += list_recordings(args.table)
@@ -132,7 +136,7 @@ def run(args):
 def _check_arguments(args):
     if not args.recordings and args.table is None:
         raise UsageError("argument RECORDING: none given, expected files or --table")
-    for name in ("channel", "sampling_rate"):
+    for name in ("channel", "sampling_rate", "rpm"):
         if getattr(args, name) is not None and not args.recordings:
             option = "--" + name.replace("_", "-")
             raise UsageError(f"argument {option}: belongs to RECORDING; the table states its own")

@@ -1,6 +1,8 @@
 """``skarxlag fit``: calibrate a diagnoser on the user's own recordings."""
 
+import re
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +10,12 @@ import numpy as np
 from ..diagnosers import make_detector
 from ..persistence import save_diagnoser
 from ..recordings import load_recordings
+from ..recordings.table import list_recordings
 from .arguments import job_count, positive_number, rate, window_length
 from .diagnosers import DIAGNOSERS, set_threads
 from .errors import CommandError, UsageError, as_command_error
+from .models import is_model_file
+from .results import check_output
 
 _DESCRIPTION = """\
 Calibrate a diagnoser on the recordings that a table lists, and save it. The table is a csv file
@@ -19,6 +24,8 @@ skarxlag.read_recording_table. The detector needs healthy recordings only and na
 fault; calibrate it at the highest speed.
 """
 DETECTOR = "detector"
+#: Words that tell the healthy condition.
+_HEALTHY = {"healthy", "normal", "good", "intact", "baseline"}
 
 
 def add_arguments(parser):
@@ -26,6 +33,9 @@ def add_arguments(parser):
     parser.description = _DESCRIPTION
     parser.add_argument("table", type=Path, help="csv table of the recordings")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.skops")
+    parser.add_argument(
+        "--force", action="store_true", help="let -o replace a file that is no saved diagnoser"
+    )
     parser.add_argument(
         "--diagnoser",
         choices=[*DIAGNOSERS, DETECTOR],
@@ -39,7 +49,10 @@ def add_arguments(parser):
         help="use the recordings of this speed; default: all recordings",
     )
     parser.add_argument(
-        "--healthy", metavar="LABEL", help="healthy condition; default: the table's first"
+        "--healthy",
+        metavar="LABEL",
+        help="healthy condition; default: the only one that is called healthy, normal, good, "
+        "intact or baseline, else the table's first; the detector asks for it then",
     )
     parser.add_argument(
         "--false-alarm-rate",
@@ -59,12 +72,15 @@ def add_arguments(parser):
 
 def run(args):
     """Run the command."""
-    if not args.output.parent.is_dir() or args.output.is_dir():
-        raise UsageError(f"argument -o/--output: {args.output}, expected a file in a folder there")
+    with as_command_error():
+        inputs = [args.table, *(recording.path for recording in list_recordings(args.table))]
+    check_output(args.output, inputs, is_own=is_model_file, force=args.force)
+    if find_spec("skops") is None:
+        raise CommandError("saving a diagnoser needs skops: pip install 'skarxlag[io]'")
     with as_command_error():
         rig = load_recordings(args.table, window_length=args.window_length)
     chosen = _choose_speed(args, rig)
-    conditions = _conditions(args, rig, chosen)
+    conditions, reason = _conditions(args, rig, chosen)
     if args.diagnoser == DETECTOR:
         diagnoser = make_detector()
         if rig.target is not None:
@@ -94,6 +110,7 @@ def run(args):
         own = slice(None) if y is None else y == name
         n_recordings = len(np.unique(recording[own]))
         print(f"{name}: {n_recordings} recordings, {len(X[own])} windows")
+    print(f"Healthy: {conditions[0]} ({reason})")
     threshold = diagnoser[-1].detection_threshold_
     print(f"Detection threshold {threshold:.4g} at a false-alarm rate of {args.false_alarm_rate:g}")
     print(f"Saved {args.diagnoser} to {args.output}")
@@ -115,7 +132,7 @@ def _choose_speed(args, rig):
 
 
 def _conditions(args, rig, chosen):
-    """Conditions to calibrate, the healthy one first."""
+    """Conditions to calibrate, the healthy one first, and why that is the healthy one."""
     if rig.target is None:
         if args.diagnoser != DETECTOR:
             raise CommandError(
@@ -124,21 +141,42 @@ def _conditions(args, rig, chosen):
             )
         if args.healthy is not None:
             raise UsageError(f"argument --healthy: {args.table} has no column condition")
-        return ["healthy"]
-    healthy = rig.target_names[0] if args.healthy is None else args.healthy
+        return ["healthy"], "the table states no conditions"
     present = [name for name in rig.target_names if name in set(rig.target[chosen])]
-    if healthy not in present:
-        default = " (the table's first)" if args.healthy is None else ""
-        at = "" if args.train_rpm is None else f" at {args.train_rpm:g} rpm"
+    at = "" if args.train_rpm is None else f" at {args.train_rpm:g} rpm"
+    listed = f"{args.table}{at}: {', '.join(present)}"
+    healthy, reason = _healthy(args, present)
+    if healthy is None:
         raise UsageError(
-            f"argument --healthy: {healthy!r}{default}, expected a condition of "
-            f"{args.table}{at}: {', '.join(present)}"
+            f"argument --healthy: needed by --diagnoser {DETECTOR}, no name tells which of the "
+            f"conditions of {listed}"
         )
+    if healthy not in present:
+        raise UsageError(f"argument --healthy: {healthy!r}, expected a condition of {listed}")
     if args.diagnoser == DETECTOR:
-        return [healthy]
+        return [healthy], reason
     if len(present) < 2:
         raise CommandError(
             f"{args.table}: one condition, {healthy!r}; --diagnoser {args.diagnoser} needs two "
             f"or more, with healthy recordings only use --diagnoser {DETECTOR}"
         )
-    return sorted(present, key=lambda name: name != healthy)
+    return sorted(present, key=lambda name: name != healthy), reason
+
+
+def _healthy(args, present):
+    """The healthy condition, or None where it has to be asked for, and why it is that one."""
+    if args.healthy is not None:
+        return args.healthy, "--healthy"
+    named = [name for name in present if _says_healthy(name)]
+    if len(named) == 1:
+        return named[0], "by its name; --healthy names another"
+    if len(present) == 1:
+        return present[0], "the only condition"
+    if args.diagnoser == DETECTOR:
+        return None, ""
+    return present[0], "the first of the table; --healthy names another"
+
+
+def _says_healthy(name):
+    words = set(re.findall(r"[a-z]+", name.lower()))
+    return bool(words & _HEALTHY) and not words & {"no", "not"}

@@ -3,6 +3,7 @@
 import functools
 from dataclasses import dataclass
 from pathlib import Path
+from zipfile import BadZipFile, ZipFile
 
 from ..persistence import load_diagnoser
 from .diagnosers import set_threads
@@ -119,6 +120,15 @@ def cached_model(path, changed, n_jobs):
         The model.
     """
     return load_model(path, n_jobs)
+
+
+def is_model_file(path):
+    """Whether a file is a saved model, damaged or not."""
+    try:
+        with ZipFile(path) as file:
+            return "schema.json" in file.namelist()
+    except (BadZipFile, OSError):
+        return False
 
 
 def _of_steps(diagnoser):

@@ -52,7 +52,7 @@ class Task:
     Parameters
     ----------
     recording : ListedRecording or similar
-        With ``name``, ``path`` and ``blocks``.
+        With ``name``, ``path``, ``rpm`` and ``blocks``.
     model : tuple
         Arguments of `cached_model`.
     """
@@ -74,7 +74,7 @@ def diagnose_recording(recording, model):
     Parameters
     ----------
     recording : ListedRecording or similar
-        With ``name`` and ``blocks``.
+        With ``name``, ``rpm`` and ``blocks``.
     model : SavedModel
         The diagnoser.
 
@@ -94,7 +94,7 @@ def diagnose_recording(recording, model):
             yield signal
 
     parts = [
-        window_verdicts(model.diagnoser, X, model.conditions)
+        window_verdicts(model.diagnoser, X, model.conditions, recording.rpm)
         for X in cut_blocks(signals(), recording.name, length)
     ]
     windows = pd.concat(parts, ignore_index=True)

@@ -31,7 +31,7 @@ def result_paths(output):
     return [output, output.with_name(f"{output.stem}_windows{output.suffix}")]
 
 
-def check_output(output, inputs, *, suffixes, is_own, force, option="-o/--output"):
+def check_output(output, inputs, *, is_own, force, suffixes=None):
     """Refuse an output that cannot be meant, before anything is computed.
 
     Parameters
@@ -40,14 +40,12 @@ def check_output(output, inputs, *, suffixes, is_own, force, option="-o/--output
         The file.
     inputs : iterable of path-like
         Files that are read.
-    suffixes : sequence of str
-        Expected ones.
     is_own : callable
         Whether an existing file is of the kind that is to be written.
     force : bool
         Whether a file of any other kind may be replaced.
-    option : str, default="-o/--output"
-        What an error calls it.
+    suffixes : sequence of str or None, default=None
+        Expected ones; None for any.
 
     Raises
     ------
@@ -55,20 +53,17 @@ def check_output(output, inputs, *, suffixes, is_own, force, option="-o/--output
         If the suffix is another, the folder does not exist, the file is among the inputs, or it
         exists and is of another kind.
     """
-    if output.suffix.lower() not in suffixes:
-        raise UsageError(f"argument {option}: {output}, expected a name in {', '.join(suffixes)}")
+    where = f"argument -o/--output: {output}"
+    if suffixes is not None and output.suffix.lower() not in suffixes:
+        raise UsageError(f"{where}, expected a name that ends in {', '.join(suffixes)}")
     if not output.parent.is_dir() or output.is_dir():
-        raise UsageError(f"argument {option}: {output}, expected a file in a folder there")
+        raise UsageError(f"{where}, expected a file in a folder there")
     if not output.exists():
         return
-    for each in inputs:
-        if os.path.exists(each) and output.samefile(each):
-            raise UsageError(f"argument {option}: {output} is what is read, not replaced")
+    if any(os.path.exists(each) and output.samefile(each) for each in inputs):
+        raise UsageError(f"{where} is an input, which is not replaced")
     if output.is_file() and output.stat().st_size and not force and not is_own(output):
-        raise UsageError(
-            f"argument {option}: {output} exists and was not written by this command; "
-            "--force replaces it"
-        )
+        raise UsageError(f"{where} exists and was not written by this command; --force replaces it")
 
 
 def is_result_file(path):

@@ -56,10 +56,47 @@ def test_fit_remembers_what_diagnose_must_know(model):
     assert diagnoser["decide"].healthy == "good"
 
 
-def test_first_condition_of_the_table_is_healthy_by_default(run, workshop):
-    path = workshop / "m.skops"
-    assert run("fit", workshop / "table.csv", "-o", path, "--window-length", WINDOW)[0] == 0
-    assert load_diagnoser(path)[1]["conditions"] == ["inner", "good", "outer"]
+@pytest.mark.parametrize(
+    ("names", "expected", "reason"),
+    [
+        (("inner", "good", "outer"), "good", "by its name"),
+        (("inner", "Healthy bearing", "outer"), "Healthy bearing", "by its name"),
+        (("abnormal", "not healthy", "NORMAL_0"), "NORMAL_0", "by its name"),
+        (("normal 1", "normal 2", "worn"), "normal 1", "the first of the table"),
+        (("a", "b", "c"), "a", "the first of the table"),
+    ],
+)
+def test_the_healthy_condition_is_told(run, workshop, names, expected, reason):
+    lines = ["path,condition,sampling_rate"]
+    for file, name in zip(COLOURS, names, strict=True):
+        lines.append(f"{file}_300.npy,{name},50e3")
+    table, path = workshop / "named.csv", workshop / "m.skops"
+    table.write_text("\n".join(lines))
+    arguments = ("fit", table, "-o", path, "--window-length", WINDOW, "--diagnoser", "alpio")
+    code, out, _ = run(*arguments)
+    assert code == 0 and f"Healthy: {expected} ({reason}; --healthy names another)" in out
+    assert load_diagnoser(path)[1]["conditions"][0] == expected
+    code, out, _ = run(*arguments, "--healthy", names[2])
+    assert f"Healthy: {names[2]} (--healthy)" in out
+    assert load_diagnoser(path)[1]["conditions"][0] == names[2]
+
+
+def test_a_detector_asks_for_the_healthy_condition_that_no_name_tells(run, workshop):
+    table, path = workshop / "unnamed.csv", workshop / "m.skops"
+    table.write_text("path,condition,sampling_rate\ngood_300.npy,a,5\ninner_300.npy,b,5\n")
+    arguments = ("fit", table, "-o", path, "--window-length", WINDOW, "--diagnoser", "detector")
+    code, _, err = run(*arguments)
+    assert code == 2 and "argument --healthy: needed by --diagnoser detector" in err
+    assert "a, b" in err and not path.exists()
+    table.write_text("path,condition,sampling_rate\ngood_300.npy,a,5\n")
+    code, out, _ = run(*arguments)
+    assert code == 0 and "Healthy: a (the only condition)" in out
+
+
+def test_missing_skops_is_told_before_anything_is_fitted(run, workshop, monkeypatch):
+    monkeypatch.setattr("skarxlag.commands.fit.find_spec", lambda name: None)
+    code, _, err = run("fit", workshop / "table.csv", "-o", workshop / "m.skops", *FIT)
+    assert code == 1 and "needs skops: pip install 'skarxlag[io]'" in err and "fitting" not in err
 
 
 @pytest.mark.parametrize(

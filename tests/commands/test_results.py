@@ -1,0 +1,164 @@
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.signal import lfilter
+
+from skarxlag import make_alpio, save_diagnoser
+from skarxlag.commands.terminal import verdict_table
+
+WINDOW = 200
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("model")
+    rng = np.random.default_rng(0)
+    X = rng.normal(size=(40, WINDOW))
+    X[20:] = lfilter([1.0], [1.0, -0.9], X[20:])
+    path = folder / "bearing.skops"
+    save_diagnoser(make_alpio(healthy="good").fit(X, np.repeat(["good", "worn"], 20)), path)
+    return path, X
+
+
+@pytest.fixture
+def plant(saved, tmp_path):
+    """A model, a good and a worn recording, a dead sensor, and the table of all."""
+    model, X = saved
+    (tmp_path / "bearing.skops").write_bytes(model.read_bytes())
+    np.save(tmp_path / "good.npy", X[:5].ravel())
+    np.save(tmp_path / "worn.npy", X[20:24].ravel())
+    np.save(tmp_path / "dead.npy", np.zeros(3 * WINDOW))
+    lines = ["path,condition,rpm,sampling_rate"]
+    lines += [f"{name}.npy,{name},300,5e3" for name in ("good", "worn", "dead")]
+    (tmp_path / "table.csv").write_text("\n".join(lines) + "\nlost.npy,worn,300,5e3\n")
+    return tmp_path
+
+
+READERS = {".csv": pd.read_csv, ".parquet": pd.read_parquet}
+
+
+@pytest.mark.parametrize("suffix", READERS)
+def test_a_row_for_each_recording_and_one_for_each_window(run, plant, suffix):
+    output = plant / f"out{suffix}"
+    arguments = ("diagnose", plant / "bearing.skops", "--table", plant / "table.csv", "-o", output)
+    code, out, _ = run(*arguments)
+    assert code == 1 and str(output) in out
+    rows = READERS[suffix](output)
+    assert rows["recording"].tolist() == ["good.npy", "worn.npy", "dead.npy", "lost.npy"]
+    assert rows["verdict"].iloc[:3].tolist() == ["good", "worn", "no signal"]
+    assert rows["condition"].tolist() == ["good", "worn", "dead", "worn"]
+    assert rows["windows"].iloc[:3].tolist() == [5, 4, 3] and rows["no signal"].iloc[2] == 3
+    assert rows["verdict"].isna().tolist() == [False, False, False, True]
+    assert "no such file" in rows["error"].iloc[3] and "constant: 3" in rows["remark"].iloc[2]
+    windows = READERS[suffix](plant / f"out_windows{suffix}")
+    assert windows["recording"].value_counts().to_dict() == {
+        "good.npy": 5, "worn.npy": 4, "dead.npy": 3
+    }  # fmt: skip
+    assert windows["start"].iloc[:5].tolist() == list(range(0, 5 * WINDOW, WINDOW))
+    assert (windows["quality"] == "constant").sum() == 3
+    # The result of an earlier run is replaced without a word.
+    assert run(*arguments)[0] == 1
+
+
+def test_json_holds_the_windows_of_each_recording(run, plant):
+    output = plant / "out.json"
+    arguments = ("diagnose", plant / "bearing.skops", "--table", plant / "table.csv", "-o", output)
+    run(*arguments)
+    content = json.loads(output.read_text(), parse_constant=pytest.fail)
+    assert content["model"]["conditions"] == ["good", "worn"]
+    rows = content["recordings"]
+    assert [len(row["window_rows"]) for row in rows] == [5, 4, 3, 0]
+    assert [row["verdict"] for row in rows] == ["good", "worn", "no signal", None]
+    assert rows[2]["window_rows"][0]["probability of good"] is None
+    assert {window["alarm"] for row in rows for window in row["window_rows"]} <= {True, False}
+    assert run(*arguments)[0] == 1
+
+
+@pytest.mark.parametrize("name", ["bearing.skops", "table.csv", "good.csv", "out.csv", "link.csv"])
+def test_an_output_never_replaces_an_input(run, plant, name):
+    np.savetxt(plant / "good.csv", np.load(plant / "good.npy"))
+    (plant / "link.csv").symlink_to(plant / "good.csv")
+    (plant / "out_windows.csv").write_bytes((plant / "good.csv").read_bytes())
+    before = {path: path.read_bytes() for path in plant.iterdir()}
+    table = ("--table", plant / "table.csv")
+    files = (plant / "good.csv", plant / "out_windows.csv")
+    code, _, err = run(
+        "diagnose", plant / "bearing.skops", *files, *table, "-o", plant / name, "--force"
+    )
+    assert code == 2 and "argument -o/--output" in err
+    code, _, err = run("fit", plant / "table.csv", "-o", plant / "good.npy", "--force")
+    assert code == 2 and "is an input" in err
+    assert {path: path.read_bytes() for path in plant.iterdir()} == before
+
+
+def test_files_of_another_kind_are_replaced_on_request_only(run, plant):
+    precious = plant / "notes.csv"
+    precious.write_text("recording,what I saw\n")
+    arguments = ("diagnose", plant / "bearing.skops", plant / "good.npy", "-o", precious)
+    code, _, err = run(*arguments)
+    assert code == 2 and "notes.csv exists and was not written by this command; --force" in err
+    assert precious.read_text() == "recording,what I saw\n"
+    assert run(*arguments, "--force")[0] == 0
+    assert pd.read_csv(precious)["verdict"].tolist() == ["good"]
+    model = plant / "notes.skops"
+    model.write_text("no model")
+    table = plant / "table.csv"
+    table.write_text("path,condition,sampling_rate\ngood.npy,good,5\nworn.npy,worn,5\n")
+    fit = ("fit", table, "-o", model, "--window-length", WINDOW, "--diagnoser", "alpio")
+    assert run(*fit)[0] == 2 and model.read_text() == "no model"
+    assert run(*fit, "--force")[0] == 0
+    assert run(*fit)[0] == 0
+
+
+@pytest.mark.parametrize("name", ["out.txt", "out", "nowhere/out.csv", "."])
+def test_outputs_that_cannot_be_are_refused_before_anything_is_read(run, plant, name):
+    arguments = ("diagnose", plant / "bearing.skops", plant / "good.npy", "-o", plant / name)
+    code, out, err = run(*arguments)
+    assert code == 2 and not out and "argument -o/--output" in err and "good.npy" not in err
+
+
+def test_scripts_learn_of_an_alarm_by_the_exit_status(run, plant):
+    model, alarm = plant / "bearing.skops", ("--fail-on", "alarm")
+    files = {name: plant / f"{name}.npy" for name in ("good", "worn", "dead")}
+    assert run("diagnose", model, files["good"], files["dead"], *alarm)[0] == 0
+    assert run("diagnose", model, files["good"], files["worn"])[0] == 0
+    assert run("diagnose", model, files["good"], files["worn"], *alarm)[0] == 3
+    # What failed does not hide what was found.
+    assert run("diagnose", model, plant / "lost.npy", files["worn"], *alarm)[0] == 3
+    assert run("diagnose", model, plant / "lost.npy", files["good"], *alarm)[0] == 1
+
+
+def test_progress_is_told_and_can_be_silenced(run, plant):
+    arguments = ("diagnose", plant / "bearing.skops", plant / "good.npy", plant / "worn.npy")
+    _, out, err = run(*arguments, "--n-jobs", "1")
+    assert [line[:5] for line in err.splitlines()] == ["[1/2]", "[2/2]"]
+    assert err.splitlines()[0].endswith("good.npy: good")
+    code, quiet_out, err = run(*arguments, "-q")
+    assert (code, quiet_out, err) == (0, out, "")
+
+
+def test_names_that_are_no_utf8_reach_every_format(run, plant):
+    odd = plant / "caf\udce9.npy"
+    odd.write_bytes((plant / "good.npy").read_bytes())
+    for suffix in (".csv", ".json", ".parquet"):
+        output = plant / f"out{suffix}"
+        code, out, _ = run("diagnose", plant / "bearing.skops", odd, "-o", output)
+        assert code == 0 and "caf\\udce9.npy" in out and b"udce9" in output.read_bytes()
+
+
+def test_the_table_fits_the_width_of_a_terminal():
+    rows = pd.DataFrame({
+        "recording": ["hall 7/gear box 3/non-drive end/run_0001.npy", "b.npy"],
+        "verdict": ["inner race", "good"], "confidence": [0.5, 0.9], "windows": [9, 12],
+        "no signal": [0, 1], "alarms": [1.0, 0.0],
+        "share of good": [0.1, 0.9], "share of inner race": [0.9, 0.1],
+        "remark": ["long text", ""], "error": ["", ""], "condition": ["good", "good"],
+    })  # fmt: skip
+    wide = verdict_table(rows, width=200)
+    assert "share of inner race" in wide and "run_0001" in wide
+    for width in (100, 80, 72):
+        text = verdict_table(rows, width=width)
+        assert max(map(len, text.splitlines())) <= width
+        assert "run_0001.npy" in text and "inner race" in text and "share of" not in text
