@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from .pipelines import DiagnosisPipeline as DiagnosisPipeline
     from .quality import signal_quality as signal_quality
     from .recordings import iter_windows as iter_windows
+    from .recordings import list_channels as list_channels
     from .recordings import load_recordings as load_recordings
     from .recordings import make_windows as make_windows
     from .recordings import read_recording as read_recording
@@ -53,6 +54,7 @@ _MODULES = {
     "SpectralDistance": "comparison",
     "ThresholdLadder": "ladder",
     "iter_windows": "recordings",
+    "list_channels": "recordings",
     "load_diagnoser": "persistence",
     "load_recordings": "recordings",
     "make_alpio": "diagnosers",

@@ -3,58 +3,76 @@
 from numbers import Integral
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
-from pandas.api.types import is_bool_dtype, is_numeric_dtype
 
-from .formats import channel_blocks
+from .formats import error_of, find_format
+from .formats._isolation import isolated_blocks, isolated_description
+from .formats._signals import describe_channels, signal_blocks
 from .windows import block_length, cut_blocks
 
 
-def read_recording(path, *, channel=None):
+def read_recording(path, *, channel=None, dtype=None):
     """Read one recording, one channel of it or several.
 
+    The end of the file's name, in any case, tells its format. The formats, the libraries that they
+    need and what each of them states are listed on the page "Recordings" of the documentation.
     The channels that a file offers, in their order:
 
-    - ``.mat`` (MATLAB up to v7) and ``.npz``: every numeric array of more than one value, by the
-      name of the variable. Single numbers, texts and structs are no channels. The rows or columns
-      of a matrix, whichever are longer, are channels ``name[0]``, ``name[1]``, ...
+    - MATLAB and ``.npz`` files: every numeric array of more than one value, by the name of the
+      variable. A field of a struct is ``struct.field``. Single numbers, texts and flags are no
+      channels. The rows or columns of a matrix, whichever are longer, are ``name[0]``,
+      ``name[1]``, ... HDF5 files: the same, by the path of the data set.
     - ``.npy``: the array is ``0``, or its channels are ``0``, ``1``, ... as above.
-    - ``.csv`` (comma, decimal point) and ``.parquet``: the columns. The first line of a csv file
-      is data when it holds nothing but numbers, and the columns are then ``0``, ``1``, ...
-    - ``.wav``: ``0``, ``1``, ... Integer samples are divided by the full scale of their type, so
-      that they lie in [-1, 1); floating-point samples are taken as they are.
+    - Text, Parquet and Feather: the columns. Separator and decimal sign of a text file are told
+      from its first lines. The first line is data when it holds nothing but numbers, and the
+      columns are then ``0``, ``1``, ...; a second line without any number holds the units.
+    - Sound: ``0``, ``1``, ... Integer samples are divided by the full scale of their type, so that
+      they lie in [-1, 1); floating-point samples are taken as they are.
+    - TDMS: the names of the channels. Universal files: the descriptions of the functions. Vallen
+      tradb: the numbers of the channels.
+
+    A sampling rate is taken from the file where it states one: in its format, in a single number
+    named ``fs``, ``SampleRate`` or alike, or by a channel of times named ``time``, ``t`` or alike,
+    whose steps must then be even.
 
     A text file that was cut at the end of a line, or within the last number, cannot be told from
-    a whole one; every other damage raises an error.
+    a whole one; every other damage raises an error. Formats with complicated parsers are read in a
+    process of their own, so that a damaged file can neither crash nor block the caller.
 
     Parameters
     ----------
     path : str or path-like
-        The file. Its suffix, in any case, tells the format.
+        The file.
     channel : str, int or sequence of these, default=None
         Name of the channel, or its position counted from 0; a text of digits is a position
-        unless a channel bears that name. Of a sequence, the first is the output and the others
-        are the inputs. None takes the only channel, and is an error when there are several.
+        unless a channel bears that name. In a pattern such as ``*DE_time``, which must fit one
+        channel, ``*`` stands for any characters and ``?`` for one. Of a sequence, the first is the
+        output and the others are the inputs. None takes the only channel beside that of times, and
+        is an error when there are several.
+    dtype : str, default=None
+        Type of the samples in a raw binary file without a header, as NumPy writes it: ``"<i2"``
+        for 16-bit integers with the lowest byte first, ``"(4,)<f4"`` for four interleaved channels
+        of 32-bit floating-point numbers. The file is then raw whatever its name. Any other format
+        states its types itself.
 
     Returns
     -------
     signal : ndarray of float64, shape (n_samples,) or (n_channels, n_samples)
         Two-dimensional if `channel` is a sequence.
     sampling_rate : float or None
-        In Hz, where the format states it, which only ``.wav`` does.
+        In Hz, if the file states it.
 
     Raises
     ------
     FileNotFoundError
         If there is no such file.
     ValueError
-        If the format is not known or the file cannot be read (damaged, truncated, pickled,
-        MATLAB v7.3), if the channel is unknown or ambiguous, and if its values are not numeric,
-        complex, NaN or infinite, or of another length than those of the other channels. The
-        message names the file.
+        If the format is not known or the file cannot be read (damaged, truncated, pickled, far
+        larger when unpacked than a recording can be), if the channel is unknown or ambiguous, and
+        if its values are not numeric, complex, NaN or infinite, or of another length or sampling
+        rate than those of the other channels. The message names the file.
     ImportError
-        If ``.parquet`` is asked for and no reader of it is installed.
+        If the library that the format needs is not installed. The message names the extra.
 
     Examples
     --------
@@ -63,20 +81,22 @@ def read_recording(path, *, channel=None):
     >>> from skarxlag.recordings import read_recording
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = os.path.join(folder, "run_1.npz")
-    ...     np.savez(path, emission=[0.5, -0.5, 0.25], torque=[4, 5, 6], rate=250000)
+    ...     np.savez(path, emission=[0.5, -0.5, 0.25], torque=[4, 5, 6], fs=250000)
     ...     signal, sampling_rate = read_recording(path, channel=["emission", "torque"])
     >>> signal
     array([[ 0.5 , -0.5 ,  0.25],
            [ 4.  ,  5.  ,  6.  ]])
+    >>> sampling_rate
+    250000.0
     """
-    return next(recording_blocks(path, channel=channel))
+    return next(recording_blocks(path, channel=channel, dtype=dtype))
 
 
-def iter_windows(path, window_length=1200, *, channel=None):
+def iter_windows(path, window_length=1200, *, channel=None, dtype=None):
     """Cut a recording of any length into windows, without ever holding all of it in memory.
 
-    MATLAB and ``.npz`` files, and ``.wav`` of 24 bit, can only be read whole; windows of all other
-    formats are read as they are asked for.
+    MATLAB files before version 7.3, ``.npz`` and universal files can only be read whole; windows of
+    all other formats are read as they are asked for.
 
     Parameters
     ----------
@@ -86,6 +106,8 @@ def iter_windows(path, window_length=1200, *, channel=None):
         Samples in a window, at least 1. Windows neither overlap nor leave gaps; the tail of the
         recording that does not fill a window is left out.
     channel : str, int or sequence of these, default=None
+        As in :func:`read_recording`.
+    dtype : str, default=None
         As in :func:`read_recording`.
 
     Yields
@@ -112,16 +134,60 @@ def iter_windows(path, window_length=1200, *, channel=None):
     ...     [windows.shape for windows in iter_windows(path, 1000)]
     [(1048, 1000), (1048, 1000), (404, 1000)]
     """
-    blocks = recording_blocks(path, block_length(window_length), channel=channel)
+    blocks = recording_blocks(path, block_length(window_length), channel=channel, dtype=dtype)
     yield from cut_blocks((signal for signal, _ in blocks), str(path), window_length)
 
 
-def recording_blocks(path, n_samples=None, *, channel=None):
+def list_channels(path, *, dtype=None):
+    r"""List the channels of a recording and what the file states about them.
+
+    Parameters
+    ----------
+    path, dtype
+        As in :func:`read_recording`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each channel, in the order of the file, with the columns ``channel`` (the
+        name), ``sampling_rate`` (in Hz, NaN where it is not stated) and ``unit`` (None where it is
+        not stated).
+
+    Raises
+    ------
+    FileNotFoundError, ValueError, ImportError
+        As in :func:`read_recording`.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> from skarxlag.recordings import list_channels
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "run.csv")
+    ...     _ = path.write_text("time;vibration\ns;g\n0,000;1,5\n0,001;-2\n")
+    ...     list_channels(path)
+         channel  sampling_rate unit
+    0       time            NaN    s
+    1  vibration         1000.0    g
+    """
+    path, module, contents = _find(path, dtype)
+    if module.ISOLATED:
+        rows = isolated_description(path)
+    else:
+        try:
+            rows = describe_channels(contents(path))
+        except Exception as error:
+            raise error_of(path, error, module) from error
+    table = pd.DataFrame(rows, columns=["channel", "sampling_rate", "unit"], dtype=object)
+    return table.astype({"sampling_rate": float})
+
+
+def recording_blocks(path, n_samples=None, *, channel=None, dtype=None):
     """Read one recording block after block.
 
     Parameters
     ----------
-    path, channel
+    path, channel, dtype
         As in :func:`read_recording`.
     n_samples : int or None, default=None
         Samples of a block, at most, where the format can be read in parts. None: one block of all.
@@ -138,72 +204,26 @@ def recording_blocks(path, n_samples=None, *, channel=None):
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`, when the block in question is reached.
     """
+    path, module, contents = _find(path, dtype)
+    if module.ISOLATED:
+        yield from isolated_blocks(path, _plain(channel), n_samples)
+        return
+    try:
+        yield from signal_blocks(contents(path), channel, n_samples)
+    except Exception as error:
+        raise error_of(path, error, module) from error
+
+
+def _find(path, dtype):
     path = Path(path)
-    start = 0
-    for channels, sampling_rate in channel_blocks(path, n_samples):
-        signal = _chosen_signal(path, channels, channel, start)
-        yield signal, sampling_rate
-        start += signal.shape[-1]
+    module, contents = find_format(path, dtype)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    return path, module, contents
 
 
-def _chosen_signal(path, channels, channel, start):
-    if channel is None:
-        if len(channels) > 1:
-            raise ValueError(
-                f"{path}: several channels and none chosen; available: {_listed(channels)}"
-            )
-        return _check_signal(path, *next(iter(channels.items())), start)
-    if isinstance(channel, str | Integral):
-        return _check_signal(path, *_choose(path, channels, channel), start)
-    chosen = [_choose(path, channels, each) for each in channel]
-    if not chosen:
-        raise ValueError(f"{path}: channel is an empty sequence; available: {_listed(channels)}")
-    signals = [_check_signal(path, *each, start) for each in chosen]
-    lengths = {name: len(signal) for (name, _), signal in zip(chosen, signals, strict=True)}
-    if len(set(lengths.values())) > 1:
-        raise ValueError(f"{path}: channels of different length, in samples: {lengths}")
-    return np.stack(signals)
-
-
-def _choose(path, channels, channel):
-    if isinstance(channel, str) and channel in channels:
-        return channel, channels[channel]
-    names = list(channels)
-    is_position = isinstance(channel, Integral) or (
-        isinstance(channel, str) and channel.isdecimal()
-    )
-    if is_position and 0 <= int(channel) < len(names):
-        name = names[int(channel)]
-        return name, channels[name]
-    raise ValueError(f"{path}: no channel {channel!r}; available: {_listed(channels)}")
-
-
-def _listed(channels):
-    names = [repr(name) for name in channels]
-    return ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "")
-
-
-def _check_signal(path, name, values, start):
-    where = f"{path}: channel {name!r}"
-    if not is_numeric_dtype(values.dtype) or is_bool_dtype(values.dtype):
-        raise ValueError(f"{where} is not numeric{_first_text(values, start)}")
-    if np.issubdtype(getattr(values.dtype, "numpy_dtype", values.dtype), np.complexfloating):
-        raise ValueError(f"{where} is complex; store its real part or its magnitude")
-    if isinstance(values, pd.Series):
-        values = values.to_numpy(dtype=np.float64, na_value=np.nan)
-    signal = np.array(values, dtype=np.float64)
-    if signal.size == 0 and start == 0:
-        raise ValueError(f"{where} is empty")
-    bad = np.flatnonzero(~np.isfinite(signal))
-    if bad.size:
-        raise ValueError(
-            f"{where} has missing, NaN or infinite values, the first at sample {start + bad[0]}"
-        )
-    return signal
-
-
-def _first_text(values, start):
-    if not isinstance(values, pd.Series):
-        return f" but of type {values.dtype}"
-    bad = np.flatnonzero(pd.to_numeric(values, errors="coerce").isna() & values.notna())
-    return f": {values.iloc[bad[0]]!r} at sample {start + bad[0]}" if bad.size else ""
+def _plain(channel):
+    """A channel as plain Python values, which another process can be told."""
+    if channel is None or isinstance(channel, str):
+        return channel
+    return int(channel) if isinstance(channel, Integral) else [_plain(each) for each in channel]

@@ -1,75 +1,92 @@
-"""File formats of data acquisition: the channels of one file, block after block."""
+"""File formats of data acquisition: one module for each, and one list of them.
 
-from contextlib import contextmanager
+A format is a module with these names:
 
-from . import matlab, npy, npz, parquet, text, wav
+- ``TITLE``: what the documentation calls it.
+- ``SUFFIXES``: endings of file names, in lower case.
+- ``LIBRARY``, ``EXTRA``: the library that reads it and the extra of this package that installs
+  it; None where what the package needs anyway is enough.
+- ``ISOLATED``: whether files are read in a process of their own. It must be true where the reader
+  may crash or hang on a damaged file.
+- ``STATES``: what the documentation says of sampling rates and units.
+- ``contents(path)``: the :class:`Contents` of a file. It may raise anything on a damaged file, and
+  raises `ContentError` where an intact file does not hold what is asked for.
 
-#: A format is a module with `SUFFIXES`, in lower case, and `blocks(path, n_samples)`.
-_FORMATS = (matlab, npy, npz, text, wav, parquet)
-_READERS = {suffix: module.blocks for module in _FORMATS for suffix in module.SUFFIXES}
+This package imports nothing from the rest of skarxlag, because the process that reads the isolated
+formats has to start fast.
+"""
+
+from functools import partial
+
+from . import arrow, audio, hdf5, matlab, npy, npz, raw, tdms, text, uff, vallen, wav
+from ._contents import ContentError
+
+#: All formats, in the order in which the documentation lists them.
+FORMATS = (matlab, npy, npz, text, wav, audio, arrow, hdf5, tdms, uff, vallen, raw)
 
 
-def channel_blocks(path, n_samples=None):
-    """Channels of one file, block after block, so that a long recording never is in memory whole.
-
-    MATLAB and .npz files, and .wav of 24 bit, can only be read whole: they come as one block.
+def find_format(path, dtype=None):
+    """Module of a file's format, and the function that opens the file.
 
     Parameters
     ----------
     path : Path
-        The file. Its suffix, in any case, tells the format.
-    n_samples : int or None, default=None
-        Samples of every channel in a block, at most. None: one block of all.
-
-    Yields
-    ------
-    channels : dict of str to array
-        What the file offers, as it is stored; integers of a .wav are divided by full scale.
-    sampling_rate : float or None
-        In Hz, where the format states it.
+        The file. The end of its name, in any case, tells the format.
+    dtype : str or None
+        Type of raw binary samples. If it is given, the file is raw whatever its name.
 
     Raises
     ------
-    FileNotFoundError, ValueError, ImportError
-        As in `read_recording`, when the block in question is reached.
+    ValueError
+        If no format has the ending.
     """
-    reader = _READERS.get(path.suffix.lower())
-    if reader is None:
-        raise ValueError(
-            f"{path}: unknown suffix {path.suffix!r}; expected one of {', '.join(_READERS)}"
+    if dtype is not None:
+        return raw, partial(raw.contents, dtype=dtype)
+    name = path.name.lower()
+    for module in FORMATS:
+        if name.endswith(module.SUFFIXES):
+            return module, module.contents
+    known = ", ".join(suffix for module in FORMATS for suffix in module.SUFFIXES)
+    raise ValueError(f"{path}: unknown suffix {path.suffix!r}; expected one of {known}")
+
+
+def error_of(path, error, module):
+    """What a failure to read a file is reported as.
+
+    Parsers raise all kinds of exceptions on damaged input, and few of them name the file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    error : Exception
+        What its reader raised.
+    module : module
+        The format.
+
+    Returns
+    -------
+    Exception
+        A FileNotFoundError, ValueError, ImportError or MemoryError whose message begins with the
+        path.
+    """
+    if isinstance(error, ContentError):
+        return ValueError(f"{path}: {error}")
+    if isinstance(error, FileNotFoundError) and not path.is_file():
+        return FileNotFoundError(f"{path}: no such file")
+    if isinstance(error, PermissionError | IsADirectoryError):
+        return ValueError(f"{path}: cannot be read ({error})")
+    if isinstance(error, ImportError):
+        return ImportError(
+            f"{path}: reading this format needs {module.LIBRARY or error.name}: "
+            f"pip install 'skarxlag[{module.EXTRA or 'formats'}]'"
         )
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file")
-    blocks = reader(path, n_samples)
-    while True:
-        with _file_named_in_errors(path):
-            block = next(blocks, None)
-        if block is None:
-            return
-        if not block[0]:
-            raise ValueError(f"{path}: holds no numeric array of more than one value")
-        yield block
-
-
-@contextmanager
-def _file_named_in_errors(path):
-    try:
-        yield
-    except ImportError as error:
-        raise ImportError(
-            f"{path}: reading .parquet needs pyarrow: pip install 'skarxlag[io]'"
-        ) from error
-    except NotImplementedError as error:
-        raise ValueError(
-            f"{path}: a MATLAB v7.3 (HDF5) file; save it with save(..., '-v7') in MATLAB, or "
-            "read it with h5py and store the arrays with numpy.savez"
-        ) from error
-    # What parsers raise on damaged input is as varied as the damage, and none names the file.
-    except Exception as error:
-        if "pickle" in str(error) or "Python objects" in str(error):
-            raise ValueError(
-                f"{path}: holds pickled objects, which are refused because they can run code, or "
-                "is damaged; expected plain numeric arrays"
-            ) from error
-        suffix = path.suffix.lower()
-        raise ValueError(f"{path}: cannot be read as {suffix}, damaged? ({error})") from error
+    if isinstance(error, MemoryError):
+        return ValueError(f"{path}: needs more memory than a file of its size may, damaged?")
+    if "pickle" in str(error) or "Python objects" in str(error):
+        return ValueError(
+            f"{path}: holds pickled objects, which are refused because they can run code, or "
+            "is damaged; expected plain numeric arrays"
+        )
+    kind = "".join(path.suffixes[-2:] if path.suffix == ".gz" else path.suffixes[-1:]).lower()
+    return ValueError(f"{path}: cannot be read as {kind}, damaged? ({error})")

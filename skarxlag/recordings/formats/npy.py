@@ -2,17 +2,28 @@
 
 import numpy as np
 
-from ._channels import slices, split_matrix
+from ._contents import Contents, array_channels, slices
 
+TITLE = "NumPy array"
 SUFFIXES = (".npy",)
+LIBRARY = EXTRA = None
+ISOLATED = False
+STATES = "nothing"
 
 
-def blocks(path, n_samples):
-    """Blocks of the array's channels."""
+def contents(path):
+    """Channels ``0``, ``1``, ... of the array."""
+    channels = _map(path)
+    lengths = {name: len(channel) for name, channel in channels.items()}
 
-    def read():
-        return split_matrix("", np.load(path, mmap_mode="r", allow_pickle=False))
+    def read(names, n_samples):
+        for part in slices(lengths[names[0]], n_samples):
+            # Mapped anew for each block: pages of the last one stay in memory as long as its map.
+            mapped = _map(path)
+            yield [mapped[name][part] for name in names]
 
-    for part in slices(len(next(iter(read().values()))), n_samples):
-        # Mapped anew for each block: pages of the last one stay in memory as long as its map.
-        yield {name: values[part] for name, values in read().items()}, None
+    return Contents(list(channels), read, lengths=lengths)
+
+
+def _map(path):
+    return array_channels("", np.atleast_1d(np.load(path, mmap_mode="r", allow_pickle=False)))

@@ -1,15 +1,76 @@
-"""NumPy's archives of arrays, which are read whole."""
+"""NumPy's archives of arrays, of which those asked for are read whole."""
+
+from contextlib import contextmanager
 
 import numpy as np
 
-from ._channels import numeric_channels
+from ._contents import array_blocks, array_channels, array_contents, is_numeric
+from ._limits import check_unpacked
 
+TITLE = "NumPy archive"
 SUFFIXES = (".npz",)
+LIBRARY = EXTRA = None
+ISOLATED = False
+STATES = "the rate, in a number named `fs` or alike"
 
 
-def blocks(path, n_samples):
-    """One block of every numeric array."""
+class _Header:
+    """An array of which only the header has been read."""
+
+    def __init__(self, shape):
+        self.shape = shape
+
+
+def contents(path):
+    """Channels of every numeric array of more than one value, by the name of the array."""
+    channels, scalars, arrays = {}, {}, {}
+    with _open(path) as archive:
+        for name in archive.files:
+            shape, dtype = _shape_and_dtype(archive, name)
+            if not is_numeric(dtype):
+                continue
+            if np.prod(shape) == 1:
+                scalars[name] = archive[name].item()
+            elif np.prod(shape) > 1:
+                own = array_channels(name, _Header(shape))
+                channels |= own
+                arrays |= dict.fromkeys(own, name)
+    found = array_contents(channels, scalars)
+
+    def read(names, n_samples):
+        with _open(path) as archive:
+            loaded = {}
+            for array in dict.fromkeys(arrays[name] for name in names):
+                loaded |= array_channels(array, archive[array])
+        yield from array_blocks(loaded, names, n_samples)
+
+    found.read = read
+    return found
+
+
+@contextmanager
+def _open(path):
     # Opened here because NumPy leaves a damaged .npz open.
     with path.open("rb") as file:
-        content = np.load(file, allow_pickle=False)
-        yield numeric_channels({name: content[name] for name in content.files}), None
+        archive = np.load(file, allow_pickle=False)
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise ValueError("no archive")
+        check_unpacked(path, sum(member.file_size for member in archive.zip.infolist()))
+        yield archive
+
+
+def _shape_and_dtype(archive, name):
+    member = name if name in archive.zip.namelist() else f"{name}.npy"
+    with archive.zip.open(member) as file:
+        version = np.lib.format.read_magic(file)
+        read_header = {
+            (1, 0): np.lib.format.read_array_header_1_0,
+            (2, 0): np.lib.format.read_array_header_2_0,
+        }.get(version)
+        if read_header is None:
+            array = archive[name]
+            return array.shape, array.dtype
+        shape, _, dtype = read_header(file)
+    if dtype.hasobject:
+        raise ValueError("holds Python objects")
+    return shape, dtype

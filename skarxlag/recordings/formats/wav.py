@@ -1,38 +1,96 @@
-"""WAV files, which state their sampling rate."""
+"""WAV files, which state their sampling rate; samples of 24 bit are unpacked block by block."""
 
+import struct
 import warnings
 
 import numpy as np
 from scipy.io import wavfile
 
-from ._channels import slices
+from ._contents import Contents, slices
 
+TITLE = "WAV"
 SUFFIXES = (".wav",)
+LIBRARY = EXTRA = None
+ISOLATED = False
+STATES = "the rate"
 
 
-def blocks(path, n_samples):
-    """Blocks of the channels; integer samples are divided by full scale."""
-    sampling_rate, samples = _map_wav(path)
-    if not isinstance(samples, np.memmap):
-        n_samples = None
-    for part in slices(len(samples), n_samples):
-        # Mapped anew for each block, as in npy.
-        block = (_map_wav(path)[1] if n_samples else samples)[part]
-        if block.dtype == np.uint8:
-            block = (block - 128.0) / 128.0
-        elif block.dtype.kind == "i":
-            # SciPy left-justifies odd widths (24 bit in int32), so full scale is the type's.
-            block = block / -float(np.iinfo(block.dtype).min)
-        by_channel = block[:, np.newaxis] if block.ndim == 1 else block
-        yield {str(i): column for i, column in enumerate(by_channel.T)}, float(sampling_rate)
+def contents(path):
+    """Channels ``0``, ``1``, ...; integer samples are divided by full scale."""
+    try:
+        sampling_rate, samples = _map(path)
+        n_channels = 1 if samples.ndim == 1 else samples.shape[1]
+        n_total, part_of = len(samples), _mapped_part
+        del samples
+    except _ThreeBytes:
+        sampling_rate, n_channels, offset, n_bytes = _find_samples(path)
+        n_total = n_bytes // (3 * n_channels)
+
+        def part_of(path, part):
+            return _unpacked_part(path, part, offset, n_total, n_channels)
+
+    def read(names, n_samples):
+        for part in slices(n_total, n_samples):
+            block = part_of(path, part)
+            by_channel = block[:, np.newaxis] if block.ndim == 1 else block
+            yield [by_channel[:, int(name)] for name in names]
+
+    names = [str(i) for i in range(n_channels)]
+    return Contents(names, read, sampling_rates=dict.fromkeys(names, float(sampling_rate)))
 
 
-def _map_wav(path):
+class _ThreeBytes(Exception):
+    """Samples of three bytes, which cannot be mapped as an array."""
+
+
+def _map(path):
     with warnings.catch_warnings():
         # SciPy skips chunks of metadata with a warning, and warns of a truncated file alike.
         warnings.simplefilter("ignore", wavfile.WavFileWarning)
         warnings.filterwarnings("error", "Reached EOF", wavfile.WavFileWarning)
         try:
             return wavfile.read(path, mmap=True)
-        except ValueError:  # 24 bit cannot be mapped
-            return wavfile.read(path)
+        except ValueError as error:
+            if "mmap=True not compatible" in str(error):
+                raise _ThreeBytes from None
+            raise
+
+
+def _mapped_part(path, part):
+    # Mapped anew for each block, as in npy.
+    block = _map(path)[1][part]
+    if block.dtype == np.uint8:
+        return (block - 128.0) / 128.0
+    if block.dtype.kind == "i":
+        return block / -float(np.iinfo(block.dtype).min)
+    return block
+
+
+def _find_samples(path):
+    """Sampling rate, channels, place and length of the samples, from the chunks of the file."""
+    with path.open("rb") as file:
+        order = ">" if file.read(12)[:4] == b"RIFX" else "<"
+        rate = n_channels = None
+        while True:
+            name, n_bytes = struct.unpack(f"{order}4sI", file.read(8))
+            if name == b"data":
+                break
+            start = file.tell()
+            if name == b"fmt ":
+                _, n_channels, rate, _, _, bits = struct.unpack(f"{order}HHIIHH", file.read(16))
+            # Chunks of odd length are padded.
+            file.seek(start + n_bytes + n_bytes % 2)
+        offset = file.tell()
+    if order == ">" or bits != 24 or n_bytes > path.stat().st_size - offset:
+        raise ValueError(f"{bits} bit in three bytes, {n_bytes} bytes of samples stated")
+    return rate, n_channels, offset, n_bytes
+
+
+def _unpacked_part(path, part, offset, n_total, n_channels):
+    first, stop, _ = part.indices(n_total)
+    width = 3 * n_channels
+    packed = np.fromfile(path, np.uint8, (stop - first) * width, offset=offset + first * width)
+    # Placed in the upper bytes of 32 bit, so that the sign is in its place.
+    wide = np.zeros((stop - first, n_channels, 4), dtype=np.uint8)
+    wide[..., 1:] = packed.reshape(stop - first, n_channels, 3)
+    return wide.view("<i4")[..., 0] / 2.0**31

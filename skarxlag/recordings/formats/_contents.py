@@ -1,0 +1,193 @@
+"""What every reader gives: the channels of a file, and what the file states about them."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+class ContentError(ValueError):
+    """A file that can be read but does not hold what is asked for; it is not damaged."""
+
+
+@dataclass
+class Contents:
+    """The channels of one file.
+
+    Attributes
+    ----------
+    channels : sequence of str
+        Names of the channels, in the order of the file.
+    read : callable
+        ``read(names, n_samples)`` yields one list of equally long arrays (or pandas Series) for
+        each block, in the order of `names`, with at most `n_samples` values in each array. None
+        stands for one block of everything. Formats that can only be read whole ignore `n_samples`.
+    sampling_rates : mapping of str to float
+        In Hz, by channel, where the file states it.
+    units : mapping of str to str
+        By channel, where the file states it.
+    lengths : mapping of str to int, or None
+        Samples in each channel. None where all are equally long.
+    """
+
+    channels: Sequence[str]
+    read: Callable[[list[str], int | None], Iterator[list]]
+    sampling_rates: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    lengths: Mapping[str, int] | None = None
+
+
+class ArrayChannel:
+    """One row or column of an array that may lie on disk (NumPy, HDF5)."""
+
+    def __init__(self, array, index):
+        self.array, self.index = array, index
+
+    def __len__(self):
+        return self.array.shape[self.index.index(None)]
+
+    def __getitem__(self, part):
+        return self.array[tuple(part if i is None else i for i in self.index)]
+
+
+def array_channels(name, array):
+    """Channels of one array: its rows or its columns, whichever are longer.
+
+    Parameters
+    ----------
+    name : str
+        Name of the array. The channels of a matrix are ``name[0]``, ``name[1]``, ...; without a
+        name they are ``0``, ``1``, ...
+    array : array-like with `shape`
+        With one dimension or more.
+
+    Returns
+    -------
+    dict of str to ArrayChannel
+    """
+    shape = array.shape
+    long = [axis for axis, size in enumerate(shape) if size != 1]
+    if len(long) > 2 or (len(long) == 2 and shape[long[0]] == shape[long[1]]):
+        raise ContentError(
+            f"array {name!r} of shape {shape}: expected a vector, or a matrix that is longer in "
+            "time than in channels"
+        )
+    index = [0] * len(shape)
+    if len(long) < 2 or 0 in shape:
+        index[shape.index(0) if 0 in shape else max(long, default=0)] = None
+        return {name or "0": ArrayChannel(array, index)}
+    time, across = sorted(long, key=lambda axis: -shape[axis])
+    index[time] = None
+    channels = {}
+    for i in range(shape[across]):
+        index[across] = i
+        channels[f"{name}[{i}]" if name else str(i)] = ArrayChannel(array, list(index))
+    return channels
+
+
+def array_blocks(channels, names, n_samples):
+    """Blocks of some of the channels, each of which has a length and can be sliced."""
+    lengths = {name: len(channels[name]) for name in names}
+    if len(set(lengths.values())) > 1:
+        raise ContentError(f"channels of different length, in samples: {lengths}")
+    for part in slices(lengths[names[0]], n_samples):
+        yield [channels[name][part] for name in names]
+
+
+def array_contents(channels, scalars):
+    """Contents of arrays in memory, with the sampling rate among the single numbers beside them.
+
+    Parameters
+    ----------
+    channels : dict of str to ArrayChannel
+        The channels by name.
+    scalars : dict of str to float
+        Single numbers by name. A name such as ``fs`` or ``run.SampleRate`` states the rate of the
+        channels in the same place.
+    """
+    return Contents(
+        list(channels),
+        lambda names, n_samples: array_blocks(channels, names, n_samples),
+        sampling_rates=stated_rates(channels, scalars),
+        lengths={name: len(channel) for name, channel in channels.items()},
+    )
+
+
+def slices(n_total, n_samples):
+    """Slices that cover all samples; one empty slice where there is no sample."""
+    step = max(n_total if n_samples is None else n_samples, 1)
+    return (slice(start, start + step) for start in range(0, max(n_total, 1), step))
+
+
+def is_numeric(dtype):
+    """Whether an array of this type can be a channel."""
+    return np.dtype(dtype).kind in "fiuc"
+
+
+#: How files name the sampling rate, in lower case and without anything but letters.
+_RATE_NAMES = {
+    name + unit
+    for unit in ("", "hz", "inhz")
+    for name in (
+        "fs",
+        "sr",
+        "fsample",
+        "fsampling",
+        "samplerate",
+        "samplingrate",
+        "samplefreq",
+        "samplingfreq",
+        "samplefrequency",
+        "samplingfrequency",
+    )
+}
+
+
+def letters(name):
+    """A name without case, spaces, digits, units in brackets and signs."""
+    return "".join(c for c in name.partition("(")[0].partition("[")[0].lower() if c.isalpha())
+
+
+def stated_rates(channels, scalars, separator="."):
+    """Sampling rate of each channel, by the number beside it whose name is that of a rate.
+
+    Names are paths such as ``run.signal`` and ``run.fs``. The number nearest to the channel on the
+    way up to the root counts.
+
+    Examples
+    --------
+    >>> stated_rates(["a.y", "z"], {"fs": 10.0, "a.SampleRate": 20.0, "a.load": 3.0})
+    {'a.y': 20.0, 'z': 10.0}
+    """
+    by_place = {}
+    for name, value in scalars.items():
+        place, _, last = name.rpartition(separator)
+        if letters(last.replace("(", "").replace("[", "")) in _RATE_NAMES and is_rate(value):
+            by_place.setdefault(place, set()).add(float(value))
+    rates = {}
+    for name in channels:
+        place = name
+        while place:
+            place = place.rpartition(separator)[0]
+            # Two numbers that disagree state nothing.
+            if len(by_place.get(place, ())) == 1:
+                (rates[name],) = by_place[place]
+                break
+    return rates
+
+
+def is_rate(value):
+    """Whether a number can be a sampling rate."""
+    return bool(np.isrealobj(value) and np.isfinite(value) and value > 0)
+
+
+def rounded(value, tolerance):
+    """The number of fewest digits within a relative tolerance.
+
+    Examples
+    --------
+    >>> rounded(51199.87, 5e-6), rounded(97656.25, 1e-9)
+    (51200.0, 97656.25)
+    """
+    digits = (float(f"{value:.{n}g}") for n in range(1, 18))
+    return next(each for each in digits if abs(each - value) <= tolerance * value)

@@ -1,0 +1,114 @@
+"""From the channels of a file to the signal that was asked for, block after block."""
+
+from numbers import Integral
+
+import numpy as np
+
+from ._contents import ContentError
+from ._naming import choose_channel, listed
+from ._time_axis import find_time_axis
+
+
+def signal_blocks(contents, channel, n_samples):
+    """Blocks of the chosen channels as floating-point numbers.
+
+    Parameters
+    ----------
+    contents : Contents
+        Of the file.
+    channel : str, int, sequence of these, or None
+        As in `read_recording`.
+    n_samples : int or None
+        Samples in a block at most, where the format can be read in parts.
+
+    Yields
+    ------
+    signal : ndarray of float64, shape (n_samples,) or (n_channels, n_samples)
+        The next samples.
+    sampling_rate : float or None
+        In Hz, if the file states it.
+    """
+    if not contents.channels:
+        raise ContentError("holds no numeric array of more than one value")
+    axis = find_time_axis(contents)
+    names, is_single = _chosen_names(contents, channel, axis)
+    rate = _common_rate(names, contents.sampling_rates)
+    is_timed = rate is None and axis is not None and axis.covers(contents, names)
+    if is_timed:
+        rate = axis.sampling_rate
+    read_names = [*names, axis.name] if is_timed and axis.name not in names else names
+    start = 0
+    for block in contents.read(list(dict.fromkeys(read_names)), n_samples):
+        by_name = dict(zip(dict.fromkeys(read_names), block, strict=True))
+        signals = [_as_signal(name, by_name[name], start) for name in names]
+        if is_timed:
+            axis.check(by_name[axis.name], start)
+        yield signals[0] if is_single else np.stack(signals), rate
+        start += len(signals[0])
+
+
+def describe_channels(contents):
+    """Name, sampling rate and unit of every channel, as plain values."""
+    axis = find_time_axis(contents)
+    rows = []
+    for name in contents.channels:
+        rate = contents.sampling_rates.get(name)
+        if rate is None and axis is not None and axis.covers(contents, [name]):
+            rate = axis.sampling_rate
+        rows.append({"channel": name, "sampling_rate": rate, "unit": contents.units.get(name)})
+    return rows
+
+
+def _chosen_names(contents, channel, axis):
+    names = list(contents.channels)
+    if channel is None:
+        signals = [name for name in names if axis is None or name != axis.name]
+        if len(signals) > 1:
+            raise ContentError(f"several channels and none chosen; available: {listed(names)}")
+        return signals, True
+    if isinstance(channel, str | Integral):
+        return [choose_channel(names, channel)], True
+    chosen = [choose_channel(names, each) for each in channel]
+    if not chosen:
+        raise ContentError(f"channel is an empty sequence; available: {listed(names)}")
+    return chosen, False
+
+
+def _common_rate(names, rates):
+    stated = {name: rates[name] for name in names if name in rates}
+    if len(set(stated.values())) > 1:
+        raise ContentError(f"channels of different sampling rates, in Hz: {stated}")
+    return next(iter(stated.values()), None)
+
+
+def _as_signal(name, values, start):
+    where = f"channel {name!r}"
+    if not isinstance(values, np.ndarray):
+        values = _from_column(where, values, start)
+    if values.dtype.kind not in "fiuc":
+        raise ContentError(f"{where} is not numeric but of type {values.dtype}")
+    if values.dtype.kind == "c":
+        raise ContentError(f"{where} is complex; store its real part or its magnitude")
+    signal = np.array(values, dtype=np.float64)
+    if signal.size == 0 and start == 0:
+        raise ContentError(f"{where} is empty")
+    bad = np.flatnonzero(~np.isfinite(signal))
+    if bad.size:
+        raise ContentError(
+            f"{where} has missing, NaN or infinite values, the first at sample {start + bad[0]}"
+        )
+    return signal
+
+
+def _from_column(where, values, start):
+    """A column of a table; one of text is refused with its first field that is no number."""
+    import pandas as pd
+    from pandas.api.types import is_bool_dtype, is_numeric_dtype
+
+    if is_numeric_dtype(values.dtype) and not is_bool_dtype(values.dtype):
+        if np.issubdtype(getattr(values.dtype, "numpy_dtype", values.dtype), np.complexfloating):
+            return values.to_numpy()
+        return values.to_numpy(dtype=np.float64, na_value=np.nan)
+    bad = np.flatnonzero(pd.to_numeric(values, errors="coerce").isna() & values.notna())
+    at = f": {values.iloc[bad[0]]!r} at sample {start + bad[0]}" if bad.size else ""
+    raise ContentError(f"{where} is not numeric{at}")

@@ -1,0 +1,67 @@
+"""Tables of Apache Arrow: Parquet and Feather files, which are read in parts."""
+
+from contextlib import contextmanager
+
+from ._contents import Contents
+from ._limits import check_unpacked
+
+TITLE = "Parquet, Feather"
+SUFFIXES = (".parquet", ".feather", ".arrow")
+LIBRARY, EXTRA = "pyarrow", "io"
+ISOLATED = True
+STATES = "the rate, by a time column"
+
+
+def contents(path):
+    """Channels by the names of the columns."""
+    with _open(path) as file:
+        names = [str(name) for name in file.schema.empty_table().to_pandas().columns]
+
+    def read(chosen, n_samples):
+        with _open(path) as file:
+            for batch in file.batches(chosen, n_samples):
+                frame = batch.to_pandas()
+                frame.columns = frame.columns.map(str)
+                yield [frame[name] for name in chosen]
+
+    return Contents(names, read)
+
+
+@contextmanager
+def _open(path):
+    import pyarrow
+    from pyarrow.parquet import ParquetFile
+
+    if path.suffix.lower() == ".parquet":
+        with ParquetFile(path) as file:
+            yield _Parquet(path, file)
+    else:
+        with pyarrow.ipc.open_file(str(path)) as file:
+            yield _Feather(file)
+
+
+class _Parquet:
+    def __init__(self, path, file):
+        self._path, self._file, self.schema = path, file, file.schema_arrow
+
+    def batches(self, columns, n_samples):
+        if n_samples is not None:
+            yield from self._file.iter_batches(n_samples, columns=columns, use_threads=False)
+            return
+        # Blocks are bounded by themselves, but constants take no space in a file.
+        check_unpacked(self._path, self._file.metadata.num_rows * 8 * len(columns))
+        yield self._file.read(columns, use_threads=False)
+
+
+class _Feather:
+    def __init__(self, file):
+        self._file, self.schema = file, file.schema
+
+    def batches(self, columns, n_samples):
+        if n_samples is None:
+            yield self._file.read_all().select(columns)
+            return
+        for i in range(self._file.num_record_batches):
+            batch = self._file.get_batch(i).select(columns)
+            for start in range(0, batch.num_rows, n_samples):
+                yield batch.slice(start, n_samples)

@@ -1,0 +1,114 @@
+"""HDF5 files of any layout, which are read in parts."""
+
+from contextlib import contextmanager
+
+import numpy as np
+
+from ._contents import (
+    ContentError,
+    Contents,
+    array_blocks,
+    array_channels,
+    is_numeric,
+    letters,
+    stated_rates,
+)
+
+TITLE = "HDF5, MATLAB 7.3"
+SUFFIXES = (".h5", ".hdf5", ".hdf")
+LIBRARY, EXTRA = "h5py", "formats"
+ISOLATED = True
+STATES = "rate and unit, in attributes named `fs`, `units` or alike, or in single numbers"
+
+#: Where MATLAB 7.3 keeps the elements of cell arrays and its classes.
+_INTERNAL = ("#refs#", "#subsystem#")
+
+
+def contents(path, separator="/"):
+    """Channels of every numeric data set of more than one value, by its path in the file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    separator : str
+        Between the groups of a path; a MATLAB struct is a group, and its fields have a dot.
+    """
+    with _open(path) as file:
+        channels, scalars, units, places = {}, {}, {}, {}
+        for name, node in _nodes(file):
+            label = name.replace("/", separator)
+            for key, value in node.attrs.items():
+                _note(f"{label}{separator}{key}" if label else key, value, scalars)
+            if not hasattr(node, "shape") or not _is_signal(node):
+                continue
+            if node.size == 1:
+                scalars[label] = np.ravel(node[()])[0].item()
+                continue
+            own = array_channels(label, node)
+            # A rate among the attributes of the data set itself comes first.
+            places |= {channel: f"{label}{separator}{channel}" for channel in own}
+            lengths = {channel: len(values) for channel, values in own.items()}
+            channels |= lengths
+            unit = _unit(node.attrs)
+            units |= dict.fromkeys(own, unit) if unit else {}
+        by_place = stated_rates(places.values(), scalars, separator)
+
+    def read(names, n_samples):
+        with _open(path) as file:
+            found = {}
+            for name, node in _nodes(file):
+                if hasattr(node, "shape") and _is_signal(node) and node.size > 1:
+                    found |= array_channels(name.replace("/", separator), node)
+            yield from array_blocks(found, names, n_samples)
+
+    return Contents(
+        list(channels),
+        read,
+        sampling_rates={c: by_place[place] for c, place in places.items() if place in by_place},
+        units=units,
+        lengths=channels,
+    )
+
+
+@contextmanager
+def _open(path):
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        yield file
+
+
+def _nodes(file):
+    """The root and all groups and data sets, those with a place of their own (not links) once."""
+    found = [("", file)]
+
+    def visit(name, node):
+        if not name.startswith(_INTERNAL):
+            found.append((name, node))
+
+    file.visititems(visit)
+    return found
+
+
+def _is_signal(node):
+    if node.dtype is None or node.shape is None or not is_numeric(node.dtype):
+        return False
+    if node.external:
+        raise ContentError(f"data set {node.name!r} lies in another file, which is not followed")
+    # MATLAB stores texts and flags as integers and says so.
+    return node.attrs.get("MATLAB_class", b"") not in (b"char", b"logical", b"cell")
+
+
+def _note(name, value, scalars):
+    value = np.asarray(value)
+    if is_numeric(value.dtype) and value.size == 1:
+        scalars[name] = value.ravel()[0].item()
+
+
+def _unit(attributes):
+    for key, value in attributes.items():
+        if letters(key) in ("unit", "units", "unitstring"):
+            text = value.decode(errors="replace") if isinstance(value, bytes) else value
+            return text if isinstance(text, str) else None
+    return None

@@ -1,0 +1,53 @@
+"""National Instruments' TDMS files, which are read in parts."""
+
+import numpy as np
+
+from ._contents import ContentError, Contents, array_blocks, is_numeric, is_rate, letters
+
+TITLE = "NI TDMS"
+SUFFIXES = (".tdms",)
+LIBRARY, EXTRA = "nptdms", "formats"
+ISOLATED = True
+STATES = "rate (`wf_increment`) and unit (`unit_string`)"
+
+
+def contents(path):
+    """Channels by name, or by ``group/name`` where two groups have a channel of one name."""
+    from nptdms import TdmsFile
+
+    # Read from a file that is opened here, npTDMS does not look for an index beside it.
+    with path.open("rb") as stream, TdmsFile.open(stream) as file:
+        nodes = _by_name(file)
+        lengths = {name: len(channel) for name, channel in nodes.items()}
+        n_bytes = path.stat().st_size
+        if any(length > 8 * n_bytes for length in lengths.values()):
+            raise ContentError(f"{lengths} samples are stated in {n_bytes} bytes")
+        rates, units = {}, {}
+        for name, channel in nodes.items():
+            step = channel.properties.get("wf_increment")
+            if isinstance(step, float | np.floating) and is_rate(step) and is_rate(1 / step):
+                rates[name] = 1 / step
+            for key, value in channel.properties.items():
+                if letters(key) in ("unitstring", "unit", "units", "niunitdescription") and value:
+                    units[name] = str(value)
+
+    def read(names, n_samples):
+        with path.open("rb") as stream, TdmsFile.open(stream) as file:
+            nodes = _by_name(file)
+            yield from array_blocks(nodes, names, n_samples)
+
+    return Contents(list(nodes), read, rates, units, lengths)
+
+
+def _by_name(file):
+    nodes = [
+        (group.name, channel)
+        for group in file.groups()
+        for channel in group.channels()
+        if channel.dtype is not None and is_numeric(channel.dtype)
+    ]
+    names = [channel.name for _, channel in nodes]
+    return {
+        channel.name if names.count(channel.name) == 1 else f"{group}/{channel.name}": channel
+        for group, channel in nodes
+    }

@@ -1,0 +1,80 @@
+"""Vallen's databases of transients: acoustic emission that was recorded without a gap."""
+
+from contextlib import contextmanager
+
+import numpy as np
+
+from ._contents import ContentError, Contents
+
+TITLE = "Vallen tradb"
+SUFFIXES = (".tradb",)
+LIBRARY, EXTRA = "vallenae", "formats"
+ISOLATED = True
+STATES = "rate and unit (V)"
+
+_SUMMARY = """
+SELECT Chan, SUM(Samples), MIN(SampleRate), MAX(SampleRate) FROM tr_data
+WHERE Chan IS NOT NULL GROUP BY Chan ORDER BY Chan
+"""
+
+
+def contents(path):
+    """Channels by their number, which counts from 1."""
+    with _open(path) as database:
+        rows = database.connection().execute(_SUMMARY).fetchall()
+    lengths = {str(channel): length for channel, length, *_ in rows}
+    rates = {str(row[0]): float(row[2]) for row in rows if row[2] == row[3]}
+
+    def read(names, n_samples):
+        own = {name: lengths[name] for name in names}
+        if len(set(own.values())) > 1:
+            raise ContentError(f"channels of different length, in samples: {own}")
+        with _open(path) as database:
+            parts = [
+                _rechunked(_records(database, name, rates), n_samples or max(own[name], 1))
+                for name in names
+            ]
+            yield from (list(block) for block in zip(*parts, strict=True))
+
+    return Contents(list(lengths), read, rates, dict.fromkeys(lengths, "V"), lengths)
+
+
+@contextmanager
+def _open(path):
+    from vallenae.io import TraDatabase
+
+    with TraDatabase(str(path)) as database:
+        yield database
+
+
+def _records(database, name, rates):
+    """Samples of consecutive records, which must follow each other without a gap."""
+    if name not in rates:
+        raise ContentError(f"channel {name!r} changes its sampling rate")
+    rate, end, n_read = rates[name], None, 0
+    for record in database.iread(channel=int(name)):
+        if len(record.data) != record.samples:
+            raise ValueError(f"{len(record.data)} samples of {record.samples} in a record")
+        start = record.time - record.pretrigger / rate
+        # Times are counted in ticks of 0.1 microseconds or so.
+        if end is not None and abs(start - end) > 1.5 / rate + 2e-7:
+            raise ContentError(
+                f"channel {name!r} holds single transients: {start - end:g} s lie between sample "
+                f"{n_read - 1} and the next; expected a recording without a gap"
+            )
+        end, n_read = start + record.samples / rate, n_read + record.samples
+        yield record.data
+
+
+def _rechunked(arrays, n_samples):
+    """Join arrays and cut them anew, into pieces of equal length and a rest."""
+    waiting, count = [], 0
+    for array in arrays:
+        waiting.append(array)
+        count += len(array)
+        while count >= n_samples:
+            joined = np.concatenate(waiting)
+            yield joined[:n_samples]
+            waiting, count = [joined[n_samples:]], count - n_samples
+    if count:
+        yield np.concatenate(waiting)

@@ -1,0 +1,43 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from skarxlag.recordings import list_channels, read_recording
+from skarxlag.recordings.files import recording_blocks
+
+Y, U = np.random.default_rng(0).normal(size=(2, 103))
+
+
+@pytest.mark.parametrize("compression", ["lz4", "zstd", "uncompressed"])
+@pytest.mark.parametrize("suffix", ["feather", "arrow"])
+def test_feather(tmp_path, suffix, compression):
+    path = tmp_path / f"run.{suffix}"
+    frame = pd.DataFrame({"y": Y, "note": "x", "u": U.astype("f4")})
+    frame.to_feather(path, compression=compression, chunksize=40)
+    assert list_channels(path)["channel"].tolist() == ["y", "note", "u"]
+    np.testing.assert_array_equal(read_recording(path, channel="u")[0], U.astype("f4"))
+    blocks = [block for block, _ in recording_blocks(path, 30, channel="y")]
+    assert max(map(len, blocks)) == 30
+    np.testing.assert_array_equal(np.concatenate(blocks), Y)
+    with pytest.raises(ValueError, match="channel 'note' is not numeric: 'x' at sample 0"):
+        read_recording(path, channel="note")
+
+
+@pytest.mark.parametrize("suffix", ["feather", "parquet"])
+@pytest.mark.parametrize("kept", [0, 4, 60, 0.5])
+def test_truncated_files(tmp_path, suffix, kept):
+    path = tmp_path / f"run.{suffix}"
+    getattr(pd.DataFrame({"y": Y}), f"to_{suffix}")(path)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2 if kept == 0.5 else kept])
+    with pytest.raises(ValueError, match=rf"run.{suffix}: .*damaged"):
+        read_recording(path)
+
+
+def test_a_constant_of_gigabytes_is_read_in_parts_only(tmp_path):
+    n = 40_000_000
+    pd.DataFrame({"y": pd.array(np.zeros(n), dtype="float64")}).to_parquet(tmp_path / "run.parquet")
+    with pytest.raises(ValueError, match=r"run.parquet: \d+ bytes would unpack to 320000000"):
+        read_recording(tmp_path / "run.parquet")
+    signal, _ = next(recording_blocks(tmp_path / "run.parquet", 1000))
+    assert len(signal) == 1000

@@ -1,0 +1,97 @@
+"""HDF5 files, MATLAB 7.3 among them, as h5py writes them."""
+
+import numpy as np
+import pytest
+
+from skarxlag.recordings import list_channels, read_recording
+from skarxlag.recordings.files import recording_blocks
+
+h5py = pytest.importorskip("h5py")
+
+RNG = np.random.default_rng(0)
+Y, U = RNG.normal(size=(2, 103))
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "run.h5"
+    with h5py.File(path, "w") as file:
+        file.attrs["SampleRate"] = 51200
+        vibration = file.create_dataset("bearing/vibration", data=Y, chunks=(10,))
+        vibration.attrs["units"] = "m/s2"
+        slow = file.create_dataset("slow/torque", data=U.astype("f4"))
+        slow.attrs["unit"] = b"Nm"
+        slow.attrs["fs"] = np.array([100.0])
+        file["slow/pair"] = np.stack([Y, U], axis=1)
+        file["slow/sampling_rate"] = 20.0
+        file["text"] = "a text"
+        file["flags"] = np.ones(5, dtype=bool)
+        file["again"] = h5py.SoftLink("/bearing/vibration")
+    return path
+
+
+def test_names_rates_and_units(path):
+    channels = list_channels(path).set_index("channel")
+    expected = ["bearing/vibration", "slow/pair[0]", "slow/pair[1]", "slow/torque"]
+    assert channels.index.tolist() == expected
+    assert channels["sampling_rate"].tolist() == [51200, 20, 20, 100]
+    assert channels["unit"].tolist() == ["m/s2", None, None, "Nm"]
+
+
+@pytest.mark.parametrize("n_samples", [None, 7, 1000])
+def test_samples(path, n_samples):
+    blocks, rates = zip(*recording_blocks(path, n_samples, channel="*vibration"), strict=True)
+    np.testing.assert_array_equal(np.concatenate(blocks), Y)
+    assert set(rates) == {51200}
+    assert max(map(len, blocks)) <= (n_samples or 103)
+    pair, rate = read_recording(path, channel=["slow/pair[1]", "slow/pair[0]"])
+    np.testing.assert_array_equal(pair, [U, Y])
+    assert rate == 20
+
+
+def test_data_in_other_files_is_not_followed(tmp_path):
+    (tmp_path / "secret.bin").write_bytes(bytes(800))
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        external = [(str(tmp_path / "secret.bin"), 0, 800)]
+        file.create_dataset("y", shape=(100,), dtype="f8", external=external)
+    with pytest.raises(ValueError, match=r"run.h5: data set '/y' lies in another file"):
+        read_recording(tmp_path / "run.h5")
+
+
+@pytest.fixture
+def matlab(tmp_path):
+    """Laid out as MATLAB 7.3 does: a user block, columns as rows, structs as groups."""
+    path = tmp_path / "run.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, values, kind in (
+            ("y", Y[np.newaxis], b"double"),
+            ("note", np.array([[104], [105]], dtype="u2"), b"char"),
+            ("flags", np.ones((1, 5), dtype="u1"), b"logical"),
+            ("bearing/gs", U[np.newaxis], b"double"),
+            ("bearing/sr", np.array([[97656.0]]), b"double"),
+            ("#refs#/a", np.zeros((1, 50)), b"double"),
+        ):
+            file[name] = values
+            file[name].attrs["MATLAB_class"] = np.bytes_(kind)
+    head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
+    with path.open("r+b") as file:
+        file.write(head)
+    return path
+
+
+def test_matlab_7_3(matlab):
+    assert list_channels(matlab)["channel"].tolist() == ["bearing.gs", "y"]
+    signal, rate = read_recording(matlab, channel="bearing.gs")
+    np.testing.assert_array_equal(signal, U)
+    assert rate == 97656
+    assert read_recording(matlab, channel="y")[1] is None
+    blocks = [block for block, _ in recording_blocks(matlab, 20, channel="y")]
+    assert len(blocks) == 6
+    np.testing.assert_array_equal(np.concatenate(blocks), Y)
+
+
+@pytest.mark.parametrize("kept", [0, 10, 700, 2000])
+def test_truncated_files(path, kept):
+    path.write_bytes(path.read_bytes()[:kept])
+    with pytest.raises(ValueError, match=r"run.h5: .*damaged"):
+        read_recording(path, channel=0)

@@ -1,0 +1,80 @@
+"""TDMS files as npTDMS's own writer makes them."""
+
+import numpy as np
+import pytest
+
+from skarxlag.recordings import list_channels, read_recording
+from skarxlag.recordings.files import recording_blocks
+
+nptdms = pytest.importorskip("nptdms")
+
+RNG = np.random.default_rng(0)
+Y, U = RNG.normal(size=(2, 103))
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "run.tdms"
+    with nptdms.TdmsWriter(path) as writer:
+        for part in (slice(0, 60), slice(60, None)):
+            step = {"wf_increment": 1 / 25600, "unit_string": "g"}
+            slow = {"wf_increment": 0.1, "NI_UnitDescription": "Nm"}
+            writer.write_segment(
+                [
+                    nptdms.ChannelObject("bearing", "vibration", Y[part], step),
+                    nptdms.ChannelObject("bearing", "torque", U[part].astype("f4"), slow),
+                    nptdms.ChannelObject("bearing", "note", ["a text"]),
+                ]
+            )
+    return path
+
+
+def test_names_rates_and_units(path):
+    channels = list_channels(path)
+    assert channels["channel"].tolist() == ["vibration", "torque"]
+    assert channels["sampling_rate"].tolist() == [25600, 10]
+    assert channels["unit"].tolist() == ["g", "Nm"]
+
+
+@pytest.mark.parametrize("n_samples", [None, 7, 60, 1000])
+def test_samples(path, n_samples):
+    blocks, rates = zip(*recording_blocks(path, n_samples, channel="vibration"), strict=True)
+    np.testing.assert_array_equal(np.concatenate(blocks), Y)
+    assert set(rates) == {25600}
+    assert max(map(len, blocks)) <= (n_samples or 103)
+    np.testing.assert_array_equal(read_recording(path, channel=1)[0], U.astype("f4"))
+
+
+def test_channels_of_different_rates_are_not_read_together(path):
+    with pytest.raises(ValueError, match=r"different sampling rates.*'vibration': 25600.*: 10"):
+        read_recording(path, channel=["vibration", "torque"])
+
+
+def test_one_name_in_two_groups(tmp_path):
+    with nptdms.TdmsWriter(tmp_path / "run.tdms") as writer:
+        writer.write_segment(
+            [nptdms.ChannelObject(group, "y", values) for group, values in (("a", Y), ("b", U))]
+        )
+    np.testing.assert_array_equal(read_recording(tmp_path / "run.tdms", channel="b/y")[0], U)
+
+
+def test_integers_with_a_scale(tmp_path):
+    """A linear scale as DAQ drivers write it beside raw integers."""
+    raw = np.arange(50, dtype="i2")
+    scale = {
+        "NI_Number_Of_Scales": 1,
+        "NI_Scale[0]_Scale_Type": "Linear",
+        "NI_Scale[0]_Linear_Slope": 0.5,
+        "NI_Scale[0]_Linear_Y_Intercept": 10.0,
+        "NI_Scale[0]_Linear_Input_Source": 0xFFFFFFFF,
+    }
+    with nptdms.TdmsWriter(tmp_path / "run.tdms") as writer:
+        writer.write_segment([nptdms.ChannelObject("a", "y", raw, scale)])
+    np.testing.assert_array_equal(read_recording(tmp_path / "run.tdms")[0], 10 + raw / 2)
+
+
+@pytest.mark.parametrize("kept", [0, 10, 100, 900])
+def test_truncated_files(path, kept):
+    path.write_bytes(path.read_bytes()[:kept])
+    with pytest.raises(ValueError, match=r"run.tdms: "):
+        read_recording(path, channel="vibration")

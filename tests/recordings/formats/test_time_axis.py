@@ -1,0 +1,100 @@
+"""Sampling rates that a channel of times states."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.io import savemat
+
+from skarxlag.recordings import read_recording
+from skarxlag.recordings.files import recording_blocks
+
+N = 600
+Y = np.random.default_rng(0).normal(size=N)
+
+
+def write(tmp_path, times, name="time", suffix="csv"):
+    path = tmp_path / f"run.{suffix}"
+    frame = pd.DataFrame({name: times, "y": Y[: len(times)]})
+    if suffix == "parquet":
+        frame.to_parquet(path)
+    elif suffix == "npz":
+        np.savez(path, **{name: frame[name].to_numpy(), "y": frame["y"].to_numpy()})
+    elif suffix == "mat":
+        savemat(path, {name: frame[name].to_numpy(), "y": frame["y"].to_numpy()})
+    else:
+        frame.to_csv(path, index=False)
+    return path
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet", "npz", "mat"])
+@pytest.mark.parametrize("rate", [25_600, 20_000, 51_200, 97_656.25, 12.5])
+def test_rate(tmp_path, suffix, rate):
+    path = write(tmp_path, np.arange(N) / rate + 3, suffix=suffix)
+    signal, stated = read_recording(path)
+    np.testing.assert_allclose(signal, Y, rtol=1e-14)
+    assert stated == pytest.approx(rate, rel=1e-5)
+    blocks, rates = zip(*recording_blocks(path, 70), strict=True)
+    np.testing.assert_allclose(np.concatenate(blocks), Y, rtol=1e-14)
+    assert set(rates) == {stated}
+
+
+@pytest.mark.parametrize("name", ["t", "Time", "TIMESTAMP", "time (s)", "Zeit [s]", "seconds"])
+def test_names_of_times(tmp_path, name):
+    assert read_recording(write(tmp_path, np.arange(N) / 8000, name))[1] == 8000
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("ms", 1e3), ("µs", 1e6), ("us", 1e6), ("ns", 1e9)])
+def test_units_of_times(tmp_path, unit, scale):
+    path = write(tmp_path, np.arange(N) / 8000 * scale, f"time ({unit})")
+    assert read_recording(path)[1] == 8000
+
+
+def test_rounded_times(tmp_path):
+    """Steps of 0.1 ms are printed with three decimals: ten times are equal, then one leaps."""
+    path = write(tmp_path, np.round(np.arange(N) / 10_000, 3))
+    assert read_recording(path)[1] == pytest.approx(10_000, rel=0.02)
+
+
+def test_dates(tmp_path):
+    times = pd.Timestamp("2026-01-01") + pd.to_timedelta(np.arange(N) * 40, unit="us")
+    assert read_recording(write(tmp_path, times, suffix="parquet"))[1] == 25_000
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        np.arange(N),  # a number of the sample
+        np.arange(N, dtype=float),
+        np.arange(0, 40 * N, 40),  # integers of an unknown unit
+        Y,  # t may be a torque
+        np.zeros(N),
+    ],
+)
+def test_what_is_no_time(tmp_path, times):
+    assert read_recording(write(tmp_path, times, "t", "npz"), channel="y")[1] is None
+
+
+@pytest.mark.parametrize("suffix", ["csv", "npz", "parquet"])
+@pytest.mark.parametrize("at", [1, 250, N - 1])
+def test_a_gap_is_refused(tmp_path, suffix, at):
+    times = np.arange(N) / 1000
+    times[at:] += 0.005
+    path = write(tmp_path, times, suffix=suffix)
+    for n_samples in (None, 50):
+        with pytest.raises(ValueError, match=rf"'time' is not evenly spaced: 0.006 s .* {at}, "):
+            list(recording_blocks(path, n_samples))
+
+
+def test_jitter_is_none(tmp_path):
+    times = (np.arange(N) + np.random.default_rng(0).uniform(-0.2, 0.2, N)) / 1000
+    assert read_recording(write(tmp_path, times))[1] == pytest.approx(1000, rel=1e-3)
+
+
+def test_a_rate_in_the_file_comes_before_the_times(tmp_path):
+    np.savez(tmp_path / "run.npz", time=np.arange(N) / 1000, y=Y, fs=2000)
+    assert read_recording(tmp_path / "run.npz", channel="y")[1] == 2000
+
+
+def test_times_of_another_length_belong_to_other_channels(tmp_path):
+    np.savez(tmp_path / "run.npz", t=np.arange(N // 2) / 1000, y=Y)
+    assert read_recording(tmp_path / "run.npz")[1] is None

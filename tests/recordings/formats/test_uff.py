@@ -1,0 +1,74 @@
+"""Universal files as pyuff writes them."""
+
+import numpy as np
+import pytest
+
+from skarxlag.recordings import list_channels, read_recording
+
+pyuff = pytest.importorskip("pyuff")
+
+# pyuff's writer of binary sets leaves a file open.
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"
+)
+
+Y, U = np.random.default_rng(0).normal(size=(2, 103))
+
+
+def write(path, data, *, binary=1, id1="NONE", node=1, direction=3, rate=51_200, func_type=1):
+    pyuff.UFF(str(path)).write_sets(
+        pyuff.prepare_58(
+            binary=binary,
+            func_type=func_type,
+            id1=id1,
+            rsp_node=node,
+            rsp_dir=direction,
+            ref_node=1,
+            ref_dir=1,
+            data=data,
+            x=np.arange(len(data)) / rate,
+            num_pts=len(data),
+            abscissa_spacing=1,
+            abscissa_min=0.0,
+            abscissa_inc=1 / rate,
+            ord_data_type=4,
+            abscissa_spec_data_type=17,
+            ordinate_spec_data_type=12,
+            ordinate_axis_units_lab="m/s^2",
+            orddenom_spec_data_type=0,
+            z_axis_spec_data_type=0,
+        ),
+        "add",
+    )
+    return path
+
+
+@pytest.mark.parametrize("binary", [0, 1])
+@pytest.mark.parametrize("suffix", ["uff", "UNV"])
+def test_samples_rate_and_unit(tmp_path, binary, suffix):
+    path = write(tmp_path / f"run.{suffix}", Y, binary=binary, id1="drive end")
+    write(path, U, binary=binary, id1="free end", rate=48_000)
+    write(path, U, binary=binary, id1="spectrum", func_type=2)
+    channels = list_channels(path)
+    assert channels["channel"].tolist() == ["drive end", "free end"]
+    assert channels["sampling_rate"].tolist() == [51_200, 48_000]
+    assert channels["unit"].tolist() == ["m/s^2", "m/s^2"]
+    signal, rate = read_recording(path, channel="free*")
+    # The text has 13 digits.
+    np.testing.assert_allclose(signal, U, rtol=1e-11 if binary == 0 else 0)
+    assert rate == 48_000
+
+
+def test_functions_that_repeat_their_description_go_by_node_and_direction(tmp_path):
+    path = write(tmp_path / "run.uff", Y, node=7, direction=-2)
+    write(path, U, node=12, direction=3)
+    assert list_channels(path)["channel"].tolist() == ["7:-Y", "12:+Z"]
+    np.testing.assert_array_equal(read_recording(path, channel="7:-Y")[0], Y)
+
+
+@pytest.mark.parametrize("kept", [0, 100, 1200])
+def test_truncated_files(tmp_path, kept):
+    path = write(tmp_path / "run.uff", Y)
+    path.write_bytes(path.read_bytes()[:kept])
+    with pytest.raises(ValueError, match=r"run.uff: "):
+        read_recording(path)

@@ -1,0 +1,167 @@
+"""A reader that crashes, hangs or asks for too much memory costs one file."""
+
+import contextlib
+import gzip
+import os
+import struct
+import zlib
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from skarxlag.recordings import list_channels, read_recording
+from skarxlag.recordings.files import recording_blocks
+from skarxlag.recordings.formats import _isolation
+
+Y = np.arange(50.0)
+DAMAGED = sorted((Path(__file__).parent / "damaged").iterdir())
+
+
+@pytest.fixture
+def run(tmp_path):
+    path = tmp_path / "run.mat"
+    savemat(path, {"y": Y})
+    return path
+
+
+@pytest.fixture
+def program(tmp_path, monkeypatch):
+    """Replace the program that reads files by one that does what a test says."""
+
+    def replace(text):
+        (tmp_path / "program.py").write_text(text)
+        monkeypatch.setattr(_isolation, "_PROGRAM", tmp_path / "program.py")
+        _isolation.end_readers()
+
+    yield replace
+    _isolation.end_readers()
+
+
+@pytest.mark.parametrize("prelude", ["", "import sys; sys.stdin.readline();"])
+def test_a_crash_is_told_and_the_next_file_is_read(run, program, monkeypatch, prelude):
+    program(prelude + "import os; os.abort()")
+    with pytest.raises(ValueError, match=r"run.mat: its reader crashed \(exit status .*damaged"):
+        read_recording(run)
+    monkeypatch.undo()
+    np.testing.assert_array_equal(read_recording(run)[0], Y)
+
+
+def test_a_crash_in_the_middle_of_the_samples(run, program):
+    program(
+        "import sys; sys.stdin.readline()\n"
+        "print('{\"shape\": [50], \"rate\": null}'); sys.stdout.write('x' * 100)"
+    )
+    with pytest.raises(ValueError, match=r"run.mat: its reader crashed"):
+        read_recording(run)
+
+
+def test_a_hang_is_ended(run, program, monkeypatch):
+    monkeypatch.setattr(_isolation, "_PATIENCE", 0.2)
+    program("import time; time.sleep(1000)")
+    with pytest.raises(ValueError, match=r"run.mat: its reader .* no answer in time, damaged"):
+        read_recording(run)
+
+
+def test_a_caller_that_takes_its_time_is_no_hang(run, monkeypatch):
+    blocks = recording_blocks(run, 20)
+    next(blocks)
+    monkeypatch.setattr(_isolation, "_PATIENCE", 0)
+    monkeypatch.setattr(_isolation, "_BYTES_PER_SECOND", 1e3)
+    assert [len(signal) for signal, _ in blocks] == [20, 10]
+
+
+def test_one_process_reads_file_after_file(run):
+    read_recording(run)
+    (reader,) = _isolation._idle[os.getpid()]
+    with pytest.raises(ValueError, match="no channel 'z'"):
+        read_recording(run, channel="z")
+    next(recording_blocks(run, 10))
+    list_channels(run)
+    np.testing.assert_array_equal(read_recording(run)[0], Y)
+    assert _isolation._idle[os.getpid()] == [reader]
+
+
+def test_several_files_at_a_time(tmp_path):
+    paths = [tmp_path / f"{i}.mat" for i in range(6)]
+    for i, path in enumerate(paths):
+        savemat(path, {"y": Y + i})
+    with ThreadPoolExecutor(3) as pool:
+        signals = list(pool.map(lambda path: read_recording(path)[0], paths))
+    np.testing.assert_array_equal(signals, [Y + i for i in range(6)])
+    one, other = recording_blocks(paths[0], 30), recording_blocks(paths[1], 30)
+    for first, second in zip(one, other, strict=True):
+        np.testing.assert_array_equal(first[0] + 1, second[0])
+    assert len(_isolation._idle[os.getpid()]) == 1
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked as on POSIX")
+def test_a_fork_has_a_reader_of_its_own(run):
+    read_recording(run)
+    child = os.fork()
+    if child == 0:
+        os._exit(0 if np.array_equal(read_recording(run)[0], Y) else 1)
+    assert os.waitpid(child, 0)[1] == 0
+    np.testing.assert_array_equal(read_recording(run)[0], Y)
+
+
+def element(kind, content):
+    return struct.pack("<II", kind, len(content)) + content
+
+
+def matlab_file(*elements):
+    head = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
+    return head + b"".join(elements)
+
+
+def test_memory_is_bounded(tmp_path):
+    """A struct array of two thousand million elements, in a file of a few hundred bytes."""
+    flags = element(6, struct.pack("<II", 2, 0))
+    dims = element(5, struct.pack("<ii", 2**16, 2**15))
+    name = element(1, b"structed")
+    fields = struct.pack("<HHI", 5, 4, 32) + element(1, b"field".ljust(32, b"\0"))
+    (tmp_path / "run.mat").write_bytes(
+        matlab_file(element(14, flags + dims + name + fields + element(14, flags)))
+    )
+    is_bounded = os.path.exists("/proc/self/statm")
+    message = "needs more memory than a file of its size may" if is_bounded else "damaged"
+    with pytest.raises(ValueError, match=rf"run.mat: .*{message}"):
+        read_recording(tmp_path / "run.mat")
+
+
+def test_matlab_files_that_unpack_to_gigabytes(tmp_path):
+    n_bytes = 3_000_000_000
+    head = struct.pack("<II", 14, n_bytes)
+    packed = zlib.compress(head + bytes(2**20))
+    (tmp_path / "run.mat").write_bytes(matlab_file(element(15, packed)))
+    with pytest.raises(ValueError, match=r"run.mat: .* bytes would unpack to 3000000000"):
+        read_recording(tmp_path / "run.mat")
+
+
+def test_archives_that_unpack_to_gigabytes(tmp_path, monkeypatch):
+    monkeypatch.setattr("skarxlag.recordings.formats._limits._ALWAYS_ALLOWED", 2**20)
+    np.savez_compressed(tmp_path / "run.npz", y=np.zeros(2**18))
+    with pytest.raises(ValueError, match=r"run.npz: \d+ bytes would unpack to 2097280, "):
+        read_recording(tmp_path / "run.npz")
+    np.savez_compressed(tmp_path / "run.npz", y=np.random.default_rng(0).normal(size=2**18))
+    assert len(read_recording(tmp_path / "run.npz")[0]) == 2**18
+
+
+@pytest.mark.parametrize("n_samples", [None, 10_000])
+def test_texts_that_unpack_to_gigabytes(tmp_path, monkeypatch, n_samples):
+    monkeypatch.setattr("skarxlag.recordings.formats._limits._ALWAYS_ALLOWED", 2**20)
+    with gzip.open(tmp_path / "run.csv.gz", "wb") as file:
+        file.write(b"0\n" * 2**20)
+    with pytest.raises(ValueError, match=r"run.csv.gz: \d+ bytes would unpack to"):
+        for _ in recording_blocks(tmp_path / "run.csv.gz", n_samples):
+            pass
+
+
+@pytest.mark.parametrize("path", DAMAGED, ids=lambda path: path.name)
+def test_files_that_have_crashed_the_reader(path, run):
+    """Found by altering some bytes of a good file; with some versions of SciPy they are read."""
+    with contextlib.suppress(ValueError):
+        read_recording(path, channel="y")
+    np.testing.assert_array_equal(read_recording(run)[0], Y)
