@@ -10,6 +10,9 @@ import weakref
 from numbers import Integral, Real
 
 import numpy as np
+from sklearn.exceptions import NotFittedError
+from sklearn.pipeline import Pipeline
+from sklearn.utils.validation import check_is_fitted
 
 #: Parameters that may change after `fit`: no result depends on them.
 _FREE_PARAMETERS = {"n_jobs", "verbose"}
@@ -41,6 +44,61 @@ def check_state(estimator):
     check_parameters(estimator)
     estimator._check_state()
     _sound[estimator] = state
+
+
+def estimators_within(value):
+    """A model, and everything of scikit-learn and of this package that is a part of it.
+
+    Parameters
+    ----------
+    value : object
+        A model; or a list of parts, or anything else, which has none.
+
+    Yields
+    ------
+    object
+        An estimator, or what scikit-learn keeps one in.
+    """
+    parts = ()
+    if isinstance(value, list | tuple):
+        parts = value
+    elif type(value).__module__.split(".")[0] in ("sklearn", "skarxlag"):
+        yield value
+        parts = vars(value).values()
+    for part in parts:
+        yield from estimators_within(part)
+
+
+def check_model_state(model):
+    """Check every fitted estimator within a model.
+
+    Parameters
+    ----------
+    model : estimator
+        A fitted pipeline, or one that scikit-learn has wrapped, as `CalibratedClassifierCV` does.
+
+    Raises
+    ------
+    ValueError
+        As in `check_pipeline_state`.
+    """
+    in_pipelines = set()
+    for part in estimators_within(model):
+        if isinstance(part, Pipeline):
+            in_pipelines.update(id(step) for _, step in part.steps)
+            # What is calibrated keeps the pipeline that it was made from, which is not fitted.
+            if _is_fitted(part):
+                check_pipeline_state(part)
+        elif hasattr(part, "_check_state") and id(part) not in in_pipelines and _is_fitted(part):
+            check_state(part)
+
+
+def _is_fitted(estimator):
+    try:
+        check_is_fitted(estimator)
+    except NotFittedError:
+        return False
+    return True
 
 
 def check_pipeline_state(pipeline):
@@ -120,7 +178,7 @@ def _plain(value):
     return value
 
 
-def check_fitted_array(estimator, name, shape, *, kind="f", valid=None, expected=None):
+def check_fitted_array(estimator, name, shape, *, given=None, kind="f", valid=None, expected=None):
     """Check an array that `fit` made.
 
     Parameters
@@ -131,6 +189,8 @@ def check_fitted_array(estimator, name, shape, *, kind="f", valid=None, expected
         The attribute.
     shape : tuple of int or None
         The expected shape; None for a length that is not known.
+    given : str or None, default=None
+        The attributes that the shape follows from, for the message.
     kind : {"f", "i"}, default="f"
         Floating-point numbers, which must be finite, or integers.
     valid : callable or None, default=None
@@ -169,9 +229,9 @@ def check_fitted_array(estimator, name, shape, *, kind="f", valid=None, expected
         for wanted, found in zip(shape, value.shape, strict=True)
     ):
         wanted = ", ".join("any" if n is None else str(n) for n in shape)
-        raise ValueError(
-            f"{name} has shape {value.shape}, expected ({wanted}{',' if len(shape) == 1 else ''})."
-        )
+        wanted = f"({wanted}{',' if len(shape) == 1 else ''})"
+        reason = "" if given is None else f", as {given} have it"
+        raise ValueError(f"{name} has shape {value.shape}, expected {wanted}{reason}.")
     if not np.all(np.isfinite(value)):
         worst = value.flat[np.argmin(np.isfinite(value))]
         raise ValueError(f"{name} holds {worst}, expected finite numbers.")

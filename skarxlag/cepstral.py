@@ -362,7 +362,12 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
             ("shared_drift_", n_features),
         ):
             check_fitted_array(
-                self, name, (n_rows, n_features), valid=is_moderate, expected="below 1e150"
+                self,
+                name,
+                (n_rows, n_features),
+                given="classes_, window_shape_ and the parameters",
+                valid=is_moderate,
+                expected="below 1e150",
             )
 
     def __sklearn_tags__(self):

@@ -495,24 +495,42 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
     def _check_state(self):
         check_fitted_input(self, windows=True)
         n_channels = self.window_shape_[0] if len(self.window_shape_) == 2 else 1
+        of_channels, of_models = {"given": "windows of window_shape_"}, {"given": "classes_"}
         orders = check_fitted_array(
-            self, "orders_", (n_channels,), kind="i", valid=lambda n: n >= 1, expected="at least 1"
+            self,
+            "orders_",
+            (n_channels,),
+            **of_channels,
+            kind="i",
+            valid=lambda n: n >= 1,
+            expected="at least 1",
         )
         check_fitted_array(
-            self, "poles_", (n_channels,), valid=lambda p: np.abs(p) < 1, expected="in (-1, 1)"
+            self,
+            "poles_",
+            (n_channels,),
+            **of_channels,
+            valid=lambda p: np.abs(p) < 1,
+            expected="in (-1, 1)",
         )
         n_models, n_states = len(check_fitted_classes(self)), int(orders.sum())
-        check_fitted_array(
-            self, "coef_", (n_models, n_states), valid=is_moderate, expected="below 1e150"
-        )
         for name in ("noise_level_", "weights_"):
             check_fitted_array(
-                self, name, (n_models,), valid=lambda a: a >= 0, expected="at least 0"
+                self, name, (n_models,), **of_models, valid=lambda a: a >= 0, expected="at least 0"
             )
+        check_fitted_array(
+            self,
+            "coef_",
+            (n_models, n_states),
+            given="classes_ and orders_",
+            valid=is_moderate,
+            expected="below 1e150",
+        )
         check_fitted_array(
             self,
             "sums_",
             (n_models, n_states + 1, n_states + 1),
+            given="classes_ and orders_",
             # They follow from an equation, so those of a state at rest are 0 but for rounding.
             valid=lambda a: np.einsum("mii->mi", a) >= -1e-6 * np.abs(a).max(),
             expected="sums of squares, at least 0, on the diagonal",

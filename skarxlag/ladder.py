@@ -322,6 +322,7 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
             self,
             "priors_",
             (n_classes,),
+            given="classes_",
             valid=lambda p: np.all(p > 0) and abs(p.sum() - 1) < 1e-6,
             expected="probabilities above 0 that sum to 1",
         )
@@ -330,6 +331,7 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
             self,
             "isolation_thresholds_",
             (n_classes if is_bank else n_classes - 1,),
+            given="classes_ and n_features_in_",
             valid=lambda t: np.all(t >= 0) and (is_bank or np.all(np.diff(t) >= 0)),
             expected="at least 0" if is_bank else "at least 0 and ascending",
         )

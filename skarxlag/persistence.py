@@ -1,25 +1,50 @@
 """Diagnosers in files that are safe to load: skops, a list of trusted types, nothing else."""
 
+import copy
 import hashlib
-import io
 import json
 from pathlib import Path
-from zipfile import BadZipFile, ZipFile
+from zipfile import BadZipFile
 
 import sklearn
+from sklearn.calibration import CalibratedClassifierCV
 from sklearn.pipeline import Pipeline
 from sklearn.utils.validation import check_is_fitted
 
+from ._archive import read_members, write_members
 from ._files import write_atomically
-from ._state import check_pipeline_state
+from ._state import check_model_state, estimators_within
 from ._version import __version__
 
-#: What a diagnoser's file may hold: the estimators of this package, the Pipeline that joins them,
+#: Classes of scikit-learn that may stand around our steps: what joins and calibrates them, scalers,
+#: and linear models. They are made of arrays and plain values, too.
+_SCIKIT_LEARN_TYPES = {
+    "sklearn.pipeline.Pipeline",
+    "sklearn.frozen._frozen.FrozenEstimator",
+    "sklearn.calibration.CalibratedClassifierCV",
+    "sklearn.calibration._CalibratedClassifier",
+    "sklearn.calibration._SigmoidCalibration",
+    "sklearn.isotonic.IsotonicRegression",
+    "sklearn.preprocessing._data.StandardScaler",
+    "sklearn.preprocessing._data.RobustScaler",
+    "sklearn.preprocessing._data.MinMaxScaler",
+    "sklearn.preprocessing._data.MaxAbsScaler",
+    "sklearn.preprocessing._data.Normalizer",
+    "sklearn.preprocessing._data.PowerTransformer",
+    "sklearn.preprocessing._label.LabelBinarizer",
+    "sklearn.linear_model._logistic.LogisticRegression",
+    "sklearn.linear_model._ridge.RidgeClassifier",
+    "sklearn.linear_model._ridge.Ridge",
+    "sklearn.linear_model._base.LinearRegression",
+    "sklearn.discriminant_analysis.LinearDiscriminantAnalysis",
+    "sklearn.svm._classes.LinearSVC",
+}
+#: What a diagnoser's file may hold: the estimators of this package, those of scikit-learn above,
 #: arrays and plain values, each read by the one loader of skops that is meant for it. skops itself
 #: would also build every estimator of scikit-learn and SciPy, functions and methods.
 TRUSTED_TYPES = {
-    "ObjectNode": {
-        "sklearn.pipeline.Pipeline",
+    "ObjectNode": _SCIKIT_LEARN_TYPES
+    | {
         "skarxlag.identification.ARXLaguerre",
         "skarxlag.cepstral.CepstralResidual",
         "skarxlag.observers.PIObserver",
@@ -39,7 +64,8 @@ TRUSTED_TYPES = {
     "JsonNode": {"builtins.str"},
     "TypeNode": {"builtins.str"},
 }
-_OWN_TYPES = sorted(name for name in TRUSTED_TYPES["ObjectNode"] if name.startswith("skarxlag."))
+#: Bytes of a schema; that of a model of ten conditions takes 30 kB.
+_LONGEST_SCHEMA = 10 * 2**20
 _FORMAT = "skarxlag diagnoser 1"
 _FACT_TYPES = (str, int, float, type(None))
 
@@ -53,8 +79,11 @@ def save_diagnoser(diagnoser, path, /, **facts):
 
     Parameters
     ----------
-    diagnoser : Pipeline
-        A fitted pipeline of this package's estimators.
+    diagnoser : Pipeline or CalibratedClassifierCV
+        A fitted pipeline of this package's estimators and of the scalers and linear models of
+        scikit-learn that are in `TRUSTED_TYPES`; or such pipelines within
+        `sklearn.calibration.CalibratedClassifierCV`. Its `memory` is not saved: it is a folder of
+        this machine.
     path : str or path-like
         The file; an existing one is replaced.
     **facts : str, int, float, None, or list of these
@@ -64,8 +93,8 @@ def save_diagnoser(diagnoser, path, /, **facts):
     Raises
     ------
     TypeError
-        If `diagnoser` is no Pipeline, holds an object that is not in `TRUSTED_TYPES`, or a fact
-        is not plain.
+        If `diagnoser` is of another type, holds an object that is not in `TRUSTED_TYPES`, or a
+        fact is not plain.
     NotFittedError
         If it is not fitted.
     OSError
@@ -87,37 +116,51 @@ def save_diagnoser(diagnoser, path, /, **facts):
     >>> facts["sampling_rate"], bool(np.all(loaded.predict(X) == diagnoser.predict(X)))
     (20000.0, True)
     """
-    skops_io = _import_skops()
-    if not isinstance(diagnoser, Pipeline):
-        raise TypeError(f"diagnoser is a {type(diagnoser).__name__}, expected a Pipeline")
+    check_saving_is_possible()
+    import skops.io
+
+    if not isinstance(diagnoser, Pipeline | CalibratedClassifierCV):
+        raise TypeError(
+            f"diagnoser is a {type(diagnoser).__name__}, expected a Pipeline or a "
+            "CalibratedClassifierCV"
+        )
     check_is_fitted(diagnoser)
-    for name, value in facts.items():
-        values = value if isinstance(value, list) else [value]
-        wrong = [each for each in values if not isinstance(each, _FACT_TYPES)]
-        if wrong:
-            raise TypeError(
-                f"{name}={value!r} holds a {type(wrong[0]).__name__}, expected a text, a number, "
-                "None or a list of these"
-            )
+    _check_facts(facts)
     content = {
         "format": _FORMAT,
-        "diagnoser": diagnoser,
+        "diagnoser": _without_memory(copy.deepcopy(diagnoser)),
         "facts": facts | {"skarxlag": __version__, "scikit-learn": sklearn.__version__},
     }
-    archive = io.BytesIO(skops_io.dumps(content))
-    foreign = _foreign_type(_read_schema(archive))
+    members, _ = read_members(skops.io.dumps(content))
+    foreign = _foreign_type(_read_schema(members))
     if foreign is not None:
         raise TypeError(f"diagnoser holds a {foreign}, which load_diagnoser would refuse")
-    with ZipFile(archive, "a") as file:
-        file.comment = _digest(file)
-    write_atomically(path, archive.getvalue())
+    write_atomically(path, write_members(members, _digest(members)))
+
+
+def check_saving_is_possible():
+    """Ask before a long fit whether :func:`save_diagnoser` will work after it.
+
+    Raises
+    ------
+    ImportError
+        If skops is not installed. The message says how to install it.
+    """
+    try:
+        import skops.io  # noqa: F401
+    except ImportError as error:
+        raise ImportError(
+            "Saving and loading diagnosers needs skops: pip install 'skarxlag[io]'"
+        ) from error
 
 
 def load_diagnoser(path):
     """Load a diagnoser that :func:`save_diagnoser` wrote, and nothing else.
 
-    Before anything is built, the types in the file are compared with `TRUSTED_TYPES` and the
-    contents with their SHA-256. No code comes from the file.
+    Before anything is unpacked, the sizes that the file states are bounded. Before anything is
+    built, the types in the file are compared with `TRUSTED_TYPES` and the contents with their
+    SHA-256. Before anything is handed over, every step checks that what it learnt is consistent:
+    shapes, ranges, finite numbers. No code comes from the file.
 
     Parameters
     ----------
@@ -126,7 +169,7 @@ def load_diagnoser(path):
 
     Returns
     -------
-    diagnoser : Pipeline
+    diagnoser : Pipeline or CalibratedClassifierCV
         Fitted; it predicts what the saved one did, bit for bit.
     facts : dict
         As given to :func:`save_diagnoser`; ``"skarxlag"`` and ``"scikit-learn"`` are the versions
@@ -137,8 +180,9 @@ def load_diagnoser(path):
     FileNotFoundError
         If there is no such file.
     ValueError
-        If the file is no diagnoser, is damaged or was edited, or holds a type that is not
-        trusted. The message names the file, and the type.
+        If the file is no diagnoser, is damaged or was edited, unpacks to more than 100 MB and more
+        than ten times its size, holds a type that is not trusted, or a step whose attributes
+        contradict each other. The message names the file, and the type or the attribute.
     ImportError
         If skops is not installed.
 
@@ -154,48 +198,63 @@ def load_diagnoser(path):
         ...
     ValueError: ...bearing.skops: no diagnoser saved by skarxlag (File is not a zip file)
     """
-    skops_io = _import_skops()
+    check_saving_is_possible()
+    import skops.io
+
     path = Path(path)
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
-    archive = io.BytesIO(path.read_bytes())
     try:
-        schema = _read_schema(archive)
-        with ZipFile(archive) as file:
-            is_intact = file.comment == _digest(file)
-        foreign = _foreign_type(schema)
+        members, comment = read_members(path.read_bytes())
+        foreign = _foreign_type(_read_schema(members))
     # What a parser raises on damaged input is as varied as the damage, and does not name the file.
     except Exception as error:
         raise ValueError(f"{path}: no diagnoser saved by skarxlag ({error})") from error
     if foreign is not None:
         raise ValueError(f"{path}: refused, it holds a {foreign}, which no diagnoser needs")
-    if not is_intact:
+    if comment != _digest(members):
         raise ValueError(f"{path}: refused, it was not saved by skarxlag or changed afterwards")
     try:
-        content = skops_io.loads(archive.getvalue(), trusted=_OWN_TYPES)
+        content = skops.io.loads(
+            write_members(members, comment), trusted=sorted(TRUSTED_TYPES["ObjectNode"])
+        )
         if content["format"] != _FORMAT:
             raise ValueError(f"format {content['format']!r}, expected {_FORMAT!r}")
         diagnoser, facts = content["diagnoser"], content["facts"]
+        if not isinstance(diagnoser, Pipeline | CalibratedClassifierCV):
+            raise TypeError(f"it holds a {type(diagnoser).__name__}, expected a Pipeline")
         check_is_fitted(diagnoser)
-        check_pipeline_state(diagnoser)
+        check_model_state(diagnoser)
+        _check_facts(facts)
     except Exception as error:
         raise ValueError(f"{path}: no diagnoser saved by skarxlag ({error})") from error
-    return diagnoser, facts
+    return _without_memory(diagnoser), facts
 
 
-def _import_skops():
-    try:
-        import skops.io
-    except ImportError as error:
-        raise ImportError(
-            "Saving and loading diagnosers needs skops: pip install 'skarxlag[io]'"
-        ) from error
-    return skops.io
+def _check_facts(facts):
+    for name, value in facts.items():
+        values = value if isinstance(value, list) else [value]
+        wrong = [each for each in values if not isinstance(each, _FACT_TYPES)]
+        if wrong:
+            raise TypeError(
+                f"{name}={value!r} holds a {type(wrong[0]).__name__}, expected a text, a number, "
+                "None or a list of these"
+            )
 
 
-def _read_schema(archive):
-    with ZipFile(archive) as file:
-        schema = json.loads(file.read("schema.json"))
+def _without_memory(model):
+    """The model, with the folders that its pipelines cache into forgotten."""
+    for part in estimators_within(model):
+        if isinstance(part, Pipeline):
+            part.memory = None
+    return model
+
+
+def _read_schema(members):
+    content = members["schema.json"]
+    if len(content) > _LONGEST_SCHEMA:
+        raise BadZipFile(f"its schema.json has {len(content):,} bytes")
+    schema = json.loads(content)
     if not isinstance(schema, dict) or "__loader__" not in schema:
         raise BadZipFile("its schema.json is not that of skops")
     return schema
@@ -214,11 +273,11 @@ def _foreign_type(node):
     return _foreign_type(list(node.values()))
 
 
-def _digest(file):
+def _digest(members):
     """SHA-256 of the names and contents of all members."""
     parts = [
         hashlib.sha256(part).digest()
-        for name in sorted(file.namelist())
-        for part in (name.encode(), file.read(name))
+        for name in sorted(members)
+        for part in (name.encode(), members[name])
     ]
     return hashlib.sha256(b"".join(parts)).hexdigest().encode()
