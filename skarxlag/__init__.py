@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 from ._version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from .bearings import BearingGeometry as BearingGeometry
+    from .bearings import fault_orders as fault_orders
     from .cepstral import CepstralResidual as CepstralResidual
     from .comparison import SpectralDistance as SpectralDistance
     from .detector import FaultDetector as FaultDetector
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from .diagnosers import make_diagnoser as make_diagnoser
     from .diagnosers import make_extended_state_pio as make_extended_state_pio
     from .diagnosers import make_single_observer_pio as make_single_observer_pio
+    from .diagnosers import make_stretch_diagnoser as make_stretch_diagnoser
     from .identification import ARXLaguerre as ARXLaguerre
     from .ladder import ThresholdLadder as ThresholdLadder
     from .model_selection import speed_splits as speed_splits
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
     from .observer_bank import PIObserverBank as PIObserverBank
     from .observers import ExtendedStatePIObserver as ExtendedStatePIObserver
     from .observers import PIObserver as PIObserver
+    from .orders import OrderResidual as OrderResidual
     from .persistence import load_diagnoser as load_diagnoser
     from .persistence import save_diagnoser as save_diagnoser
     from .pipelines import DiagnosisPipeline as DiagnosisPipeline
@@ -37,22 +41,27 @@ if TYPE_CHECKING:
     from .recordings import read_recording as read_recording
     from .recordings import read_recording_table as read_recording_table
     from .spectra import LogSpectra as LogSpectra
+    from .stretches import StretchResidual as StretchResidual
     from .verdicts import recording_verdicts as recording_verdicts
     from .verdicts import window_verdicts as window_verdicts
 
 #: Module of each public name.
 _MODULES = {
     "ARXLaguerre": "identification",
+    "BearingGeometry": "bearings",
     "CepstralResidual": "cepstral",
     "DiagnosisPipeline": "pipelines",
     "ExtendedStatePIObserver": "observers",
     "ExtendedStatePIObserverBank": "observer_bank",
     "FaultDetector": "detector",
     "LogSpectra": "spectra",
+    "OrderResidual": "orders",
     "PIObserver": "observers",
     "PIObserverBank": "observer_bank",
     "SpectralDistance": "comparison",
+    "StretchResidual": "stretches",
     "ThresholdLadder": "ladder",
+    "fault_orders": "bearings",
     "iter_windows": "recordings",
     "list_channels": "recordings",
     "load_diagnoser": "persistence",
@@ -62,6 +71,7 @@ _MODULES = {
     "make_diagnoser": "diagnosers",
     "make_extended_state_pio": "diagnosers",
     "make_single_observer_pio": "diagnosers",
+    "make_stretch_diagnoser": "diagnosers",
     "make_windows": "recordings",
     "read_recording": "recordings",
     "read_recording_table": "recordings",

@@ -175,6 +175,10 @@ def _plain(value):
         return value.tolist()
     if isinstance(value, list | tuple):
         return [_plain(each) for each in value]
+    if hasattr(value, "get_params"):
+        parameters = value.get_params(deep=False)
+        kept = sorted(parameters.keys() - _FREE_PARAMETERS)
+        return type(value).__name__, [(name, _plain(parameters[name])) for name in kept]
     return value
 
 

@@ -110,7 +110,7 @@ def check_labels(y):
         )
 
 
-def validate_innovations(estimator, X, y=None, *, reset):
+def validate_innovations(estimator, X, y=None, *, reset, any_length=False):
     """Check innovations and note how many models they came from.
 
     Parameters
@@ -124,6 +124,8 @@ def validate_innovations(estimator, X, y=None, *, reset):
         Conditions, where the estimator wants them.
     reset : bool
         True in `fit`.
+    any_length : bool, default=False
+        As in `validate_signals`.
 
     Returns
     -------
@@ -144,6 +146,7 @@ def validate_innovations(estimator, X, y=None, *, reset):
         reset=reset,
         expected="innovations of shape (n_windows, n_models, n_samples) or windows of shape "
         "(n_windows, n_samples)",
+        any_length=any_length,
     )
     if reset:
         estimator.n_models_ = X.shape[1] if X.ndim == 3 else 0

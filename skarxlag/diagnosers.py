@@ -9,7 +9,9 @@ from .identification import ARXLaguerre
 from .ladder import ThresholdLadder
 from .observer_bank import ExtendedStatePIObserverBank
 from .observers import ExtendedStatePIObserver, PIObserver
+from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
+from .stretches import StretchResidual
 
 
 def _observing(observer, healthy, memory):
@@ -157,6 +159,60 @@ def make_diagnoser(*, healthy=None, memory=None, n_jobs=None):
     steps = [
         ("identify", ARXLaguerre(order=8, bank=False, n_jobs=n_jobs)),
         ("compare", CepstralResidual(n_jobs=n_jobs)),
+        ("decide", ThresholdLadder(healthy=healthy)),
+    ]
+    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)
+
+
+def make_stretch_diagnoser(*, sampling_rate=None, healthy=None, memory=None, n_jobs=None):
+    """What we recommend for stretches of half a second and more, with their nominal speeds.
+
+    A stretch is a row that holds several turns of the shaft. The colour of the windows in it is
+    compared as in `make_diagnoser`; the residual is multiplied with that of `OrderResidual`, which
+    compares the orders of the shaft at which strikes come.
+
+    Speeds are given as metadata: ``fit(X, y, rpm=rpm)`` and ``predict(X, rpm=rpm)``, one number of
+    revolutions per minute for each stretch, or one for each of its samples. They may be wrong by
+    10 %. Without `rpm` in `predict` any speed is tried that is between 0.4 and 2.5 times that of
+    `fit`; `rpm` may also be left out of both.
+
+    Parameters
+    ----------
+    sampling_rate : float or None, default=None
+        In Hz. It is needed when `rpm` is given.
+    healthy : label or None, default=None
+        The healthy condition, for the detection threshold.
+    memory : str, joblib.Memory or None, default=None
+        Where a search over later steps keeps the identification, as in
+        `sklearn.pipeline.Pipeline`.
+    n_jobs : int or None, default=None
+        Threads that work on stretches.
+
+    Returns
+    -------
+    DiagnosisPipeline
+        Steps "identify", "compare" and "decide".
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(0)
+    >>> X = rng.normal(size=(12, 20_000))
+    >>> X[6:, ::278] += 20                           # order 3.6 of 600 rpm
+    >>> y = np.repeat(["healthy", "worn"], 6)
+    >>> diagnoser = make_stretch_diagnoser(sampling_rate=10_000).fit(X, y, rpm=600)
+    >>> X_500 = rng.normal(size=(2, 20_000))
+    >>> X_500[1, ::333] += 20
+    >>> diagnoser.predict(X_500, rpm=[500, 500])
+    array(['healthy', 'worn'], dtype='<U7')
+    """
+    compare = StretchResidual(
+        window_residual=CepstralResidual(n_jobs=n_jobs),
+        order_residual=OrderResidual(sampling_rate=sampling_rate, n_jobs=n_jobs),
+    )
+    steps = [
+        ("identify", ARXLaguerre(order=8, bank=False, n_jobs=n_jobs)),
+        ("compare", compare),
         ("decide", ThresholdLadder(healthy=healthy)),
     ]
     return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)

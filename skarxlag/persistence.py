@@ -50,6 +50,8 @@ TRUSTED_TYPES = {
         "skarxlag.observers.PIObserver",
         "skarxlag.observers.ExtendedStatePIObserver",
         "skarxlag.comparison.SpectralDistance",
+        "skarxlag.orders.OrderResidual",
+        "skarxlag.stretches.StretchResidual",
         "skarxlag.ladder.ThresholdLadder",
         "skarxlag.observer_bank.ExtendedStatePIObserverBank",
         "skarxlag.observer_bank.PIObserverBank",

@@ -14,10 +14,10 @@ from sklearn.utils import Bunch
 
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from skarxlag import make_alpio, make_single_observer_pio
+from skarxlag.bearings import SKF_6205, strike_rate
 from skarxlag.commands.diagnosers import LADDERS
 from skarxlag.commands.paper_report import paper_report
 from skarxlag.datasets import simulate_rig
-from skarxlag.datasets.bearing import SKF_6205, strike_rate
 from skarxlag.datasets.rig import LOCATIONS
 from skarxlag.paper import load_tables, run_protocol
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import oaconvolve
 from sklearn.utils import check_scalar
 
-from skarxlag.datasets.bearing import BearingGeometry, contact_speed
+from skarxlag.bearings import BearingGeometry, contact_speed
 from skarxlag.datasets.strikes import impact_velocity, simulate_strikes, transit_time
 from skarxlag.datasets.torque import DriveTorque, simulate_torque
 from skarxlag.datasets.transmission import (
@@ -71,7 +71,7 @@ class Rig:
     Examples
     --------
     >>> import numpy as np
-    >>> from skarxlag.datasets.bearing import SKF_6205
+    >>> from skarxlag.bearings import SKF_6205
     >>> from skarxlag.datasets.rig import Rig, background, defect_emission
     >>> from skarxlag.datasets.torque import DriveTorque
     >>> from skarxlag.datasets.transmission import TransmissionPaths

@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 from sklearn.utils import Bunch, check_random_state, check_scalar
 
-from skarxlag.datasets.bearing import SKF_6205
+from skarxlag.bearings import SKF_6205
 from skarxlag.datasets.rig import LOCATIONS, Rig, background, defect_emission
 from skarxlag.datasets.torque import DriveTorque
 from skarxlag.datasets.transmission import TransmissionPaths

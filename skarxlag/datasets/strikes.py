@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skarxlag.datasets.bearing import METRES_PER_MM, contact_speed, defect_frequencies, strike_rate
+from skarxlag.bearings import METRES_PER_MM, contact_speed, defect_frequencies, strike_rate
 
 __all__ = ["impact_velocity", "load_distribution_at", "simulate_strikes", "transit_time"]
 
@@ -37,7 +37,7 @@ def transit_time(bearing, rpm, crack_mm):
 
     Examples
     --------
-    >>> from skarxlag.datasets.bearing import SKF_6205
+    >>> from skarxlag.bearings import SKF_6205
     >>> from skarxlag.datasets.strikes import transit_time
     >>> round(transit_time(SKF_6205, 300.0, 3.0) * 1e3, 2)  # milliseconds
     5.1
@@ -68,7 +68,7 @@ def impact_velocity(bearing, rpm, crack_mm):
 
     Examples
     --------
-    >>> from skarxlag.datasets.bearing import SKF_6205
+    >>> from skarxlag.bearings import SKF_6205
     >>> from skarxlag.datasets.strikes import impact_velocity
     >>> round(impact_velocity(SKF_6205, 500.0, 3.0), 3)
     0.185
@@ -164,7 +164,7 @@ def simulate_strikes(bearing, rpm, location, *, duration, before, slip, load_dis
     Examples
     --------
     >>> import numpy as np
-    >>> from skarxlag.datasets.bearing import SKF_6205
+    >>> from skarxlag.bearings import SKF_6205
     >>> from skarxlag.datasets.strikes import simulate_strikes
     >>> times, load = simulate_strikes(
     ...     SKF_6205, 300.0, "outer", duration=10.0, before=0.0, slip=0.01, load_distribution=0.5,

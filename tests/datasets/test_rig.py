@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.signal import find_peaks, welch
 
-from skarxlag.datasets.bearing import (
+from skarxlag.bearings import (
     SKF_6205,
     BearingGeometry,
     contact_speed,

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from skarxlag.datasets.bearing import SKF_6205, strike_rate
+from skarxlag.bearings import SKF_6205, strike_rate
 from skarxlag.datasets.strikes import (
     impact_velocity,
     load_distribution_at,

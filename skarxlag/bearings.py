@@ -5,7 +5,14 @@ from numbers import Integral, Real
 
 import numpy as np
 
-__all__ = ["SKF_6205", "BearingGeometry", "contact_speed", "defect_frequencies", "strike_rate"]
+__all__ = [
+    "SKF_6205",
+    "BearingGeometry",
+    "contact_speed",
+    "defect_frequencies",
+    "fault_orders",
+    "strike_rate",
+]
 
 METRES_PER_MM = 1e-3
 
@@ -33,7 +40,7 @@ class BearingGeometry:
 
     Examples
     --------
-    >>> from skarxlag.datasets.bearing import BearingGeometry, defect_frequencies
+    >>> from skarxlag.bearings import BearingGeometry, defect_frequencies
     >>> bearing = BearingGeometry(n_elements=8, element_diameter=10.0, pitch_diameter=40.0)
     >>> float(defect_frequencies(bearing, 600)["outer"])
     30.0
@@ -106,7 +113,7 @@ def defect_frequencies(bearing, rpm):
 
     Examples
     --------
-    >>> from skarxlag.datasets.bearing import SKF_6205, defect_frequencies
+    >>> from skarxlag.bearings import SKF_6205, defect_frequencies
     >>> frequencies = defect_frequencies(SKF_6205, 60.0)
     >>> {name: round(float(value), 4) for name, value in frequencies.items()}
     {'cage': 0.3983, 'outer': 3.5848, 'inner': 5.4152, 'spin': 2.3567}
@@ -119,6 +126,41 @@ def defect_frequencies(bearing, rpm):
         "inner": bearing.n_elements * rate / 2 * (1 + ratio),
         "spin": rate * bearing.pitch_diameter / (2 * bearing.element_diameter) * (1 - ratio**2),
     }
+
+
+def fault_orders(bearing):
+    r"""Orders of the shaft at which faults of a bearing show in the spectrum of the envelope.
+
+    An order is a frequency divided by that of the shaft, so these numbers hold at every speed. They
+    are those of :func:`defect_frequencies` with :math:`f_r = 1`. Slip of the rolling elements moves
+    the orders of real bearings by 1 to 2 % [1]_.
+
+    Parameters
+    ----------
+    bearing : BearingGeometry
+        The bearing.
+
+    Returns
+    -------
+    dict of str to float
+        "shaft", which is 1; "cage" (FTF); "outer" (BPFO) and "inner" (BPFI), the orders at which a
+        fault of a ring is struck; "spin" (BSF), the turns of an element about its own axis; and
+        "ball", which is twice that, since a fault of an element strikes both rings in each turn.
+
+    References
+    ----------
+    .. [1] R. B. Randall, J. Antoni, "Rolling element bearing diagnostics - a tutorial",
+       Mechanical Systems and Signal Processing 25 (2011), Eqs. 1-4.
+
+    Examples
+    --------
+    >>> from skarxlag import BearingGeometry, fault_orders
+    >>> bearing = BearingGeometry(n_elements=9, element_diameter=7.94, pitch_diameter=39.04)
+    >>> {name: round(order, 4) for name, order in fault_orders(bearing).items()}
+    {'shaft': 1.0, 'cage': 0.3983, 'outer': 3.5848, 'inner': 5.4152, 'spin': 2.3567, 'ball': 4.7135}
+    """
+    orders = {name: float(order) for name, order in defect_frequencies(bearing, 60.0).items()}
+    return {"shaft": 1.0, **orders, "ball": 2 * orders["spin"]}
 
 
 def strike_rate(bearing, rpm, location):
@@ -143,7 +185,7 @@ def strike_rate(bearing, rpm, location):
 
     Examples
     --------
-    >>> from skarxlag.datasets.bearing import SKF_6205, strike_rate
+    >>> from skarxlag.bearings import SKF_6205, strike_rate
     >>> round(float(strike_rate(SKF_6205, 300.0, "ball")), 2)
     23.57
     """
@@ -172,7 +214,7 @@ def contact_speed(bearing, rpm):
 
     Examples
     --------
-    >>> from skarxlag.datasets.bearing import SKF_6205, contact_speed
+    >>> from skarxlag.bearings import SKF_6205, contact_speed
     >>> round(float(contact_speed(SKF_6205, 300.0)), 4)
     0.2939
     """

@@ -1,11 +1,12 @@
 import numpy as np
 import pytest
 
-from skarxlag.datasets.bearing import (
+from skarxlag.bearings import (
     SKF_6205,
     BearingGeometry,
     contact_speed,
     defect_frequencies,
+    fault_orders,
     strike_rate,
 )
 
@@ -21,6 +22,24 @@ def test_multiples_of_the_shaft_rate_are_those_published_with_the_cwru_data():
     # The published figures carry four to five digits.
     for name, value in published.items():
         assert frequencies[name] == pytest.approx(value, rel=1e-4)
+
+
+def test_fault_orders_are_those_of_published_tables():
+    orders = fault_orders(SKF_6205)
+    published = {
+        "shaft": 1.0,
+        "cage": 0.39828,
+        "outer": 3.5848,
+        "inner": 5.4152,
+        "spin": 2.3567,
+        "ball": 4.7135,
+    }
+    assert orders == pytest.approx(published, rel=1e-4)
+    assert list(orders) == list(published)
+    other = fault_orders(REXNORD_ZA2115)
+    at_2000_rpm = {"outer": 236.4, "inner": 296.9, "spin": 139.9, "cage": 14.7, "ball": 279.8}
+    for name, frequency in at_2000_rpm.items():
+        assert other[name] * 2000 / 60 == pytest.approx(frequency, abs=0.11)
 
 
 def test_frequencies_at_2000_rpm_are_those_published_with_the_ims_data():

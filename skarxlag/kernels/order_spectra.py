@@ -1,0 +1,318 @@
+"""Order spectra of a signal's envelopes, and how far they are from references at any speed."""
+
+import math
+
+import numpy as np
+from scipy import fft, signal
+
+from .scaling import centred
+from .steadiness import windowed_segments
+
+#: Share of a signal's power that is added to the power of each of its frequencies, so that
+#: frequencies which hold nothing but rounding errors do not count.
+_FLOOR = 1e-14
+#: Power of a normalised envelope that is added before the logarithm, for constant envelopes.
+_LEAST_POWER = 1e-9
+#: Points of a zero-padded spectrum for each cell of the plain one: they are then
+#: so close that a straight line between two neighbours is within .03 neper.
+_PADDING = 4
+#: Frames of the short-time spectrum start half a frame apart, or down to this share of a frame.
+_MOST_OVERLAP = 8
+#: Step of the logarithm of the factor on the speed, and how much coarser it is for wide ranges.
+_FACTOR_STEP, _COARSER = 0.01, 2
+#: Logarithm of the factor up to which segments of one length do.
+_GROUP_WIDTH = 0.1
+#: Segments of Welch's method start this share of a segment apart.
+_OVERLAP = 4
+
+
+def band_envelopes(samples, frame, hop, n_bands):
+    r"""Power of a signal over time in bands of frequency, after the signal has been whitened.
+
+    The short-time power :math:`P(t, f)` at each frequency is divided by its mean over time,
+    :math:`\bar P(f)`. That whitens the signal: what rings loudest no longer hides the rest. The
+    envelope of a band is the mean of :math:`P(t, f) / \bar P(f)` over the frequencies of the band.
+
+    Parameters
+    ----------
+    samples : ndarray of shape (n_samples,)
+        A signal in any unit.
+    frame : int
+        Samples in the Hann window of the short-time spectrum, at least 4 and at most n_samples.
+    hop : int
+        Samples from one window to the next.
+    n_bands : int
+        Number of bands, which are equally wide from 0 to half the sampling rate.
+
+    Returns
+    -------
+    ndarray of shape (n_bands, n_frames)
+        Envelopes, each with mean 1, or 0 where the band holds no power.
+    """
+    rows, _ = centred(samples[np.newaxis])
+    window = np.hanning(frame + 2)[1:-1]
+    spectra = fft.rfft(windowed_segments(rows, window, hop)[0])[:, 1 : max(frame // 2, 2)]
+    power = spectra.real**2 + spectra.imag**2
+    mean = power.mean(axis=0)
+    floor = _FLOOR * frame * np.mean(rows**2)
+    share = np.divide(1.0, mean + floor, out=np.zeros_like(mean), where=mean > 0)
+    weights = np.zeros((len(mean), n_bands))
+    for band, cells in enumerate(np.array_split(np.arange(len(mean)), n_bands)):
+        weights[cells, band] = share[cells] / max(len(cells), 1)
+    return (power @ weights).T
+
+
+def envelopes_over_angle(samples, turn, frame, n_bands, max_order):
+    """Envelopes of a signal at equal steps of the shaft's angle.
+
+    Parameters
+    ----------
+    samples : ndarray of shape (n_samples,)
+        A signal in any unit.
+    turn : float or ndarray of shape (n_samples,)
+        Samples in a turn of the shaft; one number for each sample where the speed varies.
+    frame : int
+        Samples in a window of the short-time spectrum; an eighth of the signal is enough.
+    n_bands : int
+        Number of bands.
+    max_order : float
+        Highest order that the envelopes shall show. Frames overlap the more the higher it is, up to
+        seven eighths.
+
+    Returns
+    -------
+    envelopes : ndarray of shape (n_bands, n_values)
+        Envelopes, see :func:`band_envelopes`. A signal of less than 32 samples has one value of 0.
+    step : float
+        Turns from one value to the next.
+    """
+    frame = min(frame, len(samples) // 8)
+    if frame < 4:
+        return np.zeros((n_bands, 1)), 1.0
+    hop = frame // 2
+    # The highest frequency of the envelope is half a cycle a hop.
+    while hop > max(frame // _MOST_OVERLAP, 1) and np.mean(turn) / (2 * hop) < max_order:
+        hop //= 2
+    envelopes = band_envelopes(samples, frame, hop, n_bands)
+    if np.ndim(turn) == 0:
+        return envelopes, hop / turn
+    return equal_angles(envelopes, turns_of_frames(turn, envelopes.shape[1], frame, hop))
+
+
+def turns_of_frames(turn, n_frames, frame, hop):
+    """Angle of the shaft at the centre of each frame, where its speed varies.
+
+    Parameters
+    ----------
+    turn : ndarray of shape (n_samples,)
+        Samples that a turn would take at the speed of each sample.
+    n_frames, frame, hop : int
+        Frames of the short-time spectrum, see :func:`band_envelopes`.
+
+    Returns
+    -------
+    ndarray of shape (n_frames,)
+        In turns, ascending.
+    """
+    turns = np.cumsum(1 / turn)
+    centres = np.arange(n_frames) * hop + (frame - 1) / 2
+    return np.interp(centres, np.arange(len(turns)), turns)
+
+
+def equal_angles(envelopes, turns):
+    """Envelopes at equal steps of the shaft's angle: order tracking.
+
+    Parameters
+    ----------
+    envelopes : ndarray of shape (n_bands, n_frames)
+        Envelopes over time.
+    turns : ndarray of shape (n_frames,)
+        Angle of the shaft at each frame in turns, ascending.
+
+    Returns
+    -------
+    envelopes : ndarray of shape (n_bands, n_frames)
+        Envelopes over angle.
+    step : float
+        Turns from one value to the next.
+    """
+    angles = np.linspace(turns[0], turns[-1], len(turns))
+    resampled = np.stack([np.interp(angles, turns, envelope) for envelope in envelopes])
+    return resampled, (turns[-1] - turns[0]) / max(len(turns) - 1, 1)
+
+
+def envelope_spectra(envelopes, n_segment):
+    """Log power spectra of envelopes by Welch's method.
+
+    Parameters
+    ----------
+    envelopes : ndarray of shape (n_bands, n_frames)
+        Envelopes.
+    n_segment : int
+        Values in a segment, at least 1 and at most n_frames. Segments overlap by three quarters
+        and have a Hann window; their spectra are zero-padded.
+
+    Returns
+    -------
+    log_power : ndarray of shape (n_bands, n_frequencies)
+        Natural logarithm of power at equal steps of frequency from 0 on.
+    step : float
+        Step of frequency in cycles a value of the envelope.
+    """
+    n_fft = fft.next_fast_len(_PADDING * n_segment, real=True)
+    n_fft += n_fft % 2
+    _, power = signal.welch(
+        envelopes,
+        window=signal.windows.hann(n_segment + 2)[1:-1],
+        nperseg=n_segment,
+        noverlap=n_segment - math.ceil(n_segment / _OVERLAP),
+        nfft=n_fft,
+        detrend="constant",
+    )
+    return np.log(power + _LEAST_POWER), 1 / n_fft
+
+
+def at_orders(log_power, step, orders, factors):
+    """Spectra at multiples of the shaft's speed, for several hypotheses of that speed.
+
+    Parameters
+    ----------
+    log_power : ndarray of shape (n_bands, n_frequencies)
+        Log spectra at equal steps from 0 on.
+    step : float
+        The step, in orders of the nominal speed.
+    orders : ndarray of shape (n_orders,)
+        Orders that are asked for, ascending.
+    factors : ndarray of shape (n_factors,)
+        Hypotheses: true speed over nominal speed.
+
+    Returns
+    -------
+    spectra : ndarray of shape (n_factors, n_bands, n_orders)
+        Log spectra, less their median over the orders that are inside the spectrum; 0 outside.
+    inside : ndarray of bool of shape (n_factors, n_orders)
+        Which orders lie below the highest frequency of the spectrum.
+    """
+    n_frequencies = log_power.shape[-1]
+    position = np.multiply.outer(factors, orders) / step
+    inside = position <= n_frequencies - 1
+    below = np.clip(position.astype(np.intp), 0, max(n_frequencies - 2, 0))
+    above = np.minimum(below + 1, n_frequencies - 1)
+    share = np.clip(position - below, 0, 1)
+    spectra = log_power[:, below] * (1 - share) + log_power[:, above] * share
+    spectra = np.moveaxis(spectra, 0, 1)
+    for spectrum, counts in zip(spectra, inside, strict=True):
+        if counts.any():
+            spectrum -= np.median(spectrum[:, counts], axis=1, keepdims=True)
+        spectrum[:, ~counts] = 0.0
+    return spectra, inside
+
+
+def distances(spectra, inside, references, variances):
+    """Root-mean-square distance of order spectra from references, in standard deviations.
+
+    Parameters
+    ----------
+    spectra : ndarray of shape (n_factors, n_bands, n_orders)
+        Order spectra, see :func:`at_orders`.
+    inside : ndarray of bool of shape (n_factors, n_orders)
+        Which orders count.
+    references : ndarray of shape (n_references, n_bands, n_orders)
+        What they are compared with.
+    variances : ndarray of shape (n_bands, n_orders)
+        Variance of each value.
+
+    Returns
+    -------
+    ndarray of shape (n_factors, n_references)
+        The distances; 1 where no order counts.
+    """
+    weight = (1 / variances).ravel()
+    rows, columns = spectra.reshape(len(spectra), -1), references.reshape(len(references), -1)
+    # Squares multiplied out: spectra are 0 at the orders that do not count, references are not.
+    by_order = (references**2 / variances).sum(axis=1)
+    squares = (
+        (rows**2 @ weight)[:, np.newaxis] - 2 * rows @ (columns * weight).T + inside @ by_order.T
+    )
+    count = inside.sum(axis=1)[:, np.newaxis] * references.shape[1]
+    mean = np.divide(np.maximum(squares, 0), count, out=np.ones_like(squares), where=count > 0)
+    return np.sqrt(mean)
+
+
+def match(envelopes, step, n_turns, orders, widest, references, variances):
+    """Distance of a stretch from each reference at the factor on its speed that suits it best.
+
+    A line of a spectrum is as wide as segments are short, so that segments must hold the same
+    number of turns whatever the speed: the factors are tried in groups, each with segments of its
+    own length.
+
+    Parameters
+    ----------
+    envelopes : ndarray of shape (n_bands, n_values)
+        Envelopes over the angle of the shaft, see :func:`envelopes_over_angle`.
+    step : float
+        Turns from one value to the next, at the nominal speed.
+    n_turns : float
+        Turns in a segment.
+    orders : ndarray of shape (n_orders,)
+        Orders that are compared.
+    widest : float
+        Largest logarithm of a factor, true speed over nominal speed.
+    references : ndarray of shape (n_references, n_bands, n_orders)
+        What is compared with.
+    variances : ndarray of shape (n_bands, n_orders)
+        Variance of each value.
+
+    Returns
+    -------
+    residuals : ndarray of shape (n_references,)
+        The least distances.
+    factors : ndarray of shape (n_references,)
+        The factors that they belong to.
+    spectra : ndarray of shape (n_references, n_bands, n_orders)
+        The order spectra at these factors.
+    """
+    n_references = len(references)
+    least, chosen = np.full(n_references, np.inf), np.ones(n_references)
+    closest = np.zeros_like(references)
+    n_groups = max(math.ceil(widest / _GROUP_WIDTH - 1e-9), 1)
+    resolution = _FACTOR_STEP * (1 if n_groups == 1 else _COARSER)
+    n_steps = int(widest / n_groups / resolution + 1e-9)
+    near = np.exp(resolution * np.arange(-n_steps, n_steps + 1))
+    for group in range(n_groups):
+        centre = math.exp(widest * ((2 * group + 1) / n_groups - 1))
+        log_power, cell = order_spectrum(envelopes, step * centre, n_turns)
+        spectra, inside = at_orders(log_power, cell, orders, near)
+        found = distances(spectra, inside, references, variances)
+        best = found.argmin(axis=0)
+        better = np.flatnonzero(found.min(axis=0) < least)
+        least[better] = found.min(axis=0)[better]
+        chosen[better] = centre * near[best[better]]
+        closest[better] = spectra[best[better]]
+    return least, chosen, closest
+
+
+def order_spectrum(envelopes, step, n_turns):
+    """Log spectra of envelopes over orders.
+
+    Parameters
+    ----------
+    envelopes : ndarray of shape (n_bands, n_values)
+        Envelopes over the angle of the shaft.
+    step : float
+        Turns from one value to the next.
+    n_turns : float
+        Turns in a segment; at most all values are used.
+
+    Returns
+    -------
+    log_power : ndarray of shape (n_bands, n_frequencies)
+        Natural logarithm of power at equal steps of order from 0 on.
+    cell : float
+        The step.
+    """
+    if envelopes.shape[1] < 2:
+        return np.zeros((len(envelopes), 1)), 1.0
+    n_segment = min(max(round(n_turns / step), 2), envelopes.shape[1])
+    log_power, cell = envelope_spectra(envelopes, n_segment)
+    return log_power, cell / step

@@ -1,0 +1,384 @@
+"""Residuals of order spectra: what strikes with the shaft, whatever the shaft's speed."""
+
+from numbers import Integral
+from typing import ClassVar
+
+import numpy as np
+from sklearn.base import BaseEstimator, TransformerMixin
+from sklearn.utils import Bunch, check_scalar
+from sklearn.utils.validation import check_is_fitted
+
+from ._parallel import map_batches
+from ._state import (
+    check_fitted_array,
+    check_fitted_classes,
+    check_fitted_input,
+    check_fitted_number,
+    is_moderate,
+    remember_parameters,
+)
+from ._validation import check_input_names, check_real, validate_innovations
+from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
+from .speeds import LEAST_TURNS, samples_a_turn
+
+#: Lowest order, and the step from one order to the next.
+_LOWEST_ORDER, _ORDER_STEP = 0.3, 0.1
+#: Turns that a stretch of the training data is said to have where its speed is not known.
+_SUPPOSED_TURNS = 20
+
+
+class OrderResidual(TransformerMixin, BaseEstimator):
+    r"""Distance of a stretch's order spectra from those of each condition.
+
+    Strikes of a bearing come at fixed *orders*, which are multiples of the shaft's speed. They show
+    in the spectrum of the envelope of the signal, and stay at their orders when the speed changes,
+    while the resonances that they excite stay at their frequencies in Hz. So the envelope is taken
+    over time and compared over orders [1]_:
+
+    1. The short-time power of the signal is divided by its mean over the stretch at each frequency,
+       which whitens the signal, and averaged in `n_bands` bands. That gives an envelope for each
+       band.
+    2. Welch's method, in segments of `n_turns` turns of the shaft, gives the spectrum of each
+       envelope at the orders .3, .4, ... `max_order`. Its logarithm less its median over
+       orders is z.
+    3. The residual of condition c is the smallest distance that a factor s on the nominal speed
+       can bring about,
+
+    .. math::
+
+        r_c = \min_s \sqrt{ \frac{1}{\dim z} \sum_i
+        \frac{(z_{s,i} - \bar z_{c,i})^2}{\sigma_i^2 + v} }
+
+    with :math:`\bar z_c` the mean over the training stretches of c, :math:`\sigma_i^2` the
+    variance of the training stretches about these means, and v the variance `drift`, which a
+    change of speed may add. The factor covers errors of the nominal speed and slip of the rolling
+    elements.
+
+    A row of X is a stretch: a part of a recording that holds several turns of the shaft. Speeds
+    come as the metadata `rpm` of scikit-learn's metadata routing, which this estimator requests.
+    The rpm of a row is one number, or one for each sample; the envelope is then resampled at equal
+    angles of the shaft.
+
+    Without `rpm` in `fit`, the speed of all training stretches is taken to be the same, and an
+    order is a multiple of a speed that nobody knows: 20 turns in a training stretch. Without `rpm`
+    in `transform`, the speed may differ from that of the training stretches by a factor of up to
+    `speed_range`: the pattern of the strikes is recognised up to its scale.
+
+    Parameters
+    ----------
+    sampling_rate : float or None, default=None
+        In Hz, above 0. It is needed when `rpm` is given.
+    n_turns : float, default=5.0
+        Turns of the shaft in a segment of Welch's method, at least 3. A stretch that is shorter is
+        one segment.
+    max_order : float, default=16.0
+        Highest order that is compared, at least 1. Orders above the highest frequency of the
+        envelope do not count.
+    n_bands : int, default=4
+        Bands of frequency with an envelope each, from 1 to half of `frame`.
+    frame : int, default=64
+        Samples in a window of the short-time spectrum, at least 4. At most an eighth of a stretch
+        is used.
+    speed_tolerance : float, default=0.1
+        Largest logarithm of the factor s where the speed is given, at least 0.
+    speed_range : float, default=2.5
+        Largest factor s where the speed is not given, at least 1; the smallest is its reciprocal.
+    drift : float, default=1.0
+        The variance v in squared nepers of power, above 0.
+    n_jobs : int or None, default=None
+        Threads that work on stretches. Results do not depend on it.
+
+    Attributes
+    ----------
+    classes_ : ndarray of shape (n_classes,)
+        Conditions, sorted.
+    orders_ : ndarray of shape (n_orders,)
+        The orders that are compared.
+    references_ : ndarray of shape (n_classes, n_bands, n_orders)
+        Mean order spectra :math:`\bar z_c`, in nepers of power.
+    variances_ : ndarray of shape (n_bands, n_orders)
+        :math:`\sigma_i^2 + v`.
+    samples_a_turn_ : float
+        Samples in a turn of the shaft, the geometric mean over the training stretches.
+    speed_known_ : bool
+        Whether `fit` was given `rpm`.
+    window_shape_ : ndarray of int
+        Shape of one training stretch.
+    n_models_ : int
+        Models that the innovations came from; 0 for plain stretches.
+    n_features_in_ : int
+        Number of models, or samples in a plain stretch.
+    feature_names_in_ : ndarray of str
+        Column names, when fitted on a table.
+
+    See Also
+    --------
+    StretchResidual : Multiplies this residual with that of the colour.
+
+    References
+    ----------
+    .. [1] R. B. Randall and J. Antoni (2011), "Rolling element bearing diagnostics - a tutorial",
+       Mechanical Systems and Signal Processing 25, 485-520.
+
+    Examples
+    --------
+    Bearings that are struck 3.6 and 5.4 times a turn, at 600 rpm and at 900 rpm:
+
+    >>> import numpy as np
+    >>> def strikes(order, rpm, rng):
+    ...     signal = 0.1 * rng.normal(size=20_000)
+    ...     signal[np.arange(0, 20_000, 60 * 10_000 / (rpm * order)).astype(int)] += 5
+    ...     return signal
+    >>> rng = np.random.default_rng(0)
+    >>> X = [strikes(order, 600, rng) for order in (3.6, 3.6, 5.4, 5.4)]
+    >>> residual = OrderResidual(sampling_rate=10_000).fit(X, ["a", "a", "b", "b"], rpm=600)
+    >>> X_900 = [strikes(order, 900, rng) for order in (3.6, 5.4)]
+    >>> residual.transform(X_900, rpm=[900, 900]).argmin(axis=1)
+    array([0, 1])
+    """
+
+    __metadata_request__fit: ClassVar = {"rpm": True}
+    __metadata_request__transform: ClassVar = {"rpm": True}
+
+    def __init__(
+        self,
+        *,
+        sampling_rate=None,
+        n_turns=5.0,
+        max_order=16.0,
+        n_bands=4,
+        frame=64,
+        speed_tolerance=0.1,
+        speed_range=2.5,
+        drift=1.0,
+        n_jobs=None,
+    ):
+        self.sampling_rate = sampling_rate
+        self.n_turns = n_turns
+        self.max_order = max_order
+        self.n_bands = n_bands
+        self.frame = frame
+        self.speed_tolerance = speed_tolerance
+        self.speed_range = speed_range
+        self.drift = drift
+        self.n_jobs = n_jobs
+
+    def fit(self, X, y, rpm=None):
+        """Calibrate the references.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
+            Innovations of one model, or of one model for each condition in `y`, sorted; or plain
+            stretches.
+        y : array-like of shape (n_stretches,)
+            Condition of each stretch.
+        rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
+            Nominal speed in revolutions per minute.
+
+        Returns
+        -------
+        OrderResidual
+            The fitted transformer.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is out of its range; if speeds are not above 0, or not one for each
+            stretch; if `rpm` is given without `sampling_rate`; or if a stretch has less than 3
+            turns.
+        """
+        X, y = validate_innovations(self, X, y, reset=True)
+        self._check_parameters()
+        self.classes_, target = np.unique(y, return_inverse=True)
+        n_classes, n_models = len(self.classes_), X.shape[1]
+        if n_models not in (1, n_classes):
+            raise ValueError(
+                f"X has the innovations of {n_models} models, expected 1 or one for each of the "
+                f"{n_classes} conditions in y."
+            )
+        self.orders_ = _LOWEST_ORDER + _ORDER_STEP * np.arange(self._n_orders())
+        self.speed_known_ = rpm is not None
+        if rpm is None:
+            turns = np.full(len(X), X.shape[-1] / _SUPPOSED_TURNS)
+        else:
+            turns = samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])
+        self.samples_a_turn_ = float(np.exp(np.mean(np.log(turns))))
+
+        def of_batch(batch):
+            row = batch.start
+            envelopes, step = self._envelopes(X[row, target[row] % n_models], turns[row])
+            spectrum = order_spectrum(envelopes, step, self.n_turns)
+            return at_orders(*spectrum, self.orders_, np.ones(1))[0][0]
+
+        found = np.stack(map_batches(of_batch, len(X), self.n_jobs, batch_size=1))
+        self.references_ = np.stack([found[target == c].mean(axis=0) for c in range(n_classes)])
+        self.variances_ = np.mean((found - self.references_[target]) ** 2, axis=0) + self.drift
+        remember_parameters(self)
+        return self
+
+    def fit_transform(self, X, y, rpm=None):
+        """Calibrate, and give the residuals of the same stretches.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
+            As in `fit`.
+        y : array-like of shape (n_stretches,)
+            Condition of each stretch.
+        rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
+            As in `fit`.
+
+        Returns
+        -------
+        ndarray of shape (n_stretches, n_classes)
+            What `transform` gives.
+        """
+        return self.fit(X, y, rpm=rpm).transform(X, rpm=rpm)
+
+    def transform(self, X, rpm=None):
+        """One residual for each stretch and condition.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
+            Innovations, or plain stretches, of any length.
+        rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
+            Nominal speed in revolutions per minute.
+
+        Returns
+        -------
+        ndarray of shape (n_stretches, n_classes)
+            Root-mean-square distances, in standard deviations. Where the speed is not given and the
+            stretches are too short to show orders, they are 1 for every condition.
+
+        Raises
+        ------
+        ValueError
+            As in `fit`; also if `rpm` is given and was not in `fit`.
+        """
+        return self.match(X, rpm=rpm).residuals
+
+    def match(self, X, rpm=None):
+        """Residuals, and the factors on the speed that they belong to.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
+            Innovations, or plain stretches.
+        rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
+            Nominal speed in revolutions per minute.
+
+        Returns
+        -------
+        Bunch
+            ``residuals`` and ``factors``, the factor on the speed for each condition, both of shape
+            (n_stretches, n_classes); ``spectra`` of shape (n_stretches, n_classes, n_bands,
+            n_orders), the order spectra z at these factors, in nepers.
+        """
+        X, _ = validate_innovations(self, X, reset=False, any_length=True)
+        turns = self._samples_a_turn(rpm, X)
+        widest = self.speed_tolerance if rpm is not None else np.log(self.speed_range)
+
+        def of_batch(batch):
+            row = batch.start
+            return self._match_one(X[row], turns[row], widest)
+
+        found = map_batches(of_batch, len(X), self.n_jobs, batch_size=1)
+        residuals, factors, spectra = map(np.stack, zip(*found, strict=True))
+        return Bunch(residuals=residuals.astype(X.dtype), factors=factors, spectra=spectra)
+
+    def _match_one(self, models, turn, widest):
+        """Residual, factor and order spectra of one stretch for each condition."""
+        parts = []
+        for model, samples in enumerate(models):
+            mine = slice(None) if len(models) == 1 else slice(model, model + 1)
+            parts.append(
+                match(
+                    *self._envelopes(samples, turn),
+                    self.n_turns,
+                    self.orders_,
+                    widest,
+                    self.references_[mine],
+                    self.variances_,
+                )
+            )
+        return tuple(map(np.concatenate, zip(*parts, strict=True)))
+
+    def _envelopes(self, samples, turn):
+        return envelopes_over_angle(samples, turn, self.frame, self.n_bands, self.max_order)
+
+    def _samples_a_turn(self, rpm, X):
+        """Samples in a turn for each stretch, or for each of its samples."""
+        if rpm is None:
+            return np.full(len(X), self.samples_a_turn_)
+        if not self.speed_known_:
+            raise ValueError("rpm was given, but not in fit; expected it in both or in neither.")
+        return samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])
+
+    def get_feature_names_out(self, input_features=None):
+        """Names of the residuals: their conditions.
+
+        Parameters
+        ----------
+        input_features : array-like of str or None, default=None
+            Checked against what the transformer was fitted on; residuals are not named after it.
+
+        Returns
+        -------
+        ndarray of str of shape (n_classes,)
+            One name a column of what `transform` returns.
+        """
+        check_is_fitted(self)
+        check_input_names(self, input_features)
+        return np.array([f"{name}_orders" for name in self.classes_], dtype=object)
+
+    def _check_parameters(self):
+        if self.sampling_rate is not None:
+            check_real(self.sampling_rate, "sampling_rate", min_val=0, include_boundaries="neither")
+        check_real(self.n_turns, "n_turns", min_val=LEAST_TURNS)
+        check_real(self.max_order, "max_order", min_val=1)
+        check_scalar(self.frame, "frame", Integral, min_val=4)
+        check_scalar(self.n_bands, "n_bands", Integral, min_val=1, max_val=self.frame // 2)
+        check_real(self.speed_tolerance, "speed_tolerance", min_val=0)
+        check_real(self.speed_range, "speed_range", min_val=1)
+        check_real(self.drift, "drift", min_val=0, include_boundaries="neither")
+
+    def _check_state(self):
+        self._check_parameters()
+        check_fitted_input(self, windows=True)
+        n_classes = len(check_fitted_classes(self))
+        is_plain = len(self.window_shape_) == 1
+        check_fitted_number(
+            self,
+            "n_models_",
+            kind="i",
+            valid=lambda n: (
+                n == 0 if is_plain else n in (1, n_classes) and n == self.n_features_in_
+            ),
+            expected="the number of models in window_shape_, or 0 for plain stretches",
+        )
+        positive = {"valid": lambda values: values > 0, "expected": "above 0"}
+        n_orders = self._n_orders()
+        check_fitted_array(self, "orders_", (n_orders,), **positive)
+        check_fitted_array(self, "variances_", (self.n_bands, n_orders), **positive)
+        check_fitted_array(
+            self,
+            "references_",
+            (n_classes, self.n_bands, n_orders),
+            valid=is_moderate,
+            expected="below 1e150",
+        )
+        check_fitted_number(self, "samples_a_turn_", **positive)
+        if not isinstance(self.speed_known_, bool):
+            raise ValueError(f"speed_known_ == {self.speed_known_!r}, expected True or False.")
+
+    def _n_orders(self):
+        return int((self.max_order - _LOWEST_ORDER) / _ORDER_STEP + 1 + 1e-9)
+
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.target_tags.required = True
+        tags.input_tags.three_d_array = True
+        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
+        return tags

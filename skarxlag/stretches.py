@@ -1,0 +1,262 @@
+"""Residuals of stretches: the colour of the windows in them, times the orders of the shaft."""
+
+from numbers import Integral
+from typing import ClassVar
+
+import numpy as np
+from sklearn.base import BaseEstimator, TransformerMixin, clone
+from sklearn.utils import check_scalar
+from sklearn.utils.validation import check_is_fitted
+
+from ._state import (
+    check_fitted_classes,
+    check_fitted_input,
+    check_fitted_number,
+    check_state,
+    remember_parameters,
+)
+from ._validation import check_input_names, validate_innovations
+from .cepstral import CepstralResidual
+from .orders import OrderResidual
+
+
+class StretchResidual(TransformerMixin, BaseEstimator):
+    r"""Residual of a stretch: that of its windows times that of its order spectra.
+
+    A stretch is a part of a recording that holds several turns of the shaft. Two things tell its
+    condition, and a change of speed does not disturb both alike: the colour and the steadiness of
+    the innovations, which a residual of *windows* compares with those of each condition, and the
+    orders of the shaft at which strikes come, which `OrderResidual` compares. The residual of
+    condition c is
+
+    .. math::
+
+        r_c = \Bigl(\prod_{w=1}^{m} r_{c,w}\Bigr)^{1/m} r_c^{\mathrm{orders}}
+
+    with :math:`r_{c,w}` the residual of window w of the m windows that fit into the stretch.
+
+    The speed of each stretch comes as the metadata `rpm`, which this estimator requests; see
+    `OrderResidual` for what happens without it.
+
+    Parameters
+    ----------
+    window_residual : estimator or None, default=None
+        Gives a residual for each window and condition, and may have a method `adapt`. None stands
+        for ``CepstralResidual()``.
+    order_residual : OrderResidual or None, default=None
+        None stands for ``OrderResidual()``, which knows no sampling rate, so that `rpm` cannot be
+        given.
+    window_length : int, default=4800
+        Samples in a window, at least 1. A stretch that is shorter is one window.
+
+    Attributes
+    ----------
+    classes_ : ndarray of shape (n_classes,)
+        Conditions, sorted.
+    window_residual_ : estimator
+        The fitted residual of windows.
+    order_residual_ : OrderResidual
+        The fitted residual of order spectra.
+    window_shape_ : ndarray of int
+        Shape of one training stretch.
+    n_models_ : int
+        Models that the innovations came from; 0 for plain stretches.
+    n_features_in_ : int
+        Number of models, or samples in a plain stretch.
+    feature_names_in_ : ndarray of str
+        Column names, when fitted on a table.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(0)
+    >>> X = rng.normal(size=(12, 20_000))
+    >>> X[6:, ::1_000] += 20                          # a strike every tenth of a second
+    >>> y = np.repeat(["good", "worn"], 6)
+    >>> residual = StretchResidual(order_residual=OrderResidual(sampling_rate=10_000))
+    >>> residual.fit(X, y, rpm=600).transform(X, rpm=600).argmin(axis=1)
+    array([0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1])
+    """
+
+    __metadata_request__fit: ClassVar = {"rpm": True}
+    __metadata_request__transform: ClassVar = {"rpm": True}
+
+    def __init__(self, *, window_residual=None, order_residual=None, window_length=4800):
+        self.window_residual = window_residual
+        self.order_residual = order_residual
+        self.window_length = window_length
+
+    def fit(self, X, y, rpm=None):
+        """Calibrate both residuals.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
+            Innovations of one model, or of one model for each condition in `y`, sorted; or plain
+            stretches.
+        y : array-like of shape (n_stretches,)
+            Condition of each stretch.
+        rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
+            Nominal speed in revolutions per minute.
+
+        Returns
+        -------
+        StretchResidual
+            The fitted transformer.
+
+        Raises
+        ------
+        ValueError
+            As in `OrderResidual.fit`, and as the residual of windows raises it.
+        """
+        self._calibrate(X, y, rpm)
+        return self
+
+    def fit_transform(self, X, y, rpm=None):
+        """Calibrate, and give the residuals of the same stretches.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
+            As in `fit`.
+        y : array-like of shape (n_stretches,)
+            Condition of each stretch.
+        rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
+            As in `fit`.
+
+        Returns
+        -------
+        ndarray of shape (n_stretches, n_classes)
+            What `transform` gives.
+        """
+        X = self._calibrate(X, y, rpm)
+        return self._residuals(X, rpm)
+
+    def _calibrate(self, X, y, rpm):
+        X, y = validate_innovations(self, X, y, reset=True)
+        self._check_parameters()
+        self.classes_ = np.unique(y)
+        orders = OrderResidual() if self.order_residual is None else self.order_residual
+        self.order_residual_ = clone(orders).fit(X, y, rpm=rpm)
+        windows = self._windows(X)
+        of_windows = CepstralResidual() if self.window_residual is None else self.window_residual
+        self.window_residual_ = clone(of_windows).fit(windows, np.repeat(y, len(windows) // len(X)))
+        remember_parameters(self)
+        return X
+
+    def transform(self, X, rpm=None):
+        """One residual for each stretch and condition.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
+            Innovations, or plain stretches.
+        rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
+            Nominal speed in revolutions per minute.
+
+        Returns
+        -------
+        ndarray of shape (n_stretches, n_classes)
+            Products of the two residuals.
+
+        Raises
+        ------
+        ValueError
+            As in `OrderResidual.transform`.
+        """
+        X, _ = validate_innovations(self, X, reset=False, any_length=True)
+        return self._residuals(X, rpm)
+
+    def _residuals(self, X, rpm):
+        windows = self._windows(X)
+        of_windows = np.asarray(self.window_residual_.transform(windows))
+        of_windows = of_windows.reshape(len(X), -1, len(self.classes_))
+        with np.errstate(divide="ignore"):
+            mean = np.exp(np.log(of_windows).mean(axis=1))
+        return mean * np.asarray(self.order_residual_.transform(X, rpm=rpm))
+
+    def adapt(self, X, y):
+        """Move the references of the windows by what stretches of a new speed show.
+
+        Orders do not move with speed.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
+            Innovations at the new speed.
+        y : array-like of shape (n_stretches,)
+            Their conditions, among `classes_`; commonly all healthy.
+
+        Returns
+        -------
+        StretchResidual
+            This transformer, for use at the new speed.
+
+        Raises
+        ------
+        ValueError
+            If a condition was not in `fit`.
+        """
+        X, y = validate_innovations(self, X, y, reset=False, any_length=True)
+        windows = self._windows(X)
+        self.window_residual_.adapt(windows, np.repeat(y, len(windows) // len(X)))
+        return self
+
+    def _windows(self, X):
+        """Windows of all stretches, those of a stretch one after another."""
+        n_stretches, n_models, n_samples = X.shape
+        length = min(self.window_length, n_samples)
+        count = n_samples // length
+        cut = X[..., : count * length].reshape(n_stretches, n_models, count, length)
+        return np.swapaxes(cut, 1, 2).reshape(-1, n_models, length)
+
+    def get_feature_names_out(self, input_features=None):
+        """Names of the residuals: their conditions.
+
+        Parameters
+        ----------
+        input_features : array-like of str or None, default=None
+            Checked against what the transformer was fitted on; residuals are not named after it.
+
+        Returns
+        -------
+        ndarray of str of shape (n_classes,)
+            One name a column of what `transform` returns.
+        """
+        check_is_fitted(self)
+        check_input_names(self, input_features)
+        return np.array([f"{name}_stretch" for name in self.classes_], dtype=object)
+
+    def _check_parameters(self):
+        check_scalar(self.window_length, "window_length", Integral, min_val=1)
+
+    def _check_state(self):
+        self._check_parameters()
+        check_fitted_input(self, windows=True)
+        check_fitted_classes(self)
+        is_plain = len(self.window_shape_) == 1
+        check_fitted_number(
+            self,
+            "n_models_",
+            kind="i",
+            valid=lambda n: n == (0 if is_plain else self.n_features_in_),
+            expected="the number of models in window_shape_, or 0 for plain stretches",
+        )
+        for name in ("window_residual_", "order_residual_"):
+            part = getattr(self, name, None)
+            known = getattr(part, "classes_", None)
+            if known is None or not np.array_equal(known, self.classes_):
+                raise ValueError(
+                    f"{name} == {part!r}, expected a fitted residual of the conditions "
+                    f"{self.classes_.tolist()}."
+                )
+            steps = [step for _, step in part.steps] if hasattr(part, "steps") else [part]
+            for step in steps:
+                check_state(step)
+
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.target_tags.required = True
+        tags.input_tags.three_d_array = True
+        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
+        return tags

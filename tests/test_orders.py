@@ -1,0 +1,197 @@
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from skarxlag import OrderResidual
+
+RATE = 8_000
+ORDERS = {"inner": 5.4, "outer": 3.6}
+
+
+def strikes(order, rpm, seed, n_samples=RATE, slip=0.01):
+    """Rings of a resonance in noise, `order` times a turn; rpm is one number or one a sample.
+
+    A fault of the inner ring turns through the load's zone with the shaft.
+    """
+    rng = np.random.default_rng(seed)
+    turns = np.cumsum(np.full(n_samples, rpm) / (60 * RATE))
+    angle = turns * order
+    jitter = np.cumsum(1 + slip * rng.normal(size=int(angle[-1]) + 2)) - rng.random()
+    train = np.zeros(n_samples)
+    at = np.searchsorted(angle, jitter[(jitter > 0) & (jitter < angle[-1])])
+    train[at] = 10
+    if order == ORDERS["inner"]:
+        train *= 1 + np.cos(2 * np.pi * turns)
+    return lfilter([1], [1, -1.2, 0.8], train) + rng.normal(size=n_samples)
+
+
+def stretches(rpm, seed=0, n=4, **kwargs):
+    X = [
+        strikes(order, rpm, [seed, i, j], **kwargs)
+        for i, order in enumerate(ORDERS.values())
+        for j in range(n)
+    ]
+    return np.array(X), np.repeat(list(ORDERS), n)
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    return OrderResidual(sampling_rate=RATE).fit(*stretches(900), rpm=900)
+
+
+def fit(**parameters):
+    return OrderResidual(sampling_rate=RATE, **parameters).fit(*stretches(900), rpm=900)
+
+
+def verdicts(residual, X, **kwargs):
+    return residual.classes_[residual.transform(X, **kwargs).argmin(axis=1)]
+
+
+@pytest.mark.parametrize("rpm", [500, 700, 1300])
+def test_strikes_are_recognised_at_another_speed(fitted, rpm):
+    X, y = stretches(rpm, seed=1)
+    np.testing.assert_array_equal(verdicts(fitted, X, rpm=rpm), y)
+    np.testing.assert_array_equal(verdicts(fitted, X, rpm=np.full(8, rpm)), y)
+
+
+@pytest.mark.parametrize("error", [-0.08, 0.08])
+def test_factor_finds_the_error_of_the_nominal_speed(fitted, error):
+    X, y = stretches(700, seed=2)
+    found = fitted.match(X, rpm=700 * np.exp(-error))
+    np.testing.assert_array_equal(fitted.classes_[found.residuals.argmin(axis=1)], y)
+    own = found.factors[np.arange(8), np.searchsorted(fitted.classes_, y)]
+    np.testing.assert_allclose(np.log(own), error, atol=0.021)
+    strict = fit(speed_tolerance=0.0)
+    assert np.all(strict.transform(X, rpm=700 * np.exp(-error)).min(1) > found.residuals.min(1))
+    np.testing.assert_array_equal(strict.match(X, rpm=700).factors, 1)
+
+
+def test_pattern_is_recognised_without_a_speed(fitted):
+    X, y = stretches(600, seed=3)
+    found = fitted.match(X)
+    np.testing.assert_array_equal(fitted.classes_[found.residuals.argmin(axis=1)], y)
+    narrow = fit(speed_range=1.0)
+    np.testing.assert_array_equal(narrow.match(X).factors, 1)
+    nowhere = OrderResidual().fit(*stretches(1200))
+    assert not nowhere.speed_known_
+    assert nowhere.samples_a_turn_ == pytest.approx(RATE / 20)
+    X, y = stretches(900, seed=3)
+    np.testing.assert_array_equal(verdicts(nowhere, X), y)
+
+
+def test_match_shows_the_spectra_that_were_compared(fitted):
+    X, _ = stretches(700, seed=2)
+    found = fitted.match(X, rpm=700)
+    assert found.spectra.shape == (8, 2, 4, len(fitted.orders_))
+    squares = (found.spectra - fitted.references_) ** 2 / fitted.variances_
+    np.testing.assert_allclose(found.residuals, np.sqrt(squares.mean(axis=(2, 3))), rtol=1e-6)
+    assert fitted.orders_[[0, -1]] == pytest.approx([0.3, 16.0])
+
+
+def test_references_are_means_and_variances_of_the_training_stretches():
+    X, y = stretches(900)
+    single = OrderResidual(sampling_rate=RATE, drift=0.5, speed_tolerance=0.0)
+    spectra = single.fit(X, y, rpm=900).match(X, rpm=900).spectra[:, 0]
+    for c, name in enumerate(single.classes_):
+        np.testing.assert_allclose(single.references_[c], spectra[y == name].mean(axis=0))
+    deviation = spectra - single.references_[np.searchsorted(single.classes_, y)]
+    np.testing.assert_allclose(single.variances_, np.mean(deviation**2, axis=0) + 0.5)
+
+
+def test_speed_that_varies_in_a_stretch_is_tracked(fitted):
+    rpm = np.linspace(500, 1000, RATE)
+    X, y = stretches(rpm, seed=4)
+    tracked = fitted.transform(X, rpm=np.tile(rpm, (8, 1)))
+    np.testing.assert_array_equal(fitted.classes_[tracked.argmin(axis=1)], y)
+    assert np.all(tracked.min(axis=1) < fitted.transform(X, rpm=rpm.mean()).min(axis=1))
+    constant = fitted.transform(X, rpm=np.full((8, RATE), 700.0))
+    np.testing.assert_allclose(constant, fitted.transform(X, rpm=700), rtol=1e-3)
+    # Innovations lack the first samples.
+    innovations = OrderResidual(sampling_rate=RATE).fit(X[:, np.newaxis], y, rpm=rpm.mean())
+    np.testing.assert_array_equal(
+        innovations.transform(X[:, np.newaxis, 500:], rpm=np.tile(rpm, (8, 1))),
+        innovations.transform(X[:, np.newaxis, 500:], rpm=np.tile(rpm[500:], (8, 1))),
+    )
+
+
+def test_innovations_of_a_bank_are_compared_each_with_its_own_model():
+    X, y = stretches(900)
+    rng = np.random.default_rng(0)
+    bank = np.stack([X, X], axis=1)
+    bank[y == "outer", 0] = rng.normal(size=(4, RATE))
+    bank[y == "inner", 1] = rng.normal(size=(4, RATE))
+    residual = OrderResidual(sampling_rate=RATE).fit(bank, y, rpm=900)
+    alone = OrderResidual(sampling_rate=RATE).fit(X, y, rpm=900)
+    np.testing.assert_allclose(residual.references_, alone.references_)
+    found, expected = residual.transform(bank, rpm=900), alone.transform(X, rpm=900)
+    own = np.searchsorted(residual.classes_, y)
+    np.testing.assert_allclose(found[np.arange(8), own], expected[np.arange(8), own])
+    with pytest.raises(ValueError, match="3 models, expected 1 or one for each of the 2"):
+        residual.fit(bank[:, [0, 1, 1]], y, rpm=900)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value"),
+    [("n_turns", 3.5), ("max_order", 8.0), ("n_bands", 2), ("frame", 32), ("drift", 3.0)],
+)
+def test_every_parameter_has_an_effect(fitted, parameter, value):
+    X, y = stretches(900)
+    other = OrderResidual(sampling_rate=RATE, **{parameter: value}).fit(X, y, rpm=900)
+    assert not np.allclose(other.transform(X, rpm=700), fitted.transform(X, rpm=700))
+    # Twice the rate makes every stretch half as many turns: 600 rpm look like 1200.
+    twice = OrderResidual(sampling_rate=2 * RATE).fit(X, y, rpm=1800)
+    np.testing.assert_allclose(twice.transform(X, rpm=1400), fitted.transform(X, rpm=700))
+
+
+@pytest.mark.parametrize(
+    ("rpm", "message"),
+    [
+        (0, "rpm holds 0 for stretch 0"),
+        (np.r_[[900.0] * 7, -1], "rpm holds -1 for stretch 7"),
+        (np.r_[np.nan, [900.0] * 7], "rpm holds nan"),
+        ("fast", "rpm must hold numbers"),
+        (np.full(5, 900), r"shape \(5,\), expected one speed for each of 8 stretches"),
+        (np.full((8, 100), 900), r"or one for each of their samples, \(8, 8000\)"),
+        (100, r"1.67 turns at 100 rpm and 8000 Hz; expected at least 3 turns, 14400 samples"),
+        ([900] * 7 + [100], "expected at least 3 turns, 14400 samples"),
+    ],
+)
+def test_speeds_that_cannot_be(fitted, rpm, message):
+    X, y = stretches(900)
+    with pytest.raises(ValueError, match=message):
+        fitted.transform(X, rpm=rpm)
+    with pytest.raises(ValueError, match=message):
+        OrderResidual(sampling_rate=RATE).fit(X, y, rpm=rpm)
+
+
+def test_speeds_without_what_they_need():
+    X, y = stretches(900, n=1)
+    with pytest.raises(ValueError, match="sampling_rate is None"):
+        OrderResidual().fit(X, y, rpm=900)
+    residual = OrderResidual(sampling_rate=RATE).fit(X, y)
+    with pytest.raises(ValueError, match="rpm was given, but not in fit"):
+        residual.transform(X, rpm=900)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value"),
+    [
+        ("sampling_rate", 0.0),
+        ("n_turns", 2.0),
+        ("max_order", 0.5),
+        ("n_bands", 0),
+        ("n_bands", 33),
+        ("frame", 3),
+        ("speed_tolerance", -0.1),
+        ("speed_range", 0.5),
+        ("drift", 0.0),
+    ],
+)
+def test_parameters_out_of_range(parameter, value):
+    with pytest.raises(ValueError, match=parameter):
+        OrderResidual(**{parameter: value}).fit(np.ones((2, 50)), [0, 1])
+
+
+def test_stretches_too_short_for_orders_say_nothing_without_a_speed():
+    plain = OrderResidual().fit(np.random.default_rng(0).normal(size=(4, 20)), [0, 0, 1, 1])
+    np.testing.assert_array_equal(plain.transform(np.ones((1, 20))), [[1.0, 1.0]])

@@ -1,0 +1,144 @@
+import copy
+
+import numpy as np
+import pytest
+import sklearn
+from sklearn.base import clone
+from sklearn.model_selection import StratifiedKFold, cross_val_score
+
+from skarxlag import (
+    CepstralResidual,
+    OrderResidual,
+    StretchResidual,
+    load_diagnoser,
+    make_stretch_diagnoser,
+    save_diagnoser,
+)
+from skarxlag._state import check_pipeline_state
+
+from .test_orders import ORDERS, RATE, stretches
+
+
+@pytest.fixture(scope="module")
+def data():
+    return stretches(900)
+
+
+@pytest.fixture(scope="module")
+def diagnoser(data):
+    return make_stretch_diagnoser(sampling_rate=RATE).fit(*data, rpm=900)
+
+
+@pytest.mark.parametrize("enabled", [False, True])
+def test_diagnoser_at_another_speed(diagnoser, enabled):
+    X, y = stretches(600, seed=1)
+    with sklearn.config_context(enable_metadata_routing=enabled):
+        np.testing.assert_array_equal(diagnoser.predict(X, rpm=np.full(8, 600)), y)
+        np.testing.assert_array_equal(diagnoser.predict(1e3 * X + 5, rpm=600), y)
+        assert diagnoser.score(X, y, rpm=600) == 1
+        found = diagnoser.diagnose(X, rpm=600)
+    np.testing.assert_array_equal(found.verdict, y)
+    np.testing.assert_array_equal(found.probability, diagnoser.predict_proba(X, rpm=600))
+    assert found.probability.max(axis=1).min() > 0.5
+
+
+def test_diagnoser_without_any_speed():
+    X, y = stretches(900, seed=1)
+    diagnoser = make_stretch_diagnoser().fit(*stretches(1200))
+    np.testing.assert_array_equal(diagnoser.predict(X), y)
+
+
+def test_diagnoser_in_cross_validation(data):
+    X, y = np.concatenate([data[0], stretches(700, seed=5)[0]]), np.tile(data[1], 2)
+    rpm = np.repeat([900, 700], 8)
+    cv = StratifiedKFold(2, shuffle=True, random_state=0)
+    with sklearn.config_context(enable_metadata_routing=True):
+        diagnoser = make_stretch_diagnoser(sampling_rate=RATE)
+        scores = cross_val_score(diagnoser, X, y, cv=cv, params={"rpm": rpm})
+    np.testing.assert_array_equal(scores, 1)
+
+
+def test_batches_order_and_threads_change_no_bit(diagnoser, data):
+    X = np.concatenate([data[0]] * 3)
+    rpm = np.linspace(850, 950, len(X))
+    expected = diagnoser[:-1].transform(X, rpm=rpm)
+    rows = [diagnoser[:-1].transform(X[i : i + 1], rpm=rpm[i : i + 1]) for i in range(len(X))]
+    np.testing.assert_array_equal(np.concatenate(rows), expected)
+    threads = make_stretch_diagnoser(sampling_rate=RATE, n_jobs=2).fit(*data, rpm=900)
+    np.testing.assert_array_equal(threads.diagnose(X, rpm=rpm).levels, expected)
+    names = [name for name in threads.get_params() if name.endswith("n_jobs")]
+    assert len(names) == 4 and all(threads.get_params()[name] == 2 for name in names)
+
+
+def test_residual_is_the_product_of_its_parts(data):
+    X, y = data
+    X = X[:, np.newaxis]
+    residual = StretchResidual(
+        order_residual=OrderResidual(sampling_rate=RATE), window_length=3000
+    ).fit(X, y, rpm=900)
+    windows = X[..., :6000].reshape(-1, 1, 3000)
+    by_hand = CepstralResidual().fit(windows, np.repeat(y, 2)).transform(windows)
+    orders = OrderResidual(sampling_rate=RATE).fit(X, y, rpm=900).transform(X, rpm=900)
+    expected = np.sqrt(by_hand[::2] * by_hand[1::2]) * orders
+    np.testing.assert_allclose(residual.transform(X, rpm=900), expected)
+    fresh = clone(residual)
+    np.testing.assert_array_equal(fresh.fit_transform(X, y, rpm=900), residual.transform(X, 900))
+    whole = clone(residual).set_params(window_length=10**6).fit(X, y, rpm=900)
+    of_whole = CepstralResidual().fit(X, y).transform(X)
+    np.testing.assert_allclose(whole.transform(X, rpm=900), of_whole * orders)
+    # Stretches of another length, where there is an axis of models.
+    assert residual.transform(X[..., :5000], rpm=900).shape == (8, 2)
+    with pytest.raises(ValueError, match="window_length"):
+        StretchResidual(window_length=0).fit(X, y)
+
+
+def test_windows_of_a_bank_keep_their_models():
+    X = np.arange(2 * 3 * 10).reshape(2, 3, 10)
+    windows = StretchResidual(window_length=4)._windows(X)
+    expected = [X[s, :, a : a + 4] for s in range(2) for a in (0, 4)]
+    np.testing.assert_array_equal(windows, expected)
+
+
+def test_adapt_moves_the_residual_of_windows_only(diagnoser):
+    adapted, other = copy.deepcopy(diagnoser), diagnoser["compare"]
+    X, y = stretches(600, seed=1)
+    healthy = y == "inner"
+    adapted.adapt(0.3 * X[healthy] ** 3, y[healthy])
+    moved = adapted["compare"]
+    assert not np.allclose(moved.window_residual_.references_, other.window_residual_.references_)
+    orders = moved.order_residual_.references_
+    np.testing.assert_array_equal(orders, other.order_residual_.references_)
+    with pytest.raises(ValueError, match="not in fit"):
+        adapted.adapt(X, np.full(8, "ball"))
+
+
+def test_saved_and_loaded(diagnoser, tmp_path):
+    save_diagnoser(diagnoser, tmp_path / "bearing.skops", sampling_rate=RATE)
+    loaded, _ = load_diagnoser(tmp_path / "bearing.skops")
+    X, _ = stretches(600, seed=1)
+    np.testing.assert_array_equal(
+        loaded.predict_proba(X, rpm=600), diagnoser.predict_proba(X, rpm=600)
+    )
+
+
+def test_healthy_chooses_the_condition_that_gamma_is_for(data):
+    for place, name in enumerate(sorted(ORDERS)):
+        fitted = make_stretch_diagnoser(sampling_rate=RATE, healthy=name).fit(*data, rpm=900)
+        assert fitted["decide"].healthy_index_ == place
+
+
+def test_stretch_without_enough_turns_is_refused_with_the_length_that_would_do(data):
+    with pytest.raises(ValueError, match=r"expected at least 3 turns, 14400 samples"):
+        make_stretch_diagnoser(sampling_rate=RATE).fit(*data, rpm=100)
+
+
+def test_state_of_the_parts_is_checked(diagnoser):
+    broken = copy.deepcopy(diagnoser)
+    broken["compare"].order_residual_.classes_ = np.array(["a", "b"])
+    with pytest.raises(ValueError, match=r"order_residual_ == .*expected a fitted residual of the"):
+        check_pipeline_state(broken)
+    broken = copy.deepcopy(diagnoser)
+    broken["compare"].order_residual_.variances_ *= -1
+    with pytest.raises(ValueError, match="variances_"):
+        check_pipeline_state(broken)
+    check_pipeline_state(diagnoser)
