@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from .identification import ARXLaguerre as ARXLaguerre
     from .ladder import ThresholdLadder as ThresholdLadder
     from .model_selection import speed_splits as speed_splits
+    from .monitoring import ConditionMonitor as ConditionMonitor
+    from .monitoring import MonitorVerdict as MonitorVerdict
+    from .monitoring import load_monitor_state as load_monitor_state
+    from .monitoring import save_monitor_state as save_monitor_state
     from .observer_bank import ExtendedStatePIObserverBank as ExtendedStatePIObserverBank
     from .observer_bank import PIObserverBank as PIObserverBank
     from .observers import ExtendedStatePIObserver as ExtendedStatePIObserver
@@ -50,12 +54,14 @@ _MODULES = {
     "ARXLaguerre": "identification",
     "BearingGeometry": "bearings",
     "CepstralResidual": "cepstral",
+    "ConditionMonitor": "monitoring",
     "DiagnosisPipeline": "pipelines",
     "ExtendedStatePIObserver": "observers",
     "ExtendedStatePIObserverBank": "observer_bank",
     "FaultDetector": "detector",
     "LogSpectra": "spectra",
     "OrderResidual": "orders",
+    "MonitorVerdict": "monitoring",
     "PIObserver": "observers",
     "PIObserverBank": "observer_bank",
     "SpectralDistance": "comparison",
@@ -65,6 +71,7 @@ _MODULES = {
     "iter_windows": "recordings",
     "list_channels": "recordings",
     "load_diagnoser": "persistence",
+    "load_monitor_state": "monitoring",
     "load_recordings": "recordings",
     "make_alpio": "diagnosers",
     "make_detector": "diagnosers",
@@ -77,6 +84,7 @@ _MODULES = {
     "read_recording_table": "recordings",
     "recording_verdicts": "verdicts",
     "save_diagnoser": "persistence",
+    "save_monitor_state": "monitoring",
     "signal_quality": "quality",
     "speed_splits": "model_selection",
     "window_verdicts": "verdicts",

@@ -1,0 +1,149 @@
+"""Page's cumulative sum of windows that exceed a threshold: its step, its limit, its run length."""
+
+import math
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import spsolve
+
+#: Limits beyond this are of no practical use: an alarm would take thousands of windows.
+_LARGEST_LIMIT = 2**16
+
+
+def reference_step(healthy_rate, faulty_rate):
+    r"""Number of windows m of which one that exceeds is just what tips the balance.
+
+    The log-likelihood ratio of two Bernoulli sequences grows by a fixed amount with a window that
+    exceeds and falls by another with one that does not. Scaled so that it falls by 1, it grows by
+    :math:`m - 1`, where
+
+    .. math::
+
+        m = \ln\frac{p_1 (1 - p_0)}{p_0 (1 - p_1)} \Big/ \ln\frac{1 - p_0}{1 - p_1}
+
+    is rounded to a whole number, so that the sum stays a whole number (Reynolds and Stoumbos 1999).
+
+    Parameters
+    ----------
+    healthy_rate, faulty_rate : float
+        Shares :math:`p_0 < p_1`, in (0, 1), of windows that exceed the threshold.
+
+    Returns
+    -------
+    int
+        m, at least 2 and below :math:`1 / p_0`.
+
+    Raises
+    ------
+    ValueError
+        If the healthy rate is not below the other one, or not below one half.
+
+    Examples
+    --------
+    >>> reference_step(0.01, 0.5)
+    7
+    """
+    if not healthy_rate < min(faulty_rate, 0.5):
+        raise ValueError(
+            f"healthy windows exceed the threshold at a rate of {healthy_rate:g}, expected below "
+            f"faulty_rate={faulty_rate:g} and below 0.5"
+        )
+    odds = math.log(faulty_rate * (1 - healthy_rate) / (healthy_rate * (1 - faulty_rate)))
+    step = round(odds / math.log((1 - healthy_rate) / (1 - faulty_rate)))
+    return max(2, min(step, math.ceil(1 / healthy_rate) - 1))
+
+
+def mean_run_length(limit, step, rate, persistence):
+    r"""Mean number of windows until the sum reaches its limit, from a sum of 0.
+
+    The sum moves by :math:`s \leftarrow s + m - 1` with a window that exceeds the threshold and by
+    :math:`s \leftarrow \max(s - 1, 0)` with one that does not. Windows that exceed come in runs:
+    they are a Markov chain, in which a window exceeds with probability `persistence` after one that
+    did, and `rate` is their share in the long run. The sum and the last window together are a
+    Markov chain too, and the mean times until its absorption solve a linear system (Brook and
+    Evans 1972).
+
+    Parameters
+    ----------
+    limit : int
+        Limit of the sum, at least 1.
+    step : int
+        m, at least 2.
+    rate : float
+        Share of windows that exceed the threshold, in (0, 1).
+    persistence : float
+        Probability in (0, 1) that a window exceeds after one that did.
+
+    Returns
+    -------
+    float
+        Windows.
+
+    Examples
+    --------
+    One window is enough, of which every tenth exceeds:
+
+    >>> round(mean_run_length(1, 2, 0.1, 0.1), 9)
+    10.0
+    """
+    after_quiet = rate * (1 - persistence) / (1 - rate)
+    place = np.arange(limit)
+    rows, columns, values = [], [], []
+    for last, chance in ((0, after_quiet), (1, persistence)):
+        below = place + step - 1 < limit
+        for origin, target, probability in (
+            (place, np.maximum(place - 1, 0), 1 - chance),
+            (place[below], limit + place[below] + step - 1, chance),
+        ):
+            rows.append(last * limit + origin)
+            columns.append(target)
+            values.append(np.full(len(origin), -probability))
+    size = 2 * limit
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    matrix = sparse.eye_array(size) + sparse.coo_array(entries, shape=(size, size))
+    return float(spsolve(matrix.tocsc(), np.ones(size))[0])
+
+
+def alarm_limit(run_length, step, rate, persistence):
+    """Smallest limit at which healthy windows raise an alarm rarely enough.
+
+    Parameters
+    ----------
+    run_length : float
+        Mean number of healthy windows until an alarm, at least.
+    step, rate, persistence
+        As in `mean_run_length`; the sum of healthy windows must fall in the mean.
+
+    Returns
+    -------
+    int
+        The limit.
+
+    Raises
+    ------
+    ValueError
+        If no limit of practical use does.
+
+    Examples
+    --------
+    >>> limit = alarm_limit(1e6, 7, 0.01, 0.01)
+    >>> mean_run_length(limit - 1, 7, 0.01, 0.01) < 1e6 <= mean_run_length(limit, 7, 0.01, 0.01)
+    True
+    """
+    high = 1
+    while mean_run_length(high, step, rate, persistence) < run_length:
+        high *= 2
+        if high > _LARGEST_LIMIT:
+            raise ValueError(
+                f"healthy windows that exceed the threshold at a rate of {rate:g} and follow each "
+                f"other with probability {persistence:g} allow no alarm that is false only once in "
+                f"{run_length:.3g} windows; expected rarer or less persistent ones."
+            )
+    low = high // 2
+    while high - low > 1:
+        middle = (low + high) // 2
+        if mean_run_length(middle, step, rate, persistence) < run_length:
+            low = middle
+        else:
+            high = middle
+    return high

@@ -1,0 +1,354 @@
+"""A fitted diagnoser on a running sensor."""
+
+from collections import Counter
+
+import numpy as np
+
+from .._validation import check_real
+from ..quality import signal_quality
+from .alarm import CumulativeSumAlarm, healthy_windows, runs_of
+from .evidence import FadingEvidence
+from .memory import VerdictMemory
+from .opinions import WindowOpinions
+from .settings import checked_memory, checked_windowing
+from .windowing import WindowStream
+
+#: Windows that are diagnosed together: many blocks bring fewer, and a long one is cut.
+_BATCH = 256
+
+
+class ConditionMonitor:
+    """A fitted diagnoser on a running sensor: samples in, verdicts out.
+
+    Blocks of any length are cut into windows across their borders. Each window that carries a
+    signal is diagnosed by itself. Two memories make a verdict and an alarm of them: evidence that
+    fades, and Page's cumulative sum with a stated rate of false alarms. Windows without a signal
+    (NaN, a dead channel, dropouts) and gaps between blocks are counted; the evidence grows older
+    meanwhile, and the cumulative sum waits.
+
+    The same samples in other blocks give the same verdicts, to the last bit. The memory does not
+    grow with time: less than one window of samples is kept, and a few numbers.
+
+    Parameters
+    ----------
+    diagnoser : fitted classifier or None
+        Tells conditions apart and states probabilities, such as what `make_diagnoser` gives. None:
+        there is only a detector.
+    sampling_rate : float
+        In Hz.
+    detector : fitted Pipeline or None, default=None
+        Tells healthy from faulty windows, such as what `make_detector` gives. None: the detection
+        threshold of the diagnoser, which holds at its training speed only.
+    window_length : int, default=1200
+        Samples in a window: those that the diagnoser was fitted on.
+    hop : int or None, default=None
+        Samples from the start of one window to the start of the next. None: `window_length`.
+    half_life : float, default=10.0
+        Seconds in which the weight of evidence halves, above 0; infinity forgets nothing.
+    false_alarm_interval : float, default=1000.0
+        Mean number of hours of signal between false alarms, above 0.
+    window_false_alarm_rate : float or None, default=None
+        Share in (0, 1) of healthy windows that exceed the detection threshold. None: the
+        `false_alarm_rate` that the last step of the detector was fitted with.
+    persistence : float, default=0.5
+        Probability in (0, 1) that a healthy window exceeds the threshold after one that did, for
+        windows that do not overlap. Such windows come in runs, since a machine's load and speed
+        last longer than a window; 0.5 stands for runs of two. `calibrate` measures it.
+    faulty_rate : float, default=0.5
+        Share in (0, 1) of windows which exceed the threshold that the alarm shall find soonest.
+    gap_tolerance : float or None, default=None
+        Seconds by which the stated time of a block may differ from the time that the blocks before
+        it lead to expect. Beyond it there is a gap, and windows start afresh. None: half a window.
+
+    Attributes
+    ----------
+    conditions : list
+        Those that the diagnoser knows.
+    counts : dict
+        Samples, windows by their quality, gaps, seconds missing, clock steps back, alarms.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of its range, the diagnoser states no probabilities, or no alarm can
+        be as rare as is asked for.
+
+    See Also
+    --------
+    window_verdicts : Verdicts on the windows of a recording that is complete.
+
+    Examples
+    --------
+    >>> from skarxlag import make_diagnoser, make_windows
+    >>> rng = np.random.default_rng(0)
+    >>> smooth, rough = rng.normal(size=(2, 48_000)) * [[1], [3]]
+    >>> smooth = np.convolve(smooth, [1, 1, 1], "same")
+    >>> X = np.concatenate([make_windows(smooth[:24_000]), make_windows(rough[:24_000])])
+    >>> diagnoser = make_diagnoser(healthy="good").fit(X, np.repeat(["good", "worn"], 20))
+    >>> monitor = ConditionMonitor(diagnoser, 20e3, half_life=1.0)
+    >>> for block in np.array_split(smooth[24_000:], 7):
+    ...     verdicts = monitor.update(block)
+    >>> verdicts[-1].verdict, verdicts[-1].alarm, verdicts[-1].time
+    ('good', False, 1.2)
+    >>> for block in np.array_split(rough[24_000:], 7):
+    ...     verdicts = monitor.update(block)
+    >>> verdicts[-1].window_verdict, verdicts[-1].alarm
+    ('worn', True)
+    """
+
+    def __init__(
+        self,
+        diagnoser,
+        sampling_rate,
+        *,
+        detector=None,
+        window_length=1200,
+        hop=None,
+        half_life=10.0,
+        false_alarm_interval=1000.0,
+        window_false_alarm_rate=None,
+        persistence=0.5,
+        faulty_rate=0.5,
+        gap_tolerance=None,
+    ):
+        self._windowing = checked_windowing(window_length, hop, sampling_rate, gap_tolerance)
+        memory = checked_memory(half_life, false_alarm_interval, persistence, faulty_rate)
+        self._half_life, self._faulty_rate = memory["half_life"], memory["faulty_rate"]
+        hop, window_length = self._windowing["hop"], self._windowing["window_length"]
+        self._opinions = WindowOpinions(diagnoser, detector)
+        self.conditions = self._opinions.conditions
+        self._run_length = false_alarm_interval * 3600 * sampling_rate / hop
+        if window_false_alarm_rate is None:
+            window_false_alarm_rate = self._opinions.false_alarm_rate
+        if self._opinions.detects:
+            check_real(
+                window_false_alarm_rate,
+                "window_false_alarm_rate",
+                min_val=0,
+                max_val=1,
+                include_boundaries="neither",
+            )
+        self._healthy = {
+            "rate": window_false_alarm_rate,
+            # Windows that share samples exceed together.
+            "persistence": max(float(persistence), 1 - hop / window_length),
+        }
+        self._seen, self._n_channels = Counter(), None
+        self._start_afresh()
+
+    def _start_afresh(self):
+        self._stream = WindowStream(**self._windowing)
+        alarm = None
+        if self._opinions.detects:
+            alarm = CumulativeSumAlarm(
+                self._run_length, faulty_rate=self._faulty_rate, **self._healthy
+            )
+        evidence = FadingEvidence(len(self.conditions), self._half_life)
+        self._memory = VerdictMemory(self.conditions, evidence, alarm)
+        self._last_start, self._speeds = None, []
+
+    @property
+    def counts(self):
+        """What came so far: see the class."""
+        return {
+            "samples": self._stream.n_samples,
+            "windows": dict(self._memory.qualities),
+            "gaps": self._stream.n_gaps,
+            "missing_seconds": self._stream.missing_seconds,
+            "clock_steps_back": self._stream.n_steps_back,
+            "alarms": 0 if self._memory.alarm is None else self._memory.alarm.n_raised,
+        }
+
+    def update(self, samples, *, time=None, rpm=None):
+        """Take the next block, and give a verdict for each window that is complete now.
+
+        Parameters
+        ----------
+        samples : array-like of shape (n_samples,) or (n_channels, n_samples)
+            Real samples in the unit that the diagnoser was fitted on, any number of them; of
+            several channels the output is the first. NaN stands for samples that are missing.
+        time : float or None, default=None
+            When the first of them was taken, in seconds on any clock. None: right after the block
+            before.
+        rpm : float or None, default=None
+            Nominal shaft speed from here on, for a diagnoser that uses it.
+
+        Returns
+        -------
+        list of MonitorVerdict
+            In the order of time; empty where no window became complete.
+
+        Raises
+        ------
+        ValueError
+            If the samples are not real numbers, or of another number of channels than before.
+        """
+        signal = self._check_samples(samples)
+        if time is not None:
+            check_real(time, "time")
+        if rpm is not None:
+            check_real(rpm, "rpm", min_val=0, include_boundaries="neither")
+            self._speeds.append((self._stream.n_samples, float(rpm)))
+        verdicts = []
+        for start, windows, gap in self._stream.push(signal, time):
+            for first in range(0, len(windows), _BATCH):
+                batch = np.ascontiguousarray(windows[first : first + _BATCH])
+                begin = start + first * self._stream.hop
+                verdicts += self._judge(batch, begin, gap if first == 0 else 0.0)
+        return verdicts
+
+    def calibrate(self, samples, *, rpm=None):
+        """Learn from healthy samples how often, and in what runs, healthy windows exceed.
+
+        Both numbers are means of a Beta(1, 1) posterior, so few windows claim little. Recordings
+        that are given one after another add up. What was received so far is dropped: the monitor
+        starts afresh.
+
+        Parameters
+        ----------
+        samples : array-like of shape (n_samples,) or (n_channels, n_samples)
+            One recording of the healthy machine, which the detector was not fitted on.
+        rpm : float or None, default=None
+            As in `update`.
+
+        Returns
+        -------
+        ConditionMonitor
+            This monitor.
+
+        Raises
+        ------
+        ValueError
+            If nothing detects, or healthy windows exceed so often that no alarm can be as rare as
+            is asked for.
+        """
+        if not self._opinions.detects:
+            raise ValueError("calibrate: the monitor has no detector, so there is no alarm")
+        self._start_afresh()
+        exceeds = [v.exceeds for v in self.update(samples, rpm=rpm) if v.exceeds is not None]
+        seen = self._seen + runs_of(exceeds)
+        before, self._healthy = self._healthy, healthy_windows(seen)
+        try:
+            self._start_afresh()
+        except ValueError:
+            self._healthy = before
+            self._start_afresh()
+            raise
+        self._seen = seen
+        return self
+
+    def _check_samples(self, samples):
+        signal = np.asarray(samples)
+        if signal.dtype.kind not in "iuf" or signal.ndim not in (1, 2):
+            raise ValueError(
+                f"samples of type {signal.dtype} and shape {signal.shape}, expected real numbers "
+                "of shape (n_samples,) or (n_channels, n_samples)"
+            )
+        n_channels = 1 if signal.ndim == 1 else len(signal)
+        if self._n_channels not in (None, n_channels):
+            raise ValueError(
+                f"samples of {n_channels} channels, expected {self._n_channels} as in the blocks "
+                "before"
+            )
+        self._n_channels = n_channels
+        return np.atleast_2d(signal).astype(np.float64, copy=False)
+
+    def _judge(self, windows, start, gap):
+        rpm = self._speeds_at(start, len(windows))
+        windows = windows[:, 0] if self._n_channels == 1 else windows
+        quality = signal_quality(windows)
+        good = np.flatnonzero(quality == "good")
+        found = self._opinions.of(windows[good], None if rpm is None else rpm[good])
+        verdicts = []
+        place = np.cumsum(quality == "good") - 1
+        for i, kind in enumerate(quality.tolist()):
+            begin = start + i * self._stream.hop
+            passed = 0 if self._last_start is None else begin - self._last_start
+            self._last_start = begin
+            log_probability, exceeds = found.window(place[i] if kind == "good" else None)
+            verdicts.append(
+                self._memory.judge(
+                    begin,
+                    self._stream.time_of(begin + self._stream.window_length),
+                    passed / self._stream.sampling_rate + (gap if i == 0 else 0.0),
+                    kind,
+                    log_probability,
+                    exceeds,
+                )
+            )
+        return verdicts
+
+    def _speeds_at(self, start, n_windows):
+        """Speed at the start of each window, and None where none was ever given."""
+        starts = start + self._stream.hop * np.arange(n_windows)
+        changes = np.array([sample for sample, _ in self._speeds])
+        current = np.searchsorted(changes, starts, "right") - 1
+        if not self._speeds or current[0] < 0:
+            return None
+        speeds = np.array([rpm for _, rpm in self._speeds])[current]
+        del self._speeds[: current[-1]]
+        return speeds
+
+    def state(self):
+        """All that the next verdicts depend on, for `restore` after a restart.
+
+        Returns
+        -------
+        dict
+            Plain numbers, texts, lists and dicts, and one array: the samples of the window that is
+            not complete yet. `save_monitor_state` writes it into a file.
+        """
+        return {
+            "settings": self._settings(),
+            "healthy": dict(self._healthy),
+            "seen": dict(self._seen),
+            "n_channels": self._n_channels,
+            "last_start": self._last_start,
+            "speeds": [list(change) for change in self._speeds],
+            "stream": self._stream.state(),
+            "memory": self._memory.state(),
+        }
+
+    def _settings(self):
+        return self._windowing | {
+            "conditions": [str(name) for name in self.conditions],
+            "half_life": self._half_life,
+            "run_length": self._run_length,
+            "faulty_rate": self._faulty_rate,
+        }
+
+    def restore(self, state):
+        """Go on where another monitor with the same settings was.
+
+        Parameters
+        ----------
+        state : dict
+            What `state` gave.
+
+        Returns
+        -------
+        ConditionMonitor
+            This monitor.
+
+        Raises
+        ------
+        ValueError
+            If the state is of other settings or conditions, or is damaged; the monitor is then as
+            after its construction.
+        """
+        for name, value in self._settings().items():
+            if state["settings"].get(name) != value:
+                raise ValueError(
+                    f"state: {name} is {state['settings'].get(name)!r}, expected {value!r}"
+                )
+        self._healthy, self._seen = dict(state["healthy"]), Counter(state["seen"])
+        self._start_afresh()
+        try:
+            self._stream.restore(state["stream"])
+            self._memory.restore(state["memory"])
+        except (ValueError, KeyError, TypeError) as error:
+            self._start_afresh()
+            raise ValueError(f"state is damaged: {error}") from error
+        self._n_channels, self._last_start = state["n_channels"], state["last_start"]
+        self._speeds = [tuple(change) for change in state["speeds"]]
+        return self

@@ -1,0 +1,129 @@
+"""Windows of a signal that arrives block after block, over gaps too."""
+
+import math
+
+import numpy as np
+
+
+class WindowStream:
+    """Cuts blocks of any lengths into windows, as if they came as one recording.
+
+    Parameters
+    ----------
+    window_length, hop : int
+        Samples in a window, and from the start of one window to the start of the next.
+    sampling_rate : float
+        In Hz.
+    gap_tolerance : float
+        Seconds by which the time of a block may differ from what the blocks before it lead to
+        expect. Beyond it there is a gap, and windows start afresh.
+
+    Attributes
+    ----------
+    n_samples : int
+        Samples that came, in all.
+    n_gaps, n_steps_back : int
+        Blocks that came later, and earlier, than expected.
+    missing_seconds : float
+        Sum over the gaps.
+    """
+
+    def __init__(self, window_length, hop, sampling_rate, gap_tolerance):
+        self.window_length, self.hop = window_length, hop
+        self.sampling_rate, self.gap_tolerance = sampling_rate, gap_tolerance
+        self.n_samples = self.n_gaps = self.n_steps_back = 0
+        self.missing_seconds = 0.0
+        self._rest = None
+        self._next_start = 0
+        self._reference = (0, 0.0)
+        self._gap_ahead = 0.0
+
+    def push(self, samples, time):
+        """Take a block, and yield the windows that are whole now.
+
+        Parameters
+        ----------
+        samples : ndarray of float64 of shape (n_channels, n_samples)
+            The block.
+        time : float or None
+            When its first sample was taken, in seconds; None where the block follows the last one.
+
+        Yields
+        ------
+        start : int
+            Number of samples that came before the first of the windows.
+        windows : ndarray of shape (n_windows, n_channels, window_length)
+            A view of the samples.
+        gap : float
+            Seconds that are missing before the first of them, on top of the hop.
+        """
+        if time is not None:
+            self._note_time(time)
+        self.n_samples += samples.shape[1]
+        signal = samples if self._rest is None else np.concatenate([self._rest, samples], axis=1)
+        first = self.n_samples - signal.shape[1]
+        skipped = self._next_start - first
+        n_windows = max((signal.shape[1] - skipped - self.window_length) // self.hop + 1, 0)
+        if n_windows > 0:
+            views = np.lib.stride_tricks.sliding_window_view(signal, self.window_length, axis=1)
+            start, gap, self._gap_ahead = self._next_start, self._gap_ahead, 0.0
+            self._next_start += n_windows * self.hop
+            yield start, views[:, skipped :: self.hop].transpose(1, 0, 2), gap
+        # A copy, or a few samples would keep the whole block in memory.
+        self._rest = signal[:, min(max(self._next_start - first, 0), signal.shape[1]) :].copy()
+
+    def _note_time(self, time):
+        expected = self.time_of(self.n_samples)
+        self._reference = (self.n_samples, time)
+        if self.n_samples == 0:
+            return
+        late = time - expected
+        if abs(late) <= self.gap_tolerance:
+            return
+        if late > 0:
+            self.n_gaps += 1
+            self.missing_seconds += late
+            self._gap_ahead += late
+        else:
+            self.n_steps_back += 1
+        self._rest, self._next_start = None, self.n_samples
+
+    def time_of(self, sample):
+        """Seconds at which a sample was taken, or is to be taken."""
+        known, time = self._reference
+        return time + (sample - known) / self.sampling_rate
+
+    def state(self):
+        """Everything that the next windows depend on, in plain values and one array."""
+        names = ("n_samples", "n_gaps", "n_steps_back", "missing_seconds")
+        return {name: getattr(self, name) for name in names} | {
+            "next_start": self._next_start,
+            "reference": list(self._reference),
+            "gap_ahead": self._gap_ahead,
+            "rest": self._rest,
+        }
+
+    def restore(self, state):
+        """Go on where `state` was taken.
+
+        Raises
+        ------
+        ValueError
+            If the state cannot be that of a stream of such windows.
+        """
+        rest = state["rest"]
+        first = state["n_samples"] - (0 if rest is None else rest.shape[1])
+        numbers = [state["missing_seconds"], state["gap_ahead"], *state["reference"]]
+        fits = (
+            (rest is None or (rest.ndim == 2 and rest.dtype == np.float64))
+            and 0 <= first == min(state["next_start"], state["n_samples"])
+            and state["next_start"] + self.window_length > state["n_samples"]
+            and all(map(math.isfinite, numbers))
+            and 0 <= state["reference"][0] <= state["n_samples"]
+        )
+        if not fits:
+            raise ValueError("state: its samples and counts do not fit each other")
+        for name in ("n_samples", "n_gaps", "n_steps_back", "missing_seconds"):
+            setattr(self, name, state[name])
+        self._next_start, self._rest = state["next_start"], rest
+        self._reference, self._gap_ahead = tuple(state["reference"]), state["gap_ahead"]

@@ -1,0 +1,72 @@
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from skarxlag.kernels.cumulative_sum import alarm_limit, mean_run_length, reference_step
+
+
+def simulated_run_lengths(limit, step, rate, persistence, n_runs):
+    """Runs of the recursion itself, on a Markov chain of windows that exceed."""
+    rng = np.random.default_rng(0)
+    after_quiet = rate * (1 - persistence) / (1 - rate)
+    total, lengths = np.zeros((2, n_runs), dtype=int)
+    exceeds, running = np.zeros(n_runs, dtype=bool), np.ones(n_runs, dtype=bool)
+    while running.any():
+        exceeds = rng.random(n_runs) < np.where(exceeds, persistence, after_quiet)
+        total = np.maximum(total + np.where(exceeds, step - 1, -1), 0)
+        lengths += running
+        running &= total < limit
+    return lengths
+
+
+@pytest.mark.parametrize(
+    ("limit", "step", "rate", "persistence"),
+    [(5, 3, 0.2, 0.2), (9, 4, 0.1, 0.5), (4, 2, 0.3, 0.2), (12, 5, 0.1, 0.7)],
+)
+def test_mean_run_length_is_that_of_the_simulated_recursion(limit, step, rate, persistence):
+    lengths = simulated_run_lengths(limit, step, rate, persistence, 2000)
+    expected = mean_run_length(limit, step, rate, persistence)
+    assert lengths.mean() == pytest.approx(expected, abs=4 * lengths.std() / np.sqrt(len(lengths)))
+
+
+@pytest.mark.parametrize("step", [2, 3, 7])
+def test_one_window_is_enough_below_the_step(step):
+    # Any window that exceeds ends the run: a geometric distribution.
+    assert mean_run_length(step - 1, step, 0.05, 0.05) == pytest.approx(20.0)
+
+
+def test_two_in_a_row_by_hand():
+    # T0 = 1 + p T1 + (1 - p) T0 and T1 = 1 + (1 - p) T0, since a sum of 2 ends it: the classic.
+    p = 0.3
+    assert mean_run_length(2, 2, p, p) == pytest.approx((1 + p) / p**2)
+
+
+@pytest.mark.parametrize("healthy", [0.001, 0.01, 0.1, 0.3])
+@pytest.mark.parametrize("faulty", [0.5, 0.9])
+def test_step_is_where_the_likelihoods_are_equal(healthy, faulty):
+    step = reference_step(healthy, faulty)
+    # With n windows of which n / m exceed, both rates are about equally likely.
+    n = 1000 * step
+    balance = binom.logpmf(1000, n, faulty) - binom.logpmf(1000, n, healthy)
+    tilted = binom.logpmf(1200, n, faulty) - binom.logpmf(1200, n, healthy)
+    fallen = binom.logpmf(800, n, faulty) - binom.logpmf(800, n, healthy)
+    assert fallen < balance < tilted
+    assert healthy < 1 / step < faulty or step == 2
+
+
+def test_rarer_alarms_and_longer_runs_need_higher_limits():
+    limits = [alarm_limit(length, 7, 0.01, 0.5) for length in (1e3, 1e6, 1e9)]
+    assert limits == sorted(limits) and limits[0] < limits[-1]
+    assert alarm_limit(1e6, 7, 0.01, 0.01) < alarm_limit(1e6, 7, 0.01, 0.8)
+    assert alarm_limit(1.0, 7, 0.01, 0.5) == 1
+
+
+@pytest.mark.parametrize(("rate", "faulty"), [(0.5, 0.9), (0.2, 0.2), (0.3, 0.1)])
+def test_healthy_windows_that_exceed_too_often_are_refused(rate, faulty):
+    with pytest.raises(ValueError, match=rf"rate of {rate}, expected below faulty_rate={faulty}"):
+        reference_step(rate, faulty)
+
+
+def test_an_alarm_that_cannot_be_rare_is_refused():
+    with pytest.raises(ValueError, match=r"at a rate of 0.4 .* allow no alarm"):
+        alarm_limit(1e15, 2, 0.4, 0.999)
