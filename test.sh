@@ -1,9 +1,10 @@
 #!/bin/sh
-# Every check that a change must pass: the tests with the oldest and with the newest versions of
-# all that pyproject.toml allows, the style, and the site without a warning. Needs Python 3.11 or
-# later and nothing else.
+# Every check that a change must pass: style and types, the tests with the oldest and with the
+# newest versions of all that pyproject.toml allows, and the site without a warning. Needs Python
+# 3.11 or later and nothing else. Arguments go to pytest.
 set -eu
 cd "$(dirname "$0")"
+export OMP_NUM_THREADS=1 # the tests run in as many processes as there are processors
 
 environment() {
     "${PYTHON:-python3}" -m venv ".venv-$1"
@@ -12,11 +13,23 @@ environment() {
         --resolution "$1" --editable ".[$2]"
 }
 
-environment lowest-direct test
-.venv-lowest-direct/bin/python -m pytest "$@"
+# Numba's cache does not notice a change in a function that a cached one calls, nor does it keep
+# the code of two versions of itself: each environment and each state of the kernels has its own.
+tests() {
+    environment=$1 && shift
+    NUMBA_CACHE_DIR="$PWD/.venv-$environment/numba-$(cat skarxlag/kernels/*.py | cksum | tr ' ' -)" \
+        ".venv-$environment/bin/python" -m pytest -n logical --maxprocesses 8 --dist loadfile "$@"
+}
+
+environment lowest-direct test &
 environment highest test,docs
-.venv-highest/bin/ruff check .
-.venv-highest/bin/ruff format --check .
-.venv-highest/bin/python -m pytest "$@"
+wait $!
+sh checks.sh .venv-highest/bin
+
 rm -rf docs/_build docs/gallery docs/project docs/api/generated docs/api/backreferences
-.venv-highest/bin/python -m sphinx -q -W --keep-going -b html docs docs/_build/html
+.venv-highest/bin/python -m sphinx -q -W --keep-going -b html docs docs/_build/html &
+site=$!
+trap 'kill $site 2>/dev/null || true' EXIT
+tests lowest-direct "$@"
+wait $site
+tests highest "$@"

@@ -19,7 +19,7 @@ _FREE_PARAMETERS = {"n_jobs", "verbose"}
 #: Larger coefficients have squares that overflow when a few of them are summed.
 _LARGEST = 1e150
 _KINDS = {"f": "numbers", "i": "integers", "b": "booleans"}
-_sound = weakref.WeakKeyDictionary()
+_sound: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
 
 
 def check_state(estimator):

@@ -41,7 +41,9 @@ def simulated(tmp_path_factory):
 @pytest.fixture(scope="module")
 def single_ladder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("single")
-    assert main([*TINY, "--ladder", "single", "--output", str(folder)]) == 0
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setattr(figures, "why_missing", lambda: "No figures today.")
+        assert main([*TINY, "--ladder", "single", "--output", str(folder)]) == 0
     return folder
 
 
@@ -202,7 +204,6 @@ def test_report_tells_progress_and_folder(run, tmp_path, no_figures):
 
 
 def test_single_ladder_has_no_diagnoser_of_ours(single_ladder):
-    assert (single_ladder / "simulated_confusion_6mm.png").stat().st_size > 10_000
     report = (single_ladder / "simulated_report.txt").read_text()
     assert "on one model, of the healthy condition" in report and "Diagnoser" not in report
     assert set(pd.read_csv(single_ladder / "simulated_verdicts.csv")["diagnoser"]) == {

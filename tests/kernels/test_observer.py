@@ -10,6 +10,9 @@ from skarxlag.kernels.observer import common_lyapunov, loop_matrix
 PIO = (0.4, 0.3, 0.06, 0.0, 1.0, 1.0, 0.0)
 EXTENDED = (0.4, 0.3, 0.03, 0.02, 2.0, 1.5, 1.2)
 
+#: Of the gains at the two ends of a sector.
+SHARES = np.array([0, 0.2, 0.5, 0.9, 1])[:, np.newaxis, np.newaxis]
+
 
 def observe(signals, *loop):
     """Errors and fault estimates of one model on each signal."""
@@ -156,7 +159,7 @@ def test_gain_grows_with_the_fault():
 def random_loops():
     rng = np.random.default_rng(0)
     loops = []
-    for _ in range(600):
+    for _ in range(250):
         pole, kp = rng.uniform(-0.95, 0.95), rng.uniform(-0.5, 1.5)
         ki, low = rng.uniform(0, 0.6), rng.uniform(0.2, 2)
         loops.append((pole - kp, ki, low, low * (1 + rng.uniform(0.05, 4))))
@@ -164,7 +167,7 @@ def random_loops():
 
 
 def test_common_lyapunov_function_is_the_circle_criterion(random_loops):
-    z = np.exp(1j * np.linspace(0, np.pi, 4001))
+    z = np.exp(1j * np.linspace(0, np.pi, 2001))
     verdicts = []
     for a, ki, low, high in random_loops:
         loops = loop_matrix(a, 0.0, ki, low), loop_matrix(a, 0.0, ki, high)
@@ -178,9 +181,8 @@ def test_common_lyapunov_function_is_the_circle_criterion(random_loops):
         verdicts.append(P is not None)
         if P is not None:
             assert np.linalg.eigvalsh(P)[0] > 0
-            for share in (0, 0.2, 0.5, 0.9, 1):
-                A = (1 - share) * loops[0] + share * loops[1]
-                assert np.linalg.eigvalsh(A.T @ P @ A - P)[-1] < 0
+            A = (1 - SHARES) * loops[0] + SHARES * loops[1]
+            assert np.linalg.eigvalsh(A.transpose(0, 2, 1) @ P @ A - P).max() < 0
     assert min(np.mean(verdicts), 1 - np.mean(verdicts)) > 0.1
 
 
@@ -192,20 +194,22 @@ def test_equal_ends_need_only_a_stable_loop():
 
 def test_certified_loops_stay_bounded_under_any_sequence_of_gains(random_loops):
     rng = np.random.default_rng(1)
-    certified = 0
-    for a, ki, low, high in random_loops[:150]:
-        slow, fast = loop_matrix(a, 0.0, ki, low), loop_matrix(a, 0.0, ki, high)
-        P = common_lyapunov(slow, fast)
-        if P is None:
-            continue
-        certified += 1
-        x = rng.normal(size=2)
-        energy = x @ P @ x
-        for _ in range(300):
-            x = np.where(rng.random() < 0.5, slow, fast) @ x
-            assert x @ P @ x <= energy * (1 + 1e-12)
-            energy = x @ P @ x
-    assert certified > 20
+    ends = np.array(
+        [[loop_matrix(a, 0.0, ki, gain) for gain in gains] for a, ki, *gains in random_loops]
+    )
+    certificates = [common_lyapunov(*loops) for loops in ends]
+    certified = np.array([each is not None for each in certificates])
+    P, ends = np.array([each for each in certificates if each is not None]), ends[certified]
+    assert len(P) > 20
+
+    def energy(x):
+        return np.einsum("ni,nij,nj->n", x, P, x)
+
+    x = rng.normal(size=(len(P), 2))
+    for _ in range(300):
+        before = energy(x)
+        x = np.einsum("nij,nj->ni", ends[np.arange(len(P)), rng.integers(2, size=len(P))], x)
+        assert np.all(energy(x) <= before * (1 + 1e-12))
 
 
 def test_loop_matrix_is_the_loop_of_the_kernel():

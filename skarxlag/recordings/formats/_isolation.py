@@ -26,7 +26,7 @@ _ERRORS = {error.__name__: error for error in (ValueError, FileNotFoundError, Im
 
 #: Readers that wait for a file, by the process that has started them: a fork must not use those
 #: of its parent.
-_idle = {}
+_idle: dict = {}
 _lock = threading.Lock()
 
 
