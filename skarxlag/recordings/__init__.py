@@ -1,7 +1,7 @@
 """Recordings: from files and tables of files to windows."""
 
+from .collection import load_recordings, read_recording_table
 from .files import iter_windows, list_channels, read_recording
-from .table import load_recordings, read_recording_table
 from .windows import make_windows
 
 __all__ = [

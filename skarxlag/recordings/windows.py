@@ -130,7 +130,7 @@ def block_length(window_length):
     return window_length * max(_BLOCK // window_length, 1)
 
 
-def cut_blocks(blocks, name, window_length):
+def cut_blocks(blocks, name, window_length, hop=None):
     """Cut a recording that arrives block after block into windows.
 
     Parameters
@@ -141,6 +141,8 @@ def cut_blocks(blocks, name, window_length):
         What an error calls the recording.
     window_length : int
         Samples in a window.
+    hop : int, default=None
+        As in :func:`make_windows`.
 
     Yields
     ------
@@ -159,17 +161,67 @@ def cut_blocks(blocks, name, window_length):
     >>> [windows.tolist() for windows in cut_blocks(parts, "run", 2)]
     [[[0.0, 1.0]], [[2.0, 3.0], [4.0, 5.0], [6.0, 7.0]]]
     """
-    at_a_time, rest, n_cut = block_length(window_length), None, 0
+    hop = window_length if hop is None else hop
+    at_a_time = max(_BLOCK // window_length, 1)
+    rest, n_windows, n_skipped = None, 0, 0
     for block in blocks:
-        signal = block if rest is None else np.concatenate([rest, block], axis=-1)
-        n_samples = signal.shape[-1] // window_length * window_length
-        for first in range(0, n_samples, at_a_time):
-            part = signal[..., first : min(first + at_a_time, n_samples)]
-            yield make_windows(part, window_length)
+        # A hop beyond the end of the last block leaves out the start of this one.
+        signal = block[..., n_skipped:]
+        n_skipped = max(n_skipped - block.shape[-1], 0)
+        if rest is not None:
+            signal = np.concatenate([rest, signal], axis=-1)
+        n_fitting = max((signal.shape[-1] - window_length) // hop + 1, 0)
+        for first in range(0, n_fitting, at_a_time):
+            last = min(first + at_a_time, n_fitting) - 1
+            part = signal[..., first * hop : last * hop + window_length]
+            yield make_windows(part, window_length, hop=hop)
+        n_windows += n_fitting
+        n_skipped += max(n_fitting * hop - signal.shape[-1], 0)
         # A copy, or a few samples would keep the whole block in memory.
-        rest, n_cut = signal[..., n_samples:].copy(), n_cut + n_samples
-    if n_cut == 0:
+        rest = signal[..., n_fitting * hop :].copy()
+    if n_windows == 0:
         raise ValueError(
             f"{name}: recording has {rest.shape[-1]} samples, fewer than "
             f"window_length={window_length}"
         )
+
+
+def thin_windows(parts, max_windows):
+    """Keep some of the windows of one recording, evenly spread over it.
+
+    Every window is kept until there are too many; then every second, every fourth, and so on. At
+    least half of `max_windows` remain of a recording that has more.
+
+    Parameters
+    ----------
+    parts : iterable of ndarray of shape (n_windows, ...)
+        Windows in time order, some at a time.
+    max_windows : int or None
+        Windows to keep, at most. None keeps all.
+
+    Returns
+    -------
+    windows : ndarray
+        Those kept.
+    position : ndarray of int, shape (n_windows,)
+        Position of each among all windows.
+
+    Examples
+    --------
+    >>> from skarxlag.recordings.windows import thin_windows
+    >>> windows, position = thin_windows([np.zeros((7, 3)), np.ones((2, 3))], 5)
+    >>> position
+    array([0, 2, 4, 6, 8])
+    """
+    kept, positions, step, n_seen = [], [], 1, 0
+    for part in parts:
+        position = np.arange(n_seen, n_seen + len(part))
+        n_seen += len(part)
+        chosen = position % step == 0
+        kept.append(part[chosen])
+        positions.append(position[chosen])
+        while max_windows is not None and sum(map(len, positions)) > max_windows:
+            step *= 2
+            kept = [w[p % step == 0] for w, p in zip(kept, positions, strict=True)]
+            positions = [p[p % step == 0] for p in positions]
+    return np.concatenate(kept), np.concatenate(positions)

@@ -3,7 +3,8 @@ import pandas as pd
 import pytest
 from scipy.io import savemat, wavfile
 
-from skarxlag.recordings.table import load_recordings, read_recording_table
+from skarxlag import make_alpio
+from skarxlag.recordings import load_recordings, read_recording_table
 
 RNG = np.random.default_rng(0)
 # Multiples of 2**-10, which a decimal text holds exactly.
@@ -158,7 +159,7 @@ def test_recording_shorter_than_a_window_is_named(folder):
         (",50000,", ",,", r"line 3: sampling_rate is missing and .*b.mat does not state it"),
         (",50000,", ",fast,", r"line 3: sampling_rate is 'fast', expected a positive number"),
         (",50000,", ",-1,", r"line 3: sampling_rate is '-1', expected a positive number"),
-        ("c.csv,inner race,300,50000.0,1", "d.wav,x,1,1,", r"line 4: .* 1 Hz .*d.wav .* 50000 Hz"),
+        ("c.csv,inner race,300,50000.0,1", "d.wav,x,1,1,", r"line 4: .*d.wav.* 1 Hz .* 50000 Hz"),
         ("400.5", "", r"line 3: rpm is empty"),
         ("400.5", "0", r"line 3: rpm is '0', expected a positive number"),
         ("400.5", "nan", r"line 3: rpm is 'nan', expected a positive number"),
@@ -191,3 +192,103 @@ def test_table_that_is_no_text(tmp_path):
     (tmp_path / "table.csv").write_bytes(b"\xff\xfe\x00\x93NUMPY")
     with pytest.raises(ValueError, match=r"table.csv: cannot be read as a csv table"):
         read_recording_table(tmp_path / "table.csv")
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_separator_is_told_from_the_first_line(folder, separator):
+    lines = ["path,condition,rpm,sampling_rate,channel", "sub/b.mat,good,400.5,50e3,y"]
+    text = "\n".join(lines).replace(",", separator).replace("400.5", "400,5")
+    assert read_recording_table(write(folder, text)).rpm.tolist() == [400.5]
+
+
+def test_columns_in_any_case_and_further_columns(folder):
+    text = "Path,Load,RPM,Sampling Rate,technician\na.npy,3 kN,300,50e3,\nc.csv,,300,50e3,NA\n"
+    text = text.replace("technician", "channel,technician").replace("50e3,", "50e3,0,")
+    table = read_recording_table(write(folder, text))
+    assert table.rpm.tolist() == [300, 300]
+    assert table.sampling_rate == 50_000
+    assert table.further.index.tolist() == ["a.npy", "c.csv"]
+    assert table.further.to_dict("list") == {"Load": ["3 kN", ""], "technician": ["", "NA"]}
+    rig = load_recordings(folder / "table.csv", window_length=4)
+    assert rig.further.equals(table.further)
+
+
+def test_no_further_columns(folder):
+    assert read_recording_table(write(folder, GOOD)).further.shape == (3, 0)
+
+
+def test_type_of_raw_files(folder):
+    np.arange(5, dtype="<i2").tofile(folder / "e.bin")
+    text = "path,sampling_rate,dtype\ne.bin,50e3,<i2\na.npy,50e3,\n"
+    table = read_recording_table(write(folder, text))
+    assert table.recordings[0].tolist() == [0, 1, 2, 3, 4]
+
+
+def test_rates_that_differ_by_rounding(folder):
+    text = "path,sampling_rate\nd.wav,49999.9\na.npy,50001\n"
+    assert read_recording_table(write(folder, text)).sampling_rate == 49999.9
+
+
+def test_resampling_is_told(folder):
+    wavfile.write(folder / "slow.wav", 25_000, RNG.normal(size=100))
+    text = "path,sampling_rate,channel\nslow.wav,,\nsub/b.mat,50e3,y\n"
+    with pytest.raises(ValueError, match=r"line 3: different sampling rates \(Hz\): 50000, but"):
+        read_recording_table(write(folder, text))
+    table = read_recording_table(folder / "table.csv", resample=50_000)
+    assert [len(signal) for signal in table.recordings] == [200, 9]
+    np.testing.assert_array_equal(table.recordings[1], SIGNALS["b"])
+    assert table.resampled == {"slow.wav": 25_000}
+    rig = load_recordings(folder / "table.csv", window_length=8, resample=50_000)
+    np.testing.assert_allclose(rig.data[:25].ravel(), table.recordings[0], atol=1e-12)
+    assert rig.sampling_rate == 50_000
+    assert "slow.wav resampled from 25000 to 50000 Hz" in rig.DESCR
+
+
+@pytest.mark.parametrize("hop", [None, 3, 10])
+def test_windows_to_keep_at_most(folder, hop):
+    np.save(folder / "long.npy", np.arange(100))
+    np.save(folder / "short.npy", np.arange(10))
+    path = write(folder, "path,sampling_rate\nlong.npy,5\nshort.npy,5\n")
+    whole = load_recordings(path, window_length=5, hop=hop)
+    some = load_recordings(path, window_length=5, hop=hop, max_windows=6)
+    for name in ("long.npy", "short.npy"):
+        all_starts = whole.start[whole.recording == name]
+        starts = some.start[some.recording == name]
+        assert 1 <= len(starts) <= 6
+        assert len(starts) >= min(3, len(all_starts))
+        # Evenly spread from the first window to the end.
+        assert set(starts) <= set(all_starts)
+        assert len(np.unique(np.diff(starts))) <= 1
+        assert all_starts[-1] - starts[-1] < np.diff(starts).max(initial=1e9)
+    np.testing.assert_array_equal(some.data[:, 0], some.start)
+    assert ("fewer than there are in 1" in some.DESCR) and "fewer" not in whole.DESCR
+
+
+@pytest.mark.parametrize(("name", "value"), [("max_windows", 0), ("hop", 0), ("hop", 2.5)])
+def test_wrong_numbers_are_named(folder, name, value):
+    with pytest.raises((ValueError, TypeError), match=name):
+        load_recordings(write(folder, GOOD), **{name: value})
+
+
+def test_windows_on_disk(folder):
+    expected = load_recordings(write(folder, GOOD), window_length=4)
+    for _ in range(2):
+        rig = load_recordings(
+            folder / "table.csv", window_length=4, memory_map=folder / "windows.bin"
+        )
+        assert isinstance(rig.data, np.memmap) and not rig.data.flags.writeable
+        np.testing.assert_array_equal(rig.data, expected.data)
+        assert (folder / "windows.bin").stat().st_size == expected.data.nbytes
+        del rig
+
+
+def test_a_diagnoser_fits_windows_on_disk(folder):
+    signals = RNG.normal(size=(2, 3000))
+    for name, signal in zip(("a", "b"), signals, strict=True):
+        np.save(folder / f"{name}_1.npy", signal)
+    options = {"window_length": 300, "pattern": r"/(?P<condition>[ab])_1", "sampling_rate": 5}
+    rig = load_recordings(folder / "*_1.npy", **options)
+    mapped = load_recordings(folder / "*_1.npy", memory_map=folder / "windows.bin", **options)
+    expected = make_alpio().fit(rig.data, rig.target).predict(rig.data)
+    predicted = make_alpio().fit(mapped.data, mapped.target).predict(mapped.data)
+    assert predicted.tolist() == expected.tolist()

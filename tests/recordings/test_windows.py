@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from skarxlag.recordings.windows import make_windows, stack_windows
+from skarxlag.recordings.windows import cut_blocks, make_windows, stack_windows, thin_windows
 
 
 @pytest.mark.parametrize("n_samples", [6, 7, 11, 12])
@@ -117,3 +117,24 @@ def test_stacked_windows_know_where_they_were_cut(hop):
 def test_stacking_names_the_recording(length, error):
     with pytest.raises(error, match="short one: "):
         stack_windows([[1, 2, 3]], ["short one"], length)
+
+
+@pytest.mark.parametrize("hop", [None, 1, 3, 7, 10, 40, 200])
+@pytest.mark.parametrize("cuts", [[], [1, 2, 3], [30, 31, 95], range(5, 100, 5)])
+def test_windows_of_blocks_are_those_of_the_whole(monkeypatch, hop, cuts):
+    monkeypatch.setattr("skarxlag.recordings.windows._BLOCK", 20)
+    recording = np.random.default_rng(0).normal(size=(2, 103))
+    parts = list(cut_blocks(np.split(recording, cuts, axis=1), "run", 7, hop))
+    np.testing.assert_array_equal(np.concatenate(parts), make_windows(recording, 7, hop=hop))
+    assert max(map(len, parts)) <= 2
+
+
+@pytest.mark.parametrize("max_windows", [None, 1, 5, 100])
+def test_thinned_windows_do_not_depend_on_the_parts(max_windows):
+    windows = np.arange(64.0)[:, np.newaxis]
+    kept, position = thin_windows([windows], max_windows)
+    np.testing.assert_array_equal(kept[:, 0], position)
+    assert len(kept) == {None: 64, 1: 1, 5: 4, 100: 64}[max_windows]
+    in_parts, same = thin_windows(np.split(windows, [1, 2, 30]), max_windows)
+    np.testing.assert_array_equal(in_parts, kept)
+    np.testing.assert_array_equal(same, position)

@@ -1,0 +1,324 @@
+"""All recordings of a table or a folder: their signals, or their windows as a rig."""
+
+from functools import partial
+from numbers import Integral
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from sklearn.utils import Bunch, check_scalar
+
+from .rates import rates_agree, resampled_blocks
+from .table import list_recordings
+from .windows import block_length, cut_blocks, thin_windows
+
+
+def read_recording_table(
+    path, *, pattern=None, channel=None, sampling_rate=None, dtype=None, resample=None
+):
+    r"""Read all recordings that a table, a folder or a glob lists.
+
+    The table is a text file (UTF-8) with one recording in a line. Its separator is the comma, the
+    semicolon or the tabulator, whichever its first line holds most of. These are its columns, in
+    any order and any case, of which only ``path`` must be there:
+
+    - ``path``: the file, absolute or relative to the folder of the table; see
+      :func:`read_recording` for the formats.
+    - ``condition``: the state of the machine, any text. Needed to fit a diagnoser, not to diagnose.
+    - ``rpm``: the shaft speed, rev/min.
+    - ``sampling_rate``: in Hz. Not needed where the file states it; where both do, they must agree
+      within 0.1 %.
+    - ``channel``: name, position or pattern of the channel, see :func:`read_recording`; several are
+      separated by ``;``, the output first and then the inputs. Empty takes the only channel of the
+      file.
+    - ``dtype``: type of the samples of a raw binary file, see :func:`read_recording`.
+
+    Any other column is kept and comes back as it is. A column that is there is filled in every
+    line, except ``channel``, ``sampling_rate``, ``dtype`` and columns of other names.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The table. Or, instead of a table: a folder, of which all files with a known suffix are
+        read, also in folders below; or a glob such as ``runs/*/acc_*.tdms``.
+    pattern : str, default=None
+        For a folder or a glob: a regular expression that is searched for in the path of each file
+        (below the folder, with ``/``). Its named groups give ``condition``, ``rpm``,
+        ``sampling_rate`` and ``channel``; groups of other names are kept like unknown columns.
+        ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)`` fits ``OR_1200.mat``.
+    channel, sampling_rate, dtype : default=None
+        For a folder or a glob: the same for all recordings, unless the pattern tells.
+    resample : float, default=None
+        Sampling rate in Hz that all recordings are brought to by a polyphase filter, see
+        :func:`skarxlag.recordings.rates.resampled_blocks`. None leaves them as they are, and
+        differing rates are an error.
+
+    Returns
+    -------
+    table : :class:`~sklearn.utils.Bunch`
+        With the following attributes, all in the order of the table or of the paths.
+
+        recordings : list of ndarray of float64
+            Of shape (n_samples,) or, where several channels are named, (n_channels, n_samples).
+            The number of samples may differ between recordings.
+        condition : ndarray of str, or None
+            None if the conditions are not told.
+        rpm : ndarray of float, or None
+            None if the speeds are not told.
+        recording : list of str
+            Id of each recording: its path as the table writes it, and the channel behind a colon
+            if the table lists the file more than once.
+        sampling_rate : float
+            In Hz.
+        filenames : list of str
+            Paths of the files.
+        further : DataFrame
+            The columns of other names, one row for each recording, texts.
+        resampled : dict of str to float
+            The recordings that were resampled, and the rates in Hz that they had.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the table, or a file that it lists, does not exist.
+    ValueError
+        If the table is empty, misspells a column, has an empty or wrong field, the same recording
+        twice, differing sampling rates or numbers of channels, or a recording that
+        :func:`read_recording` refuses; and if `pattern` does not fit a file or is given for a
+        table. The message names the table, the line and the file.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import numpy as np
+    >>> from skarxlag.recordings import read_recording_table
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     folder = pathlib.Path(folder)
+    ...     np.save(folder / "a.npy", np.zeros(5))
+    ...     np.save(folder / "b.npy", np.ones(7))
+    ...     lines = ["path,condition,rpm,sampling_rate,load", "a.npy,good,300,50e3,low",
+    ...              "b.npy,worn,300,50e3,high"]
+    ...     _ = (folder / "table.csv").write_text("\n".join(lines))
+    ...     table = read_recording_table(folder / "table.csv")
+    >>> table.condition
+    array(['good', 'worn'], dtype='<U4')
+    >>> [signal.shape for signal in table.recordings]
+    [(5,), (7,)]
+    >>> table.further["load"].tolist()
+    ['low', 'high']
+    """
+    listed = list_recordings(
+        path, pattern=pattern, channel=channel, sampling_rate=sampling_rate, dtype=dtype
+    )
+    facts = _CommonFacts(listed)
+    recordings = []
+    for entry in listed:
+        recordings.append(
+            np.concatenate(list(facts.checked_blocks(entry, None, resample)), axis=-1)
+        )
+    return Bunch(recordings=recordings, **facts.described())
+
+
+def load_recordings(
+    path,
+    *,
+    window_length=1200,
+    hop=None,
+    max_windows=None,
+    healthy=None,
+    pattern=None,
+    channel=None,
+    sampling_rate=None,
+    dtype=None,
+    resample=None,
+    memory_map=None,
+):
+    r"""Load a user's own recordings as a rig: the windows of all recordings of a table.
+
+    Recordings are read block after block, so that never more than the windows are in memory. Where
+    those are too many, take fewer of them by `hop` or `max_windows`, or keep them on disk by
+    `memory_map`.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The table, a folder or a glob, see :func:`read_recording_table`.
+    window_length : int, default=1200
+        Samples in a window.
+    hop : int, default=None
+        Samples from the start of one window to the start of the next. None takes
+        `window_length`; more than that leaves out samples between windows. The tail of a recording
+        that does not fill a window is left out.
+    max_windows : int, default=None
+        Windows of each recording, at most, at least 1. Of a recording that has more, every second,
+        fourth, eighth, ... window is kept, so that they are spread over all of it. None keeps all.
+    healthy : str, default=None
+        The healthy condition. None takes the condition in the first line of the table.
+    pattern, channel, sampling_rate, dtype, resample
+        As in :func:`read_recording_table`.
+    memory_map : str or path-like, default=None
+        A file that the windows are written to; an existing one is replaced. `data` is then read
+        from it as it is used, and may be larger than memory. None keeps the windows in memory.
+
+    Returns
+    -------
+    rig : :class:`~sklearn.utils.Bunch`
+        With the following attributes.
+
+        data : ndarray of float64, shape (n_windows[, n_channels], window_length)
+            Windows: recording after recording, in time order within each.
+        target : ndarray of str, shape (n_windows,), or None
+            Condition of each window. None if the table has no conditions.
+        target_names : list of str
+            The conditions, the healthy one first, then in the order of the table.
+        rpm : ndarray of float, shape (n_windows,), or None
+            Shaft speed, rev/min. None if the table has no speeds.
+        recording : ndarray of str, shape (n_windows,)
+            Recording that the window was cut from.
+        start : ndarray of int, shape (n_windows,)
+            Index of the window's first sample in its recording, counted after resampling.
+        sampling_rate : float
+            In Hz.
+        filenames : list of str
+            Paths of the files, in the order of the table.
+        further : DataFrame
+            The table's columns of other names, one row for each recording.
+        resampled : dict of str to float
+            The recordings that were resampled, and the rates in Hz that they had.
+        DESCR : str
+            Which table this is, and what was left out or resampled.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        As in :func:`read_recording_table`; if a recording is shorter than one window; if
+        `max_windows` is below 1; and if `healthy` is not a condition of the table.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import numpy as np
+    >>> from skarxlag.recordings import load_recordings
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     folder = pathlib.Path(folder)
+    ...     np.save(folder / "good_300.npy", np.zeros(5))
+    ...     rig = load_recordings(folder, window_length=2, sampling_rate=50e3,
+    ...                           pattern=r"(?P<condition>[a-z]+)_(?P<rpm>\d+)")
+    >>> rig.data.shape, rig.target, rig.start
+    ((2, 2), array(['good', 'good'], dtype='<U4'), array([0, 2]))
+    """
+    check_scalar(window_length, "window_length", Integral, min_val=1)
+    hop = window_length if hop is None else check_scalar(hop, "hop", Integral, min_val=1)
+    if max_windows is not None:
+        check_scalar(max_windows, "max_windows", Integral, min_val=1)
+    listed = list_recordings(
+        path, pattern=pattern, channel=channel, sampling_rate=sampling_rate, dtype=dtype
+    )
+    facts, store = _CommonFacts(listed), _WindowStore(memory_map)
+    starts, thinned = [], 0
+    for entry in listed:
+        blocks = facts.checked_blocks(entry, block_length(window_length), resample)
+        parts = cut_blocks(blocks, str(entry.path), window_length, hop)
+        windows, position = thin_windows(parts, max_windows)
+        store.add(windows)
+        starts.append(position * hop)
+        thinned += position[-1] >= len(position)
+    table = facts.described()
+    conditions = [] if table["condition"] is None else list(dict.fromkeys(table["condition"]))
+    conditions = [str(condition) for condition in conditions]
+    if healthy is not None:
+        if healthy not in conditions:
+            raise ValueError(f"healthy={healthy!r} is not a condition of {path}: {conditions}")
+        conditions.sort(key=lambda condition: condition != healthy)
+    source = np.repeat(np.arange(len(listed)), [len(start) for start in starts])
+    description = [f"{len(listed)} recordings listed in {path}, cut into windows"]
+    if thinned:
+        description.append(
+            f"at most {max_windows} windows of each, fewer than there are in {thinned}"
+        )
+    for name, rate in table["resampled"].items():
+        description.append(f"{name} resampled from {rate:g} to {table['sampling_rate']:g} Hz")
+    return Bunch(
+        data=store.windows(),
+        target=None if table["condition"] is None else table["condition"][source],
+        target_names=conditions,
+        rpm=None if table["rpm"] is None else table["rpm"][source],
+        recording=np.array(table["recording"])[source],
+        start=np.concatenate(starts),
+        sampling_rate=table["sampling_rate"],
+        filenames=table["filenames"],
+        further=table["further"],
+        resampled=table["resampled"],
+        DESCR="; ".join(description),
+    )
+
+
+class _CommonFacts:
+    """What all recordings of a list must have in common, checked while they are read."""
+
+    def __init__(self, listed):
+        self._listed, self._common, self._resampled = listed, {}, {}
+
+    def checked_blocks(self, entry, n_samples, resample):
+        """Signals of a recording, of which the sampling rate and the channels are checked."""
+        blocks = entry.blocks(n_samples)
+        if resample is not None:
+            note = partial(self._resampled.__setitem__, entry.name)
+            blocks = resampled_blocks(blocks, resample, note=note)
+        try:
+            for signal, rate in blocks:
+                if rate is None:
+                    raise ValueError("sampling_rate is missing and the file does not state it")
+                self._check(entry, "sampling rates (Hz)", rate, rates_agree)
+                n_channels = 1 if signal.ndim == 1 else len(signal)
+                self._check(entry, "numbers of channels", n_channels, int.__eq__)
+                yield signal
+        except ValueError as error:
+            where = entry.where or str(entry.path)
+            if str(error).startswith(where):
+                raise
+            raise ValueError(f"{where}: {error}") from error
+
+    def described(self):
+        """What is known of the recordings besides their samples."""
+        listed = self._listed
+        conditions = [entry.condition for entry in listed]
+        speeds = [entry.rpm for entry in listed]
+        return {
+            "condition": None if None in conditions else np.array(conditions),
+            "rpm": None if None in speeds else np.array(speeds),
+            "recording": [entry.name for entry in listed],
+            "sampling_rate": self._common["sampling rates (Hz)"][0],
+            "filenames": [str(entry.path) for entry in listed],
+            "further": pd.DataFrame(
+                [entry.further for entry in listed], index=[entry.name for entry in listed]
+            ),
+            "resampled": self._resampled,
+        }
+
+    def _check(self, entry, what, value, agree):
+        first, where = self._common.setdefault(what, (value, entry.where or entry.path))
+        if not agree(value, first):
+            raise ValueError(f"different {what}: {value:g}, but {first:g} in {where}")
+
+
+class _WindowStore:
+    """Windows of all recordings, in memory or in a file that is mapped."""
+
+    def __init__(self, path):
+        self._path, self._parts, self._shape = path, [], (0,)
+        if path is not None:
+            Path(path).write_bytes(b"")
+
+    def add(self, windows):
+        self._shape = (self._shape[0] + len(windows), *windows.shape[1:])
+        if self._path is None:
+            self._parts.append(windows)
+        else:
+            with Path(self._path).open("ab") as file:
+                windows.tofile(file)
+
+    def windows(self):
+        if self._path is None:
+            return np.concatenate(self._parts)
+        return np.memmap(self._path, np.float64, "r", shape=self._shape)

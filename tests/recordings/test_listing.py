@@ -1,0 +1,88 @@
+"""Folders and globs in place of a table, and facts in the names of files."""
+
+import numpy as np
+import pytest
+
+from skarxlag.recordings import load_recordings, read_recording_table
+from skarxlag.recordings.listing import list_files
+from skarxlag.recordings.table import list_recordings
+
+PATTERN = r"(?P<condition>[A-Z]+)_(?P<rpm>\d+)_(?P<sensor>\w+)"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for i, name in enumerate(["OR_900_a", "sub/N_300_a", "sub/N_900_b"]):
+        path = tmp_path / f"{name}.npy"
+        path.parent.mkdir(exist_ok=True)
+        np.save(path, np.full(10, float(i)))
+    (tmp_path / "readme.md").write_text("no recording")
+    return tmp_path
+
+
+@pytest.mark.parametrize("source", ["", "**/*.npy"])
+def test_facts_in_the_names_of_files(folder, source):
+    rig = load_recordings(
+        str(folder / source), window_length=5, pattern=PATTERN, sampling_rate=1000, healthy="N"
+    )
+    assert rig.target_names == ["N", "OR"]
+    assert rig.target.tolist() == ["OR"] * 2 + ["N"] * 4
+    assert rig.rpm.tolist() == [900, 900, 300, 300, 900, 900]
+    assert rig.further["sensor"].tolist() == ["a", "a", "b"]
+    assert rig.data[:, 0].tolist() == [0, 0, 1, 1, 2, 2]
+    assert rig.sampling_rate == 1000
+
+
+def test_a_folder_without_a_pattern(folder):
+    table = read_recording_table(folder, sampling_rate=5)
+    assert table.condition is None and table.rpm is None
+    assert table.recording == ["OR_900_a.npy", "sub/N_300_a.npy", "sub/N_900_b.npy"]
+
+
+def test_channel_and_type_of_all_files(tmp_path):
+    np.arange(12, dtype="<i2").tofile(tmp_path / "a.bin")
+    options = {"channel": "1", "dtype": "(2,)<i2", "sampling_rate": 10}
+    table = read_recording_table(tmp_path, **options)
+    np.testing.assert_array_equal(table.recordings[0], np.arange(1, 12, 2))
+
+
+def test_a_pattern_may_tell_channel_and_rate(tmp_path):
+    np.savez(tmp_path / "y@8000.npz", x=np.zeros(3), y=np.ones(3))
+    pattern = r"(?P<channel>\w)@(?P<sampling_rate>\d+)"
+    table = read_recording_table(tmp_path, pattern=pattern)
+    assert table.sampling_rate == 8000
+    assert table.recordings[0].tolist() == [1, 1, 1]
+
+
+def test_one_file_is_listed_and_its_rate_may_be_unknown(folder):
+    (entry,) = list_files(folder / "OR_900_a.npy")
+    assert [(len(signal), rate) for signal, rate in entry.blocks()] == [(10, None)]
+
+
+@pytest.mark.parametrize(
+    ("source", "options", "message"),
+    [
+        ("", {"pattern": "("}, r"pattern is '\(', no regular expression"),
+        ("", {"pattern": "x"}, r"pattern is 'x', expected named groups"),
+        ("", {"pattern": "(?P<rpm>x)"}, r"OR_900_a.npy: does not fit the pattern"),
+        ("", {"pattern": "(?P<rpm>[A-Z]+)"}, r"OR_900_a.npy: rpm is 'OR', expected a positive"),
+        ("*.mat", {}, r"\*.mat: no such file, expected files that fit the glob"),
+        ("none", {}, r"none: no such file"),
+        ("", {}, r"OR_900_a.npy: sampling_rate is missing"),
+        ("", {"sampling_rate": 5, "channel": "x"}, r"OR_900_a.npy: no channel 'x'"),
+    ],
+)
+def test_errors(folder, source, options, message):
+    with pytest.raises((ValueError, FileNotFoundError), match=message):
+        read_recording_table(folder / source, **options)
+
+
+def test_an_empty_folder(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such file, expected a recording with a known"):
+        list_recordings(tmp_path)
+
+
+def test_options_of_folders_do_not_go_with_a_table(tmp_path):
+    (tmp_path / "table.csv").write_text("path\na.npy\n")
+    with pytest.raises(ValueError, match=r"channel='y' is for a folder or a glob; .*table.csv is"):
+        list_recordings(tmp_path / "table.csv", channel="y")
