@@ -202,6 +202,11 @@ class StretchResidual(TransformerMixin, BaseEstimator):
         self.window_residual_.adapt(windows, np.repeat(y, len(windows) // len(X)))
         return self
 
+    @property
+    def speed_known_(self):
+        """Whether `fit` was given `rpm`."""
+        return self.order_residual_.speed_known_
+
     def _windows(self, X):
         """Windows of all stretches, those of a stretch one after another."""
         n_stretches, n_models, n_samples = X.shape

@@ -75,8 +75,9 @@ def window_verdicts(diagnoser, X, conditions=None, rpm=None):
 
 
 def takes_rpm(diagnoser):
-    """Whether some step of a diagnoser requests the speed of windows."""
-    return bool(get_routing_for_object(diagnoser).consumes("predict", ["rpm"]))
+    """Whether some step of a diagnoser requests the speed of windows, and knew it in `fit`."""
+    was_known = all(getattr(step, "speed_known_", True) for _, step in diagnoser.steps)
+    return was_known and bool(get_routing_for_object(diagnoser).consumes("predict", ["rpm"]))
 
 
 def _scored(diagnoser, X, conditions, params):

@@ -5,10 +5,12 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from .._version import __version__
 from ..recordings.files import recording_blocks
 from ..recordings.table import list_recordings
-from ..verdicts import NO_SIGNAL
+from ..verdicts import NO_SIGNAL, takes_rpm
 from .arguments import add_execution_arguments, positive_number
 from .batch import diagnose_all
 from .errors import UsageError, as_command_error
@@ -176,6 +178,8 @@ def _report(args, model, diagnoses, rows):
         lines.append(
             f"No sampling rate is stated for some files; {model.sampling_rate:g} Hz was assumed."
         )
+    if takes_rpm(model.diagnoser):
+        lines.append(_speed_line(found))
     if found["confidence"].notna().any():
         lines.append("Alarms depend on the speed; for detection across speeds fit a detector.")
     elif model.train_rpm is not None:
@@ -187,12 +191,28 @@ def _report(args, model, diagnoses, rows):
     return "\n".join(lines)
 
 
+def _speed_line(found):
+    """On which speeds the verdicts rest."""
+    unknown = found["rpm"].isna() if "rpm" in found else np.ones(len(found), dtype=bool)
+    if not unknown.any():
+        return "Verdicts rest on the orders of the shaft at the speeds above, give or take 10 %."
+    return (
+        f"{unknown.sum()} of {len(found)} recordings state no speed (column rpm, --rpm): all from "
+        "0.4 to 2.5 times the speed of fit were tried."
+    )
+
+
 def _heading(model):
     at = (
         "" if model.train_rpm is None else f" at {', '.join(f'{s:g}' for s in model.train_rpm)} rpm"
     )
     rate = "" if model.sampling_rate is None else f" at {model.sampling_rate:g} Hz"
+    rows, seconds = "windows", ""
+    if any(hasattr(step, "speed_known_") for _, step in model.diagnoser.steps):
+        rows = "stretches"
+        if model.sampling_rate is not None:
+            seconds = f", {model.window_length / model.sampling_rate:.3g} s,"
     return (
         f"{model.path}: {model.kind} calibrated on {', '.join(model.conditions)}{at}, "
-        f"windows of {model.window_length} samples{rate}"
+        f"{rows} of {model.window_length} samples{seconds}{rate}"
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..diagnosers import make_detector
+from ..diagnosers import make_detector, make_stretch_diagnoser
 from ..persistence import save_diagnoser
 from ..recordings import load_recordings
 from ..recordings.table import list_recordings
@@ -16,6 +16,7 @@ from .diagnosers import DIAGNOSERS, set_threads
 from .errors import CommandError, UsageError, as_command_error
 from .models import is_model_file
 from .results import check_output
+from .stretches import join_windows, stretch_windows
 
 _DESCRIPTION = """\
 Calibrate a diagnoser on the recordings that a table lists, and save it. The table is a csv file
@@ -24,6 +25,9 @@ skarxlag.read_recording_table. The detector needs healthy recordings only and na
 fault; calibrate it at the highest speed.
 """
 DETECTOR = "detector"
+STRETCHES = "stretches"
+#: Samples in a window; stretches consist of such windows.
+_WINDOW_LENGTH = 1200
 #: Words that tell the healthy condition.
 _HEALTHY = {"healthy", "normal", "good", "intact", "baseline"}
 
@@ -38,9 +42,9 @@ def add_arguments(parser):
     )
     parser.add_argument(
         "--diagnoser",
-        choices=[*DIAGNOSERS, DETECTOR],
-        default="diagnoser",
-        help="default: diagnoser",
+        choices=[*DIAGNOSERS, STRETCHES, DETECTOR],
+        help="default: stretches, which takes the speeds of the table, where the recordings are "
+        "long enough and --window-length is not given, else diagnoser",
     )
     parser.add_argument(
         "--train-rpm",
@@ -62,7 +66,11 @@ def add_arguments(parser):
         help="of healthy windows above the detection threshold; default: 0.01",
     )
     parser.add_argument(
-        "--window-length", type=window_length, default=1200, metavar="N", help="default: 1200"
+        "--window-length",
+        type=window_length,
+        metavar="N",
+        help="default: 1200; of stretches a second, or ten turns at the lowest speed of the table "
+        "if that is longer",
     )
     parser.add_argument(
         "--n-jobs", type=job_count, default=-1, metavar="N", help="threads; default: all cores"
@@ -78,43 +86,79 @@ def run(args):
     if find_spec("skops") is None:
         raise CommandError("saving a diagnoser needs skops: pip install 'skarxlag[io]'")
     with as_command_error():
-        rig = load_recordings(args.table, window_length=args.window_length)
+        rig = load_recordings(args.table, window_length=args.window_length or _WINDOW_LENGTH)
+    rig, kind = _rows(args, rig)
     chosen = _choose_speed(args, rig)
-    conditions, reason = _conditions(args, rig, chosen)
-    if args.diagnoser == DETECTOR:
+    conditions, reason = _conditions(args, kind, rig, chosen)
+    if kind == DETECTOR:
         diagnoser = make_detector()
         if rig.target is not None:
             chosen &= rig.target == conditions[0]
+    elif kind == STRETCHES:
+        diagnoser = make_stretch_diagnoser(
+            sampling_rate=float(rig.sampling_rate), healthy=conditions[0]
+        )
     else:
-        diagnoser = DIAGNOSERS[args.diagnoser][1](healthy=conditions[0])
+        diagnoser = DIAGNOSERS[kind][1](healthy=conditions[0])
     X, recording = rig.data[chosen], rig.recording[chosen]
-    y = None if args.diagnoser == DETECTOR else rig.target[chosen]
+    y = None if kind == DETECTOR else rig.target[chosen]
     diagnoser.set_params(decide__false_alarm_rate=args.false_alarm_rate)
     set_threads(diagnoser, args.n_jobs)
-    print(f"{len(X)} windows: fitting", file=sys.stderr, flush=True)
+    rows = "stretches" if kind == STRETCHES else "windows"
+    print(f"{len(X)} {rows}: fitting", file=sys.stderr, flush=True)
+    speeds = {"rpm": rig.rpm[chosen]} if kind == STRETCHES and rig.rpm is not None else {}
     with as_command_error():
-        diagnoser.fit(X, y)
+        diagnoser.fit(X, y, **speeds)
         # The number of threads belongs to this machine, not to the file.
         set_threads(diagnoser, None)
         save_diagnoser(
             diagnoser,
             args.output,
-            diagnoser=args.diagnoser,
+            diagnoser=kind,
             conditions=conditions,
             train_rpm=None if rig.rpm is None else np.unique(rig.rpm[chosen]).tolist(),
             sampling_rate=float(rig.sampling_rate),
             n_channels=1 if X.ndim == 2 else X.shape[1],
-            window_length=args.window_length,
+            window_length=X.shape[-1],
         )
+    print(_length_line(kind, X.shape[-1], rig, chosen))
     for name in conditions:
         own = slice(None) if y is None else y == name
         n_recordings = len(np.unique(recording[own]))
-        print(f"{name}: {n_recordings} recordings, {len(X[own])} windows")
+        print(f"{name}: {n_recordings} recordings, {len(X[own])} {rows}")
     print(f"Healthy: {conditions[0]} ({reason})")
     threshold = diagnoser[-1].detection_threshold_
     print(f"Detection threshold {threshold:.4g} at a false-alarm rate of {args.false_alarm_rate:g}")
-    print(f"Saved {args.diagnoser} to {args.output}")
+    print(f"Saved {kind} to {args.output}")
     return 0
+
+
+def _rows(args, rig):
+    """Windows or stretches of the recordings, and which diagnoser they are for."""
+    kind = args.diagnoser
+    if args.window_length is not None or kind not in (None, STRETCHES):
+        return rig, kind or "diagnoser"
+    n_windows = stretch_windows(rig)
+    if n_windows is not None:
+        return join_windows(rig, n_windows), STRETCHES
+    if kind == STRETCHES:
+        raise CommandError(
+            f"{args.table}: the shortest recording is too short for two stretches of a second, or "
+            "of ten turns; use --diagnoser diagnoser"
+        )
+    return rig, "diagnoser"
+
+
+def _length_line(kind, length, rig, chosen):
+    """What a verdict will rest on."""
+    text = f"of {length} samples, {length / rig.sampling_rate:.3g} s at {rig.sampling_rate:g} Hz"
+    if kind != STRETCHES:
+        return f"Windows {text}"
+    if rig.rpm is None:
+        return f"Stretches {text}; the table states no speed: the pattern of strikes is used"
+    slowest = rig.rpm[chosen].min()
+    turns = length / rig.sampling_rate * slowest / 60
+    return f"Stretches {text}, {turns:.3g} turns at {slowest:g} rpm"
 
 
 def _choose_speed(args, rig):
@@ -131,12 +175,12 @@ def _choose_speed(args, rig):
     return chosen
 
 
-def _conditions(args, rig, chosen):
+def _conditions(args, kind, rig, chosen):
     """Conditions to calibrate, the healthy one first, and why that is the healthy one."""
     if rig.target is None:
-        if args.diagnoser != DETECTOR:
+        if kind != DETECTOR:
             raise CommandError(
-                f"{args.table}: no column condition, which --diagnoser {args.diagnoser} needs; "
+                f"{args.table}: no column condition, which --diagnoser {kind} needs; "
                 f"with healthy recordings only use --diagnoser {DETECTOR}"
             )
         if args.healthy is not None:
@@ -145,7 +189,7 @@ def _conditions(args, rig, chosen):
     present = [name for name in rig.target_names if name in set(rig.target[chosen])]
     at = "" if args.train_rpm is None else f" at {args.train_rpm:g} rpm"
     listed = f"{args.table}{at}: {', '.join(present)}"
-    healthy, reason = _healthy(args, present)
+    healthy, reason = _healthy(args, kind, present)
     if healthy is None:
         raise UsageError(
             f"argument --healthy: needed by --diagnoser {DETECTOR}, no name tells which of the "
@@ -153,17 +197,17 @@ def _conditions(args, rig, chosen):
         )
     if healthy not in present:
         raise UsageError(f"argument --healthy: {healthy!r}, expected a condition of {listed}")
-    if args.diagnoser == DETECTOR:
+    if kind == DETECTOR:
         return [healthy], reason
     if len(present) < 2:
         raise CommandError(
-            f"{args.table}: one condition, {healthy!r}; --diagnoser {args.diagnoser} needs two "
+            f"{args.table}: one condition, {healthy!r}; --diagnoser {kind} needs two "
             f"or more, with healthy recordings only use --diagnoser {DETECTOR}"
         )
     return sorted(present, key=lambda name: name != healthy), reason
 
 
-def _healthy(args, present):
+def _healthy(args, kind, present):
     """The healthy condition, or None where it has to be asked for, and why it is that one."""
     if args.healthy is not None:
         return args.healthy, "--healthy"
@@ -172,7 +216,7 @@ def _healthy(args, present):
         return named[0], "by its name; --healthy names another"
     if len(present) == 1:
         return present[0], "the only condition"
-    if args.diagnoser == DETECTOR:
+    if kind == DETECTOR:
         return None, ""
     return present[0], "the first of the table; --healthy names another"
 
