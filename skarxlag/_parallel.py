@@ -1,13 +1,14 @@
 """Work on windows in batches, on several threads or one."""
 
 import functools
+import os
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
 from joblib import effective_n_jobs
 from sklearn import config_context, get_config
 from sklearn.utils import gen_batches
-from threadpoolctl import ThreadpoolController
+from threadpoolctl import OpenBLASController, ThreadpoolController
 
 #: Windows in one batch: fixed, so that no sum depends on the number of workers.
 BATCH = 64
@@ -17,6 +18,44 @@ _worker = threading.local()
 @functools.cache
 def _libraries():
     return ThreadpoolController()
+
+
+class _OneThread:
+    """Linear algebra runs on one thread as long as anybody is inside.
+
+    The number of threads belongs to the process. Were each caller to set and to restore it, one
+    that overlaps with another would restore what the other had set.
+    """
+
+    def __init__(self):
+        self._lock, self._n_inside = threading.Lock(), 0
+
+    def __enter__(self):
+        with self._lock:
+            if self._n_inside == 0:
+                _let_any_thread_set()
+                self._limits = _libraries().limit(limits=1, user_api="blas")
+            self._n_inside += 1
+
+    def __exit__(self, *exception):
+        with self._lock:
+            self._n_inside -= 1
+            if self._n_inside == 0:
+                _let_any_thread_set()
+                self._limits.restore_original_limits()
+                _let_any_thread_set()
+
+
+def _let_any_thread_set():
+    """From threadpoolctl 3.8 on only the thread that has set a number may restore it."""
+    if hasattr(OpenBLASController, "clear_controlling_thread"):
+        OpenBLASController.clear_controlling_thread(force=True)
+
+
+_one_thread = _OneThread()
+if hasattr(os, "register_at_fork"):
+    # Whoever was inside has stayed in the parent.
+    os.register_at_fork(after_in_child=_one_thread.__init__)
 
 
 def _become_worker():
@@ -53,7 +92,7 @@ def map_batches(function, n_windows, n_jobs, batch_size=BATCH):
     """
     batches = list(gen_batches(n_windows, batch_size))
     n_threads = min(effective_n_jobs(n_jobs), len(batches))
-    with _libraries().limit(limits=1, user_api="blas"):
+    with _one_thread:
         if n_threads < 2 or hasattr(_worker, "is_one"):
             return [function(batch) for batch in batches]
         # scikit-learn's settings belong to a thread.

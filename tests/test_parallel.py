@@ -1,10 +1,11 @@
 import threading
+import time
 
 import pytest
 from sklearn import config_context, get_config
-from threadpoolctl import threadpool_info
+from threadpoolctl import threadpool_info, threadpool_limits
 
-from skarxlag._parallel import map_batches
+from skarxlag._parallel import _one_thread, map_batches
 
 
 @pytest.mark.parametrize("n_jobs", [None, 1, 2, 3, -1])
@@ -43,3 +44,44 @@ def test_linear_algebra_runs_on_one_thread(n_jobs):
 def test_an_error_in_a_batch_reaches_the_caller():
     with pytest.raises(ZeroDivisionError):
         map_batches(lambda batch: 1 / (batch.start - 10), 20, 2, 5)
+
+
+def blas_threads():
+    return [i["num_threads"] for i in threadpool_info() if i["user_api"] == "blas"]
+
+
+def test_overlapping_callers_leave_the_threads_of_linear_algebra_as_they_were():
+    entered, left, done = threading.Event(), threading.Event(), threading.Event()
+
+    def first(_):
+        entered.set()
+        assert left.wait(20)
+
+    def live_on():
+        map_batches(first, 1, 1, 1)
+        # The thread that has set the number is alive when another one restores it.
+        assert done.wait(20)
+
+    def second(_):
+        left.set()
+        while _one_thread._n_inside > 1:
+            time.sleep(0.001)
+        return blas_threads()
+
+    with threadpool_limits(2, user_api="blas"):
+        before = blas_threads()
+        caller = threading.Thread(target=live_on)
+        caller.start()
+        assert entered.wait(20)
+        assert set(map_batches(second, 1, 1, 1)[0]) == {1}
+        assert blas_threads() == before
+        done.set()
+        caller.join()
+
+
+def test_threads_are_left_as_they_were_after_an_error():
+    with threadpool_limits(2, user_api="blas"):
+        before = blas_threads()
+        with pytest.raises(ZeroDivisionError):
+            map_batches(lambda _: 1 / 0, 3, 1, 1)
+        assert blas_threads() == before

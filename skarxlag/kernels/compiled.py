@@ -5,11 +5,47 @@ import functools
 import numba
 
 
+class _LenientCache:
+    """A cache on disk that is done without where it cannot be read or written.
+
+    A full disk, a file that was cut off and a folder that became read-only must not end a
+    computation that only wanted to be faster the next time.
+    """
+
+    def __init__(self, cache):
+        self._cache = cache
+
+    def __getattr__(self, name):
+        return getattr(self._cache, name)
+
+    def load_overload(self, sig, target_context):
+        try:
+            return self._cache.load_overload(sig, target_context)
+        # What unpickling of a damaged file raises is as varied as the damage.
+        except Exception:
+            return None
+
+    def save_overload(self, sig, data):
+        try:
+            self._cache.save_overload(sig, data)
+        except Exception:
+            # A damaged index would be read again before every attempt to add to it.
+            self._start_afresh(sig, data)
+
+    def _start_afresh(self, sig, data):
+        try:
+            self._cache.flush()
+            self._cache.save_overload(sig, data)
+        except Exception:
+            return
+
+
 def compiled(function):
     """Compile `function` with numba at its first call, never at import.
 
-    The machine code is cached on disk where numba finds a folder that it may write to, and kept in
-    memory for the life of the process where it does not.
+    The machine code is cached on disk where numba finds a folder that it may write to. It is kept
+    in memory for the life of the process where there is none, where the disk is full, and where
+    what is cached is damaged.
 
     Parameters
     ----------
@@ -24,8 +60,11 @@ def compiled(function):
     options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
     try:
         dispatcher = numba.njit(cache=True, **options)(function)
-    except RuntimeError:
+    except (RuntimeError, OSError):
         dispatcher = numba.njit(**options)(function)
+    # With NUMBA_DISABLE_JIT there is nothing to cache.
+    if hasattr(dispatcher, "_cache"):
+        dispatcher._cache = _LenientCache(dispatcher._cache)
     functools.update_wrapper(dispatcher, function)
     return dispatcher
 

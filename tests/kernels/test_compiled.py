@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 
@@ -78,6 +79,33 @@ def test_works_where_no_cache_folder_can_be_written(tmp_path):
         XDG_CACHE_HOME=nowhere,
     )
     assert not list(tmp_path.rglob("*.nbi"))
+
+
+def thrice(x):
+    return 3.0 * x
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.9])
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+def test_damaged_cache_is_compiled_again_and_mended(tmp_path, monkeypatch, suffix, share):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    assert compiled(thrice)(2.0) == 6.0
+    [damaged] = tmp_path.rglob(f"*.{suffix}")
+    content = damaged.read_bytes()
+    damaged.write_bytes(content[: int(share * len(content))])
+    assert compiled(thrice)(2.0) == 6.0
+    again = compiled(thrice)
+    assert again(2.0) == 6.0 and sum(again.stats.cache_hits.values()) == 1
+
+
+def test_full_disk_ends_nothing(tmp_path, monkeypatch):
+    def fail(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(numba.core.caching.IndexDataCacheFile, "_open_for_write", fail)
+    assert compiled(thrice)(2.0) == 6.0
+    assert not list(tmp_path.rglob("*.nb?"))
 
 
 def test_compiled_function_keeps_its_name_and_what_it_was():
