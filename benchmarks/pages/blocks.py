@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pandas as pd
 
+from benchmarks.pages.parts import ROOT, record
+
 
 def page_parser(doc, name):
     """Parser of a command that writes CSV files and the tables of a page.
@@ -100,6 +102,9 @@ def write_blocks(path, blocks):
     for name in held:
         text = put_block(text, name, blocks[name])
     path.write_text(text, encoding="utf-8")
+    if path.resolve().is_relative_to(ROOT):
+        page = path.resolve().relative_to(ROOT).as_posix()
+        record(f"{page}: {name}" for name in held)
 
 
 def publish(options, blocks):

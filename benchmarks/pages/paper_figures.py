@@ -77,3 +77,7 @@ def main(arguments=None):
     folder = parser.parse_args(arguments).folder
     draw_diagrams(folder)
     draw_figures(folder)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,8 +1,8 @@
 """Draw the picture of the README and of the landing page: recordings, model, residuals, verdict.
 
-``python docs/draw_overview.py [--data-home FOLDER]`` reads the UESTC recordings (see docs/data.md),
-fits `make_diagnoser` at 800 rpm and diagnoses what was recorded at 1400 rpm. The picture has no
-background, in colours that can be read on a white and on a dark page.
+``python -m benchmarks.pages.overview [--data-home FOLDER]`` reads the UESTC recordings (see
+docs/data.md), fits `make_diagnoser` at 800 rpm and diagnoses what was recorded at 1400 rpm. The
+picture has no background, in colours that can be read on a white and on a dark page.
 """
 
 import argparse
@@ -136,7 +136,7 @@ def main():
     """Write the picture."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--data-home", help="folder of the downloaded recordings")
-    parser.add_argument("-o", "--output", default=Path(__file__).parent / "_static/overview.png")
+    parser.add_argument("-o", "--output", default=Path("docs/_static/overview.png"))
     options = parser.parse_args()
     rig = fetch_uestc(data_home=options.data_home, window_length=WINDOW_LENGTH)
     with matplotlib.rc_context(ANY_PAGE | {"font.size": 11}):

@@ -1,0 +1,198 @@
+"""All that is generated in README and docs: the command that writes it, and what it depends on."""
+
+import ast
+import hashlib
+import json
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[2]
+RECORD = ROOT / "docs" / "generated.json"
+#: Sources that every figure depends on.
+CORE = (
+    "skarxlag/*.py",
+    "skarxlag/kernels/*.py",
+    "skarxlag/residual_evaluations/*.py",
+)
+
+
+class Part(NamedTuple):
+    """What one command writes.
+
+    Parameters
+    ----------
+    command : str
+        Arguments of Python; several commands are joined by " && ".
+    reads : tuple of str
+        Patterns of the sources that it depends on beside `CORE`.
+    blocks : dict of str to tuple of str
+        Names of the marked blocks that it writes, by page.
+    images : tuple of str, default=()
+        Patterns of the images that it writes.
+    downloads : bool
+        Whether it takes ``--data-home``, the folder of the real rigs.
+    """
+
+    command: str
+    reads: tuple
+    blocks: dict
+    images: tuple = ()
+    downloads: bool = False
+
+    def outputs(self):
+        """Every block, as "page: block", and the patterns of its images."""
+        blocks = [f"{page}: {name}" for page, names in self.blocks.items() for name in names]
+        return [*blocks, *self.images]
+
+
+_CROSS_SPEED = ("skarxlag/datasets/*.py", "benchmarks/cross_speed/*.py")
+_SIMULATED = ("skarxlag/datasets/*.py",)
+_STUDIES = ("noise", "window length", "order", "pole", "gains", "speed", "crack size", "compound")
+_STUDIES += ("torque",)
+_EFFECTS = ("valleys", "drift", "best poles", "poles", "amplitude", "evidence", "correlation")
+_EFFECTS += ("adaptation",)
+PARTS = {
+    "overview": Part(
+        "-m benchmarks.pages.overview",
+        ("skarxlag/datasets/*.py", "skarxlag/plotting/*.py", "benchmarks/pages/overview.py"),
+        {},
+        ("docs/_static/overview.png",),
+        downloads=True,
+    ),
+    "cross-speed": Part(
+        "-m benchmarks.cross_speed --rig hit_sm uestc --method MultiRocketHydra "
+        "--window-length 1200 && -m benchmarks.cross_speed "
+        "--figure docs/images/cross_speed.svg --write README.md docs/cross_speed.md",
+        _CROSS_SPEED,
+        {
+            "README.md": ("cross-speed overview",),
+            "docs/cross_speed.md": ("cross-speed tables",),
+        },
+        ("docs/images/cross_speed*.svg",),
+        downloads=True,
+    ),
+    "ablation": Part(
+        "-m benchmarks.recipe ablation --write docs/cross_speed.md",
+        (*_CROSS_SPEED, "benchmarks/recipe/ablation.py"),
+        {"docs/cross_speed.md": ("ablation",)},
+        downloads=True,
+    ),
+    "confidence": Part(
+        "-m benchmarks.recipe confidence --write docs/cross_speed.md",
+        (*_CROSS_SPEED, "benchmarks/recipe/confidence.py", "benchmarks/recipe/detection.py"),
+        {"docs/cross_speed.md": ("confidence", "detection")},
+        downloads=True,
+    ),
+    "speed-effects": Part(
+        "-m benchmarks.recipe speed-effects --write docs/cross_speed.md",
+        (*_CROSS_SPEED, "benchmarks/recipe/s*.py", "benchmarks/recipe/evidence_over_time.py"),
+        {"docs/cross_speed.md": _EFFECTS},
+        downloads=True,
+    ),
+    "speed": Part(
+        "-m benchmarks.speed --write benchmarks/README.md",
+        ("benchmarks/speed/*.py",),
+        {"benchmarks/README.md": ("speed",)},
+    ),
+    "paper-tables": Part(
+        "-m benchmarks.paper tables --write docs/paper/tables.md",
+        (*_SIMULATED, "skarxlag/paper/*", "benchmarks/paper/tables.py"),
+        {
+            "docs/paper/tables.md": tuple(
+                f"paper tables {run}"
+                for run in ("compared", "bank", "single residual", "long windows")
+            )
+        },
+    ),
+    "sensitivity": Part(
+        "-m benchmarks.paper sensitivity --write docs/paper/sensitivity.md",
+        (*_SIMULATED, "benchmarks/paper/sensitivity/*.py"),
+        {
+            "docs/paper/sensitivity.md": tuple(
+                f"sensitivity {name}" for name in ("protocol", *_STUDIES)
+            )
+        },
+        ("docs/paper/images/sensitivity_*.svg",),
+    ),
+    "fault-estimation": Part(
+        "-m benchmarks.paper fault-estimation --write docs/paper/fault_estimation.md",
+        (*_SIMULATED, "benchmarks/paper/fault_estimation/*.py"),
+        {
+            "docs/paper/fault_estimation.md": tuple(
+                f"fault estimation {name}"
+                for name in ("observers", "synthetic", "bearing", "gains")
+            )
+        },
+        ("docs/paper/images/fault_estimation_*.svg",),
+    ),
+    "paper-figures": Part(
+        "-m benchmarks.pages.paper_figures",
+        (
+            *_SIMULATED,
+            "skarxlag/plotting/*.py",
+            "skarxlag/commands/paper_figures.py",
+            "benchmarks/pages/paper_figures.py",
+            "benchmarks/pages/diagrams.py",
+        ),
+        {},
+        tuple(f"docs/paper/images/{stem}" for stem in ("figure_*", "ladder.png", "bank.png")),
+    ),
+}
+
+
+@cache
+def _code(path):
+    """A source without its comments, docstrings and layout; of other files the bytes."""
+    if path.suffix != ".py":
+        return path.read_bytes()
+    tree = ast.parse(path.read_text("utf-8"))
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        first = getattr(body[0], "value", None) if isinstance(body, list) and body else None
+        if isinstance(first, ast.Constant) and isinstance(body[0], ast.Expr):
+            first.value = ""
+    return ast.unparse(tree).encode()
+
+
+def fingerprint(part, root=ROOT):
+    """SHA-256 of the code that a part depends on; comments and docstrings do not count."""
+    digest = hashlib.sha256()
+    for pattern in (*CORE, *part.reads):
+        for path in sorted(root.glob(pattern)):
+            if path.is_file():
+                digest.update(path.relative_to(root).as_posix().encode() + _code(path))
+    return digest.hexdigest()[:16]
+
+
+def recorded():
+    """What each output was made from, as far as that is known."""
+    return json.loads(RECORD.read_text("utf-8")) if RECORD.exists() else {}
+
+
+def record(outputs):
+    """Note that these outputs have just been written."""
+    known = recorded()
+    for part in PARTS.values():
+        for output in set(part.outputs()) & set(outputs):
+            known[output] = fingerprint(part)
+    if known:
+        RECORD.write_text(json.dumps(known, indent=1, sort_keys=True) + "\n", "utf-8")
+
+
+def stale():
+    """Outputs, by part, whose code has changed since they were written or that were never recorded.
+
+    Returns
+    -------
+    dict of str to list of str
+        Parts that are up to date are left out.
+    """
+    known = recorded()
+    found = {}
+    for name, part in PARTS.items():
+        now = fingerprint(part)
+        outdated = [output for output in part.outputs() if known.get(output) != now]
+        if outdated:
+            found[name] = outdated
+    return found
