@@ -84,6 +84,7 @@ def diagnose_recording(recording, model):
         With a verdict.
     """
     length, sampling_rate = model.window_length, None
+    rpm = _speed(recording, model)
 
     def signals():
         nonlocal sampling_rate
@@ -94,7 +95,7 @@ def diagnose_recording(recording, model):
             yield signal
 
     parts = [
-        window_verdicts(model.diagnoser, X, model.conditions, recording.rpm)
+        window_verdicts(model.diagnoser, X, model.conditions, rpm)
         for X in cut_blocks(signals(), recording.name, length)
     ]
     windows = pd.concat(parts, ignore_index=True)
@@ -102,6 +103,18 @@ def diagnose_recording(recording, model):
     verdict = recording_verdict(windows, model.conditions)
     remarks = verdict_remarks(windows, verdict, model.conditions)
     return Diagnosis(verdict, windows, sampling_rate, tuple(remarks))
+
+
+def _speed(recording, model):
+    """Speed of a recording, which a detector that was fitted with speeds must know."""
+    speeds = getattr(model.diagnoser[-1], "speeds_", ())
+    if len(speeds) > 0 and recording.rpm is None:
+        listed = ", ".join(f"{speed:g}" for speed in speeds)
+        raise CommandError(
+            f"{recording.name}: its speed is not stated, but {model.path} was fitted at {listed} "
+            "rpm; give --rpm or a column rpm"
+        )
+    return recording.rpm
 
 
 def _check_fits(name, signal, sampling_rate, model):
