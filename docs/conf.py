@@ -85,7 +85,6 @@ html_sidebars = {
         "guide",
         "method",
         "cross_speed",
-        "detection",
         "data",
         "simulated_rig",
         "project/*",

@@ -3,6 +3,8 @@
 import argparse
 import math
 
+from ..recordings.speeds import SpeedRange
+
 
 def add_execution_arguments(parser):
     """Declare what many recordings are worked on with, and how much is said meanwhile."""
@@ -53,6 +55,14 @@ def positive_number(text):
 def rate(text):
     """A number strictly between 0 and 1."""
     return _number(text, "a number between 0 and 1", lambda value: 0 < value < 1)
+
+
+def speed_range(text):
+    """A shaft speed, alone, with a tolerance, or as a range."""
+    try:
+        return SpeedRange.parse(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
 
 
 def speed_or_all(text):

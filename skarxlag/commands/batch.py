@@ -14,7 +14,7 @@ def diagnose_all(args, recordings, journal=None):
     Parameters
     ----------
     args : argparse.Namespace
-        With ``model``, ``n_jobs``, ``processes``, ``dask`` and ``quiet``.
+        With ``model``, ``resample``, ``n_jobs``, ``processes``, ``dask`` and ``quiet``.
     recordings : list of ListedRecording or similar
         What to diagnose.
     journal : Journal or None, default=None
@@ -45,7 +45,7 @@ def diagnose_all(args, recordings, journal=None):
                 place = places[number]
                 if isinstance(outcome, WorkerDied):
                     path = recordings[place].path
-                    outcome = Diagnosis.failed(f"{path}: the process that read it died, twice")
+                    outcome = Diagnosis.failed(f"{path}: every process that read it died")
                 if journal is not None:
                     journal.add(recordings[place], outcome)
                 finish(place, outcome, outcome.error or outcome.verdict["verdict"])
@@ -60,4 +60,4 @@ def _tasks(args, recordings, n_workers):
     if args.dask is not None:
         # A worker may run in another folder.
         recordings = [replace(each, path=each.path.absolute()) for each in recordings]
-    return [Task(recording, model) for recording in recordings]
+    return [Task(recording, model, args.resample) for recording in recordings]

@@ -2,13 +2,12 @@
 
 import sys
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from .._version import __version__
-from ..recordings.files import recording_blocks
 from ..recordings.table import list_recordings
 from ..verdicts import NO_SIGNAL, takes_rpm
 from .arguments import add_execution_arguments, positive_number
@@ -25,6 +24,7 @@ from .results import (
     window_rows,
     write_tables,
 )
+from .sources import add_source_arguments, named_recordings
 from .terminal import verdict_table
 
 _DESCRIPTION = """\
@@ -34,33 +34,9 @@ recordings, with the columns that `fit` takes, is given with --table. Exit statu
 recordings were diagnosed, 1 if some could not be, 2 if an argument is wrong, 3 with --fail-on alarm
 if there is a verdict other than the healthy condition.
 """
-
-
 _ALARM = 3
-
-
-@dataclass(frozen=True)
-class _File:
-    """A RECORDING of the command line, with the face of a `ListedRecording`."""
-
-    path: Path
-    channel: str | list | None
-    sampling_rate: float | None
-    rpm: float | None
-    condition = None
-
-    @property
-    def name(self):
-        return str(self.path)
-
-    def blocks(self, n_samples):
-        for signal, known in recording_blocks(self.path, n_samples, channel=self.channel):
-            if None not in (self.sampling_rate, known) and self.sampling_rate != known:
-                raise ValueError(
-                    f"--sampling-rate is {self.sampling_rate:g} Hz, but {self.path} states "
-                    f"{known:g} Hz"
-                )
-            yield signal, known if self.sampling_rate is None else self.sampling_rate
+#: Recordings that a remark names.
+_MOST_NAMES = 5
 
 
 def add_arguments(parser):
@@ -68,22 +44,20 @@ def add_arguments(parser):
     parser.description = _DESCRIPTION
     parser.add_argument("model", type=Path, metavar="MODEL.skops", help="what fit has saved")
     parser.add_argument(
-        "recordings", type=Path, nargs="*", metavar="RECORDING", help=".mat, .csv, .wav, ..."
+        "recordings",
+        nargs="*",
+        metavar="RECORDING",
+        help="a file, a folder, or a glob such as 'runs/*/acc_*.tdms'",
     )
     parser.add_argument("--table", type=Path, help="csv table of further recordings")
-    parser.add_argument(
-        "--channel",
-        metavar="NAME",
-        help="channel of each RECORDING; several are separated by ; with the output first",
-    )
-    parser.add_argument(
-        "--sampling-rate",
-        type=positive_number,
-        metavar="HZ",
-        help="of each RECORDING, to check it against the diagnoser's",
-    )
+    add_source_arguments(parser, "each RECORDING")
     parser.add_argument(
         "--rpm", type=positive_number, help="shaft speed of each RECORDING, where the model uses it"
+    )
+    parser.add_argument(
+        "--resample",
+        action="store_true",
+        help="bring recordings of another sampling rate to that of the model; without it they fail",
     )
     parser.add_argument(
         "-o",
@@ -110,11 +84,12 @@ def run(args):
     """Run the command."""
     _check_arguments(args)
     model = load_model(args.model)
-    channel = args.channel
-    if channel is not None and ";" in channel:
-        channel = [name.strip() for name in channel.split(";")]
-    recordings = [_File(path, channel, args.sampling_rate, args.rpm) for path in args.recordings]
+    if args.resample and model.sampling_rate is None:
+        raise UsageError(f"argument --resample: {args.model} does not state a sampling rate")
     with as_command_error():
+        recordings = named_recordings(args)
+        if args.rpm is not None:
+            recordings = [replace(each, rpm=args.rpm) for each in recordings]
         if args.table is not None:
             recordings += list_recordings(args.table)
     if args.output is not None:
@@ -138,7 +113,7 @@ def run(args):
 def _check_arguments(args):
     if not args.recordings and args.table is None:
         raise UsageError("argument RECORDING: none given, expected files or --table")
-    for name in ("channel", "sampling_rate", "rpm"):
+    for name in ("pattern", "channel", "sampling_rate", "dtype", "rpm"):
         if getattr(args, name) is not None and not args.recordings:
             option = "--" + name.replace("_", "-")
             raise UsageError(f"argument {option}: belongs to RECORDING; the table states its own")
@@ -154,7 +129,7 @@ def _check_output(args, recordings):
 def _journal(args):
     if args.output is None:
         return nullcontext()
-    return Journal(args.output, args.model, [__version__])
+    return Journal(args.output, args.model, [__version__, args.resample])
 
 
 def _has_alarm(rows, model):
@@ -172,7 +147,9 @@ def _report(args, model, diagnoses, rows):
     for name, diagnosis in zip(rows["recording"], diagnoses, strict=True):
         for remark in diagnosis.remarks:
             by_remark.setdefault(remark, []).append(name)
-    lines += [f"{', '.join(names)}: {remark}" for remark, names in by_remark.items()]
+    for remark, names in by_remark.items():
+        more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
+        lines.append(f"{', '.join(names[:_MOST_NAMES])}{more}: {remark}")
     is_assumed = any(d.error is None and d.sampling_rate is None for d in diagnoses)
     if is_assumed and model.sampling_rate is not None:
         lines.append(
@@ -182,6 +159,10 @@ def _report(args, model, diagnoses, rows):
         lines.append(_speed_line(found))
     if found["confidence"].notna().any():
         lines.append("Alarms depend on the speed; for detection across speeds fit a detector.")
+    elif model.train_rpm is not None:
+        lines.append(
+            f"Levels grow with speed: false alarms are as stated up to {model.train_rpm[-1]:g} rpm."
+        )
     if args.output is not None:
         lines.append("Written: " + ", ".join(str(path) for path in result_paths(args.output)))
     return "\n".join(lines)

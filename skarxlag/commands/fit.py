@@ -2,7 +2,7 @@
 
 import re
 import sys
-import warnings
+from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -12,25 +12,31 @@ from ..diagnosers import make_detector, make_stretch_diagnoser
 from ..persistence import save_diagnoser
 from ..recordings import load_recordings
 from ..recordings.table import list_recordings
-from .arguments import job_count, positive_number, rate, window_length
+from .arguments import (
+    job_count,
+    positive_int,
+    positive_number,
+    rate,
+    speed_range,
+    window_length,
+)
 from .diagnosers import DIAGNOSERS, set_threads
 from .errors import CommandError, UsageError, as_command_error
-from .models import is_model_file
+from .models import held_rate, is_model_file
 from .results import check_output
+from .sources import add_source_arguments, stated
 from .stretches import join_windows, stretch_windows
 
 _DESCRIPTION = """\
 Calibrate a diagnoser on the recordings that a table lists, and save it. The table is a csv file
 with the columns path, condition, rpm, sampling_rate and channel; only path is needed by all, see
-skarxlag.read_recording_table. The detector needs healthy recordings only, best of several speeds,
-and names no fault.
+skarxlag.read_recording_table. The detector needs healthy recordings only and names no
+fault; calibrate it at the highest speed.
 """
 DETECTOR = "detector"
 STRETCHES = "stretches"
 #: Samples in a window; stretches consist of such windows.
 _WINDOW_LENGTH = 1200
-#: Samples in a row that the detector takes.
-_DETECTOR_LENGTH = 4800
 #: Words that tell the healthy condition.
 _HEALTHY = {"healthy", "normal", "good", "intact", "baseline"}
 
@@ -38,7 +44,14 @@ _HEALTHY = {"healthy", "normal", "good", "intact", "baseline"}
 def add_arguments(parser):
     """Declare the arguments."""
     parser.description = _DESCRIPTION
-    parser.add_argument("table", type=Path, help="csv table of the recordings")
+    parser.add_argument("table", type=Path, help="csv table of the recordings, a folder, or a glob")
+    add_source_arguments(parser, "a folder or glob")
+    parser.add_argument(
+        "--resample",
+        type=positive_number,
+        metavar="HZ",
+        help="bring all recordings to this sampling rate; without it they must have the same",
+    )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.skops")
     parser.add_argument(
         "--force", action="store_true", help="let -o replace a file that is no saved diagnoser"
@@ -47,13 +60,14 @@ def add_arguments(parser):
         "--diagnoser",
         choices=[*DIAGNOSERS, STRETCHES, DETECTOR],
         help="default: stretches, which takes the speeds of the table, where the recordings are "
-        "long enough and --window-length is not given, else diagnoser",
+        "long enough and neither --window-length, --hop nor --max-windows is given, else diagnoser",
     )
     parser.add_argument(
         "--train-rpm",
-        type=positive_number,
+        type=speed_range,
         metavar="RPM",
-        help="use the recordings of this speed; default: all recordings",
+        help="use the recordings of this speed, also 1797+-30, 1797+-2%% or 1700..1800; default: "
+        "all recordings",
     )
     parser.add_argument(
         "--healthy",
@@ -72,13 +86,20 @@ def add_arguments(parser):
         "--window-length",
         type=window_length,
         metavar="N",
-        help="default: 1200, of the detector 4800; of stretches a second, or ten turns at the "
-        "lowest speed of the table if that is longer",
+        help="default: 1200; of stretches a second, or ten turns at the lowest speed of the table "
+        "if that is longer",
     )
     parser.add_argument(
-        "--fixed-gain",
-        action="store_true",
-        help="detector: all recordings have the same sensor and gain, so the level counts",
+        "--hop",
+        type=positive_int,
+        metavar="N",
+        help="samples from the start of one window to the start of the next; default: their length",
+    )
+    parser.add_argument(
+        "--max-windows",
+        type=positive_int,
+        metavar="N",
+        help="of each recording, spread over all of it; default: all windows",
     )
     parser.add_argument(
         "--n-jobs", type=job_count, default=-1, metavar="N", help="threads; default: all cores"
@@ -89,20 +110,26 @@ def add_arguments(parser):
 def run(args):
     """Run the command."""
     with as_command_error():
-        inputs = [args.table, *(recording.path for recording in list_recordings(args.table))]
+        listed = list_recordings(args.table, **stated(args))
+        inputs = [args.table, *(recording.path for recording in listed)]
     check_output(args.output, inputs, is_own=is_model_file, force=args.force)
     if find_spec("skops") is None:
         raise CommandError("saving a diagnoser needs skops: pip install 'skarxlag[io]'")
-    if args.fixed_gain and args.diagnoser != DETECTOR:
-        raise UsageError(f"argument --fixed-gain: belongs to --diagnoser {DETECTOR}")
-    default = _DETECTOR_LENGTH if args.diagnoser == DETECTOR else _WINDOW_LENGTH
     with as_command_error():
-        rig = load_recordings(args.table, window_length=args.window_length or default)
+        rig = load_recordings(
+            args.table,
+            window_length=args.window_length or _WINDOW_LENGTH,
+            hop=args.hop,
+            max_windows=args.max_windows,
+            resample=args.resample,
+            **stated(args),
+        )
+    print(rig.DESCR)
     rig, kind = _rows(args, rig)
     chosen = _choose_speed(args, rig)
     conditions, reason = _conditions(args, kind, rig, chosen)
     if kind == DETECTOR:
-        diagnoser = make_detector(fixed_gain=args.fixed_gain)
+        diagnoser = make_detector()
         if rig.target is not None:
             chosen &= rig.target == conditions[0]
     elif kind == STRETCHES:
@@ -117,10 +144,10 @@ def run(args):
     set_threads(diagnoser, args.n_jobs)
     rows = "stretches" if kind == STRETCHES else "windows"
     print(f"{len(X)} {rows}: fitting", file=sys.stderr, flush=True)
-    uses_speeds = kind in (STRETCHES, DETECTOR) and rig.rpm is not None
-    speeds = {"rpm": rig.rpm[chosen]} if uses_speeds else {}
-    with as_command_error(), warnings.catch_warnings(record=True) as warned:
-        warnings.simplefilter("always", UserWarning)
+    own = [recording if y is None else recording[y == name] for name in conditions]
+    n_windows, n_recordings = [len(each) for each in own], [len(np.unique(each)) for each in own]
+    speeds = {"rpm": rig.rpm[chosen]} if kind == STRETCHES and rig.rpm is not None else {}
+    with as_command_error():
         diagnoser.fit(X, y, **speeds)
         # The number of threads belongs to this machine, not to the file.
         set_threads(diagnoser, None)
@@ -133,37 +160,29 @@ def run(args):
             sampling_rate=float(rig.sampling_rate),
             n_channels=1 if X.ndim == 2 else X.shape[1],
             window_length=X.shape[-1],
+            channels=_channel_names(listed[0]),
+            n_windows=n_windows,
+            n_recordings=n_recordings,
+            false_alarm_rate=args.false_alarm_rate,
+            saved=datetime.now(UTC).strftime("%Y-%m-%d"),
         )
     print(_length_line(kind, X.shape[-1], rig, chosen))
-    for name in conditions:
-        own = slice(None) if y is None else y == name
-        n_recordings = len(np.unique(recording[own]))
-        print(f"{name}: {n_recordings} recordings, {len(X[own])} {rows}")
+    for name, n_own_recordings, n_own in zip(conditions, n_recordings, n_windows, strict=True):
+        print(f"{name}: {n_own_recordings} recordings, {n_own} {rows}")
     print(f"Healthy: {conditions[0]} ({reason})")
-    for warning in warned:
-        print(f"warning: {warning.message}", file=sys.stderr)
-    print(_calibration(diagnoser[-1], args.false_alarm_rate))
+    threshold = diagnoser[-1].detection_threshold_
+    print(f"Detection threshold {threshold:.4g} at a false-alarm rate of {args.false_alarm_rate:g}")
+    for sentence in held_rate(n_windows[0], args.false_alarm_rate):
+        print(sentence)
     print(f"Saved {kind} to {args.output}")
     return 0
-
-
-def _calibration(decide, rate):
-    """What the alarm rests on, in one line."""
-    if hasattr(decide, "detection_threshold_"):
-        threshold = decide.detection_threshold_
-        return f"Detection threshold {threshold:.4g} at a false-alarm rate of {rate:g}"
-    line = f"Limits for a false-alarm rate of {rate:g} from {decide.n_rows_} healthy windows"
-    if len(decide.left_out_rates_) == 0:
-        return line
-    shares = zip(decide.speeds_, decide.left_out_rates_, strict=True)
-    listed = ", ".join(f"{share:.1%} at {speed:g} rpm" for speed, share in shares)
-    return f"{line}; false alarms at speeds that were left out: {listed}"
 
 
 def _rows(args, rig):
     """Windows or stretches of the recordings, and which diagnoser they are for."""
     kind = args.diagnoser
-    if args.window_length is not None or kind not in (None, STRETCHES):
+    is_cut = (args.window_length, args.hop, args.max_windows) != (None, None, None)
+    if is_cut or kind not in (None, STRETCHES):
         return rig, kind or "diagnoser"
     n_windows = stretch_windows(rig)
     if n_windows is not None:
@@ -188,16 +207,21 @@ def _length_line(kind, length, rig, chosen):
     return f"Stretches {text}, {turns:.3g} turns at {slowest:g} rpm"
 
 
+def _channel_names(recording):
+    channel = recording.channel
+    return channel if isinstance(channel, list) else [] if channel is None else [channel]
+
+
 def _choose_speed(args, rig):
     if args.train_rpm is None:
         return np.ones(len(rig.data), dtype=bool)
     if rig.rpm is None:
         raise UsageError(f"argument --train-rpm: {args.table} has no column rpm to choose from")
-    chosen = rig.rpm == args.train_rpm
+    chosen = args.train_rpm.contains(rig.rpm)
     if not chosen.any():
         listed = ", ".join(f"{speed:g}" for speed in np.unique(rig.rpm))
         raise UsageError(
-            f"argument --train-rpm: {args.train_rpm:g}, expected a speed of {args.table}: {listed}"
+            f"argument --train-rpm: {args.train_rpm}, expected a speed of {args.table}: {listed}"
         )
     return chosen
 
@@ -214,7 +238,7 @@ def _conditions(args, kind, rig, chosen):
             raise UsageError(f"argument --healthy: {args.table} has no column condition")
         return ["healthy"], "the table states no conditions"
     present = [name for name in rig.target_names if name in set(rig.target[chosen])]
-    at = "" if args.train_rpm is None else f" at {args.train_rpm:g} rpm"
+    at = "" if args.train_rpm is None else f" at {args.train_rpm} rpm"
     listed = f"{args.table}{at}: {', '.join(present)}"
     healthy, reason = _healthy(args, kind, present)
     if healthy is None:

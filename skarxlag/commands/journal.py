@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import sys
 from pathlib import Path
 
 import pandas as pd
@@ -46,6 +47,8 @@ class Journal:
         self._file.close()
         if kind is None:
             self.path.unlink()
+        elif kind is KeyboardInterrupt:
+            print(f"{self.path}: the same command goes on from here", file=sys.stderr)
 
     def result(self, recording):
         """What an earlier run found of a recording that has not changed since, or None."""

@@ -1,6 +1,7 @@
 """A saved diagnoser and what must be known to use it on recordings."""
 
 import functools
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from zipfile import BadZipFile, ZipFile
@@ -23,7 +24,7 @@ class SavedModel:
     facts : dict
         As saved.
     kind : str
-        Name of the diagnoser in the commands, or of its steps.
+        Name of the diagnoser in the commands, or of its class.
     conditions : list of str
         The healthy one first.
     n_channels : int
@@ -131,9 +132,45 @@ def is_model_file(path):
         return False
 
 
+def held_rate(n_windows, rate):
+    """What to say where fewer healthy windows were at hand than the false-alarm rate needs.
+
+    Of n windows and a further one of the same kind, the further one is the largest with
+    probability 1 / (n + 1), so no threshold that rests on the n promises less.
+
+    Parameters
+    ----------
+    n_windows : int
+        Healthy windows of the calibration.
+    rate : float
+        The rate that was asked for.
+
+    Returns
+    -------
+    list of str
+        A sentence, or none if the rate can be held.
+
+    Examples
+    --------
+    >>> print(*held_rate(4, 0.01))
+    4 healthy windows cannot hold a false-alarm rate of 0.01: no threshold promises less than
+    1/5 = 0.2. It takes 99 windows.
+    >>> held_rate(99, 0.01)
+    []
+    """
+    needed = math.ceil(round(1 / rate - 1, 6))
+    if n_windows >= needed:
+        return []
+    return [
+        f"{n_windows} healthy windows cannot hold a false-alarm rate of {rate:g}: no threshold "
+        f"promises less than 1/{n_windows + 1} = {1 / (n_windows + 1):.2g}. It takes {needed} "
+        "windows."
+    ]
+
+
 def _of_steps(diagnoser):
     first, decide = diagnoser[0], diagnoser[-1]
-    known = {"diagnoser": ", ".join(type(step).__name__ for _, step in diagnoser.steps)}
+    known = {"diagnoser": type(diagnoser).__name__}
     if hasattr(decide, "classes_"):
         conditions = decide.classes_.tolist()
         healthy = conditions[decide.healthy_index_] if hasattr(decide, "healthy_index_") else None

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from ..recordings.rates import rates_agree, resampled_blocks
 from ..recordings.windows import block_length, cut_blocks
 from ..verdicts import recording_verdict, verdict_remarks, window_verdicts
 from .errors import CommandError
@@ -55,20 +56,23 @@ class Task:
         With ``name``, ``path``, ``rpm`` and ``blocks``.
     model : tuple
         Arguments of `cached_model`.
+    resample : bool
+        Whether to bring the recording to the model's sampling rate.
     """
 
     recording: object
     model: tuple
+    resample: bool
 
     def __call__(self):
         """Diagnose the recording; what is wrong with it is told, not raised."""
         try:
-            return diagnose_recording(self.recording, cached_model(*self.model))
+            return diagnose_recording(self.recording, cached_model(*self.model), self.resample)
         except (OSError, ValueError, ImportError, MemoryError, CommandError) as error:
             return Diagnosis.failed(error)
 
 
-def diagnose_recording(recording, model):
+def diagnose_recording(recording, model, resample=False):
     """Diagnose one recording, read part by part.
 
     Parameters
@@ -77,44 +81,37 @@ def diagnose_recording(recording, model):
         With ``name``, ``rpm`` and ``blocks``.
     model : SavedModel
         The diagnoser.
+    resample : bool, default=False
+        Whether to bring the recording to the model's sampling rate.
 
     Returns
     -------
     Diagnosis
         With a verdict.
     """
-    length, sampling_rate = model.window_length, None
-    rpm = _speed(recording, model)
+    length, sampling_rate, old_rates = model.window_length, None, []
 
     def signals():
         nonlocal sampling_rate
-        for signal, sampling_rate in recording.blocks(block_length(length)):
+        blocks = recording.blocks(block_length(length))
+        if resample:
+            blocks = resampled_blocks(blocks, model.sampling_rate, note=old_rates.append)
+        for signal, sampling_rate in blocks:
             if cancelled.is_set():
                 raise KeyboardInterrupt
             _check_fits(recording.name, signal, sampling_rate, model)
             yield signal
 
     parts = [
-        window_verdicts(model.diagnoser, X, model.conditions, rpm)
+        window_verdicts(model.diagnoser, X, model.conditions, recording.rpm)
         for X in cut_blocks(signals(), recording.name, length)
     ]
     windows = pd.concat(parts, ignore_index=True)
     windows.insert(0, "start", np.arange(len(windows)) * length)
     verdict = recording_verdict(windows, model.conditions)
     remarks = verdict_remarks(windows, verdict, model.conditions)
+    remarks += [f"Resampled from {r:g} to {model.sampling_rate:g} Hz." for r in old_rates]
     return Diagnosis(verdict, windows, sampling_rate, tuple(remarks))
-
-
-def _speed(recording, model):
-    """Speed of a recording, which a detector that was fitted with speeds must know."""
-    speeds = getattr(model.diagnoser[-1], "speeds_", ())
-    if len(speeds) > 0 and recording.rpm is None:
-        listed = ", ".join(f"{speed:g}" for speed in speeds)
-        raise CommandError(
-            f"{recording.name}: its speed is not stated, but {model.path} was fitted at {listed} "
-            "rpm; give --rpm or a column rpm"
-        )
-    return recording.rpm
 
 
 def _check_fits(name, signal, sampling_rate, model):
@@ -123,8 +120,8 @@ def _check_fits(name, signal, sampling_rate, model):
         raise CommandError(
             f"{name}: {n_channels} channels, but {model.path} was fitted on {model.n_channels}"
         )
-    if None not in (sampling_rate, model.sampling_rate) and sampling_rate != model.sampling_rate:
+    if not rates_agree(sampling_rate, model.sampling_rate):
         raise CommandError(
             f"{name}: sampled at {sampling_rate:g} Hz, but {model.path} was fitted at "
-            f"{model.sampling_rate:g} Hz"
+            f"{model.sampling_rate:g} Hz; --resample brings it to that"
         )

@@ -106,13 +106,10 @@ def recording_rows(recordings, diagnoses):
 
 
 def stated_columns(recording):
-    """What the table states of a recording: its condition and its speed."""
-    stated = {}
-    for name in ("condition", "rpm"):
-        value = getattr(recording, name, None)
-        if value is not None:
-            stated[name] = value
-    return stated
+    """What the table, or the name of the file, states of a recording."""
+    stated = {"condition": recording.condition, "rpm": recording.rpm}
+    stated = {name: value for name, value in stated.items() if value is not None}
+    return stated | {f"stated {name}": value for name, value in recording.further.items()}
 
 
 def window_rows(recordings, diagnoses):

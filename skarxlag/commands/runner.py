@@ -21,20 +21,21 @@ from .errors import CommandError
 _AHEAD = 2
 
 
+_CONNECT_SECONDS = 10
 #: Set when nobody waits for results any more; a thread cannot be ended from outside.
 cancelled = threading.Event()
 
 
 class WorkerDied:
-    """In the place of a result: the process that worked on the task ended, twice."""
+    """In the place of a result: whatever process worked on the task ended."""
 
 
 def run_tasks(tasks, start_executor, n_workers):
     """Run tasks and yield what they return as soon as it is there.
 
     A worker process that dies takes other tasks with it, and nobody can tell which of them was the
-    cause. Each of these gets a second try, alone. Dask tells which it was, and has tried it on
-    several workers.
+    cause. Each of these is tried again, alone, up to twice. Dask tells which it was, and has tried
+    it on several workers.
 
     Parameters
     ----------
@@ -51,7 +52,7 @@ def run_tasks(tasks, start_executor, n_workers):
         Position of a task, and what it returned, or a `WorkerDied`.
     """
     fresh, suspects, running = deque(range(len(tasks))), deque(), {}
-    executor, on_trial = start_executor(), None
+    executor, on_trial, tried = start_executor(), None, set()
     while fresh or suspects or running:
         if suspects:
             on_trial = suspects.popleft()
@@ -76,8 +77,11 @@ def run_tasks(tasks, start_executor, n_workers):
             if on_trial is None:
                 # What a broken pool has not finished it will not finish.
                 suspects.extend(sorted(running.values()))
-            else:
+            elif on_trial in tried:
                 yield on_trial, WorkerDied()
+            else:
+                tried.add(on_trial)
+                suspects.appendleft(on_trial)
             running.clear()
         on_trial = None
 
@@ -132,7 +136,7 @@ def _connected(address):
             "--dask needs distributed: pip install 'skarxlag[distributed]'"
         ) from error
     try:
-        client = Client(address, timeout=10)
+        client = Client(address, timeout=_CONNECT_SECONDS)
     except (OSError, TimeoutError, ValueError) as error:
         raise CommandError(f"--dask {address}: no scheduler answers there ({error})") from error
     with client:

@@ -30,7 +30,7 @@ def contents(path, dtype=None):
             "raw binary states no type; expected dtype, such as '<i2' or '(4,)<f4' for four "
             "interleaved channels"
         )
-    frame = frame_type(dtype)
+    frame = _frame_type(dtype)
     n_bytes = path.stat().st_size
     if n_bytes % frame.itemsize:
         raise ContentError(
@@ -47,8 +47,7 @@ def contents(path, dtype=None):
     return Contents(list(frame.names), read)
 
 
-def frame_type(text):
-    """Structured type of one sample of all channels, from what the user states."""
+def _frame_type(text):
     try:
         dtype = np.dtype(text)
     except (TypeError, ValueError, SyntaxError) as error:

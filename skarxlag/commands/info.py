@@ -1,0 +1,141 @@
+"""``skarxlag info``: what a saved model is, what it was calibrated on, and where its limits are."""
+
+import json
+import textwrap
+from pathlib import Path
+
+from .._version import __version__
+from .models import held_rate, load_model, stated_facts
+
+_DESCRIPTION = """\
+Say what a saved model is: its conditions, speeds, windows, sampling rate and channels, the versions
+that saved it, its calibration, and what must not be expected of it.
+"""
+
+
+def add_arguments(parser):
+    """Declare the arguments."""
+    parser.description = _DESCRIPTION
+    parser.add_argument("model", type=Path, metavar="MODEL.skops", help="what fit has saved")
+    parser.add_argument("--json", action="store_true", help="write JSON, for programs")
+    parser.set_defaults(run=run, fail=parser.error)
+
+
+def run(args):
+    """Run the command."""
+    model = load_model(args.model)
+    if args.json:
+        print(json.dumps(stated_facts(model) | model.facts | {"limits": limits(model)}))
+        return 0
+    card = model_card(model)
+    width = max(map(len, card))
+    for name, text in card.items():
+        print(f"{name:<{width}}  {text}")
+    print("Limits")
+    for sentence in limits(model):
+        print(textwrap.fill(sentence, 100, initial_indent="  - ", subsequent_indent="    "))
+    return 0
+
+
+def model_card(model):
+    """What is known of a model, as pairs of a name and a text.
+
+    Parameters
+    ----------
+    model : SavedModel
+        The model.
+
+    Returns
+    -------
+    dict of str to str
+        In the order in which it is shown.
+    """
+    facts, decide = model.facts, model.diagnoser[-1]
+    seconds = ""
+    if model.sampling_rate is not None:
+        seconds = f", {model.window_length / model.sampling_rate:.3g} s"
+    card = {
+        "Model": str(model.path),
+        "Diagnoser": f"{model.kind}: {_steps(model.diagnoser)}",
+        "Conditions": ", ".join(_with_counts(model)),
+        "Healthy": str(model.conditions[0]),
+        "Speeds": _listed_speeds(model.train_rpm),
+        "Window": f"{model.window_length} samples{seconds}",
+        "Sampling rate": _or_unknown(model.sampling_rate, "{:g} Hz"),
+        "Channels": _channels(model),
+    }
+    if "false_alarm_rate" in facts:
+        card["False alarms"] = f"a rate of {facts['false_alarm_rate']:g} was asked for"
+    threshold = getattr(decide, "detection_threshold_", None)
+    if threshold is not None:
+        card["Threshold"] = f"{threshold:.4g}"
+    versions = [f"{name} {facts[name]}" for name in ("skarxlag", "scikit-learn") if name in facts]
+    card["Saved by"] = ", ".join(versions) + (f" on {facts['saved']}" if "saved" in facts else "")
+    return card
+
+
+def limits(model):
+    """What must not be expected of a model.
+
+    Parameters
+    ----------
+    model : SavedModel
+        The model.
+
+    Returns
+    -------
+    list of str
+        Sentences.
+    """
+    sentences = []
+    is_detector = not hasattr(model.diagnoser[-1], "classes_")
+    if is_detector:
+        sentences.append("It tells healthy from faulty and names no fault.")
+    else:
+        sentences.append(
+            "It names the most similar of its conditions. A fault that it was not trained on gets "
+            "one of these names, too."
+        )
+    if model.train_rpm is None:
+        sentences.append("The speeds of its training are not known.")
+    elif not is_detector:
+        sentences.append(
+            f"Conditions may be told at other speeds than {_listed_speeds(model.train_rpm)}; its "
+            "confidence and its detection threshold hold at these only."
+        )
+    if "n_windows" in model.facts and "false_alarm_rate" in model.facts:
+        sentences += held_rate(model.facts["n_windows"][0], model.facts["false_alarm_rate"])
+    if model.sampling_rate is None:
+        sentences.append("Nobody can check the sampling rate of recordings against it.")
+    if model.facts.get("skarxlag") != __version__:
+        sentences.append(f"This is skarxlag {__version__}, which is not the version that saved it.")
+    return sentences
+
+
+def _steps(diagnoser):
+    return " -> ".join(type(step).__name__ for _, step in diagnoser.steps)
+
+
+def _with_counts(model):
+    counts = model.facts.get("n_windows")
+    if not counts:
+        return map(str, model.conditions)
+    recordings = model.facts["n_recordings"]
+    return [
+        f"{name} ({n_recordings} recordings, {n_windows} windows)"
+        for name, n_recordings, n_windows in zip(model.conditions, recordings, counts, strict=True)
+    ]
+
+
+def _listed_speeds(speeds):
+    return "not stated" if not speeds else ", ".join(f"{speed:g}" for speed in speeds) + " rpm"
+
+
+def _channels(model):
+    names = model.facts.get("channels")
+    listed = "" if not names else f" ({', '.join(names)})"
+    return f"{model.n_channels}, the output first{listed}" if model.n_channels > 1 else f"1{listed}"
+
+
+def _or_unknown(value, form):
+    return "not stated" if value is None else form.format(value)

@@ -1,0 +1,88 @@
+"""Where recordings come from: arguments that `fit` and `diagnose` share."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+from ..recordings.listing import ListedRecording, is_file_source, list_files
+from .arguments import positive_number
+
+#: Arguments that say what no table says, by the names that the readers give them.
+_STATED = ("pattern", "channel", "sampling_rate", "dtype")
+
+
+def add_source_arguments(parser, of):
+    """Declare the arguments that tell about recordings without a table.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Of the command.
+    of : str
+        What they belong to.
+    """
+    parser.add_argument(
+        "--pattern",
+        metavar="REGEX",
+        help=f"of {of}: tells condition, rpm and other facts from the names of files, such as "
+        r"'(?P<condition>[A-Z]+)_(?P<rpm>\d+)'",
+    )
+    parser.add_argument(
+        "--channel",
+        metavar="NAME",
+        help=f"of {of}: channel, its position, or a pattern such as *DE_time; several are "
+        "separated by ; with the output first",
+    )
+    parser.add_argument(
+        "--sampling-rate",
+        type=positive_number,
+        metavar="HZ",
+        help=f"of {of}, where the files do not state it",
+    )
+    parser.add_argument(
+        "--dtype", metavar="TYPE", help=f"of {of}: samples of raw binary files, such as <i2"
+    )
+
+
+def stated(args):
+    """What the arguments tell about recordings without a table.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        With the arguments of `add_source_arguments`.
+
+    Returns
+    -------
+    dict
+        Keyword arguments of `list_files` and `load_recordings`.
+    """
+    options = {name: getattr(args, name) for name in _STATED}
+    if args.channel is not None and ";" in args.channel:
+        options["channel"] = [name.strip() for name in args.channel.split(";")]
+    return options
+
+
+def named_recordings(args):
+    """The recordings that RECORDING arguments name: files, folders, globs.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        With ``recordings`` and the arguments of `add_source_arguments`.
+
+    Returns
+    -------
+    list of ListedRecording
+        A file that does not exist is among them; nothing has been looked at.
+    """
+    options = stated(args)
+    recordings = []
+    for path in args.recordings:
+        if os.path.exists(path) or is_file_source(path):
+            found = list_files(path, **options)
+            # Names within a folder may be those of another folder, too.
+            recordings += [replace(each, name=str(each.path)) for each in found]
+        else:
+            recordings.append(ListedRecording(None, str(path), Path(path)))
+    return recordings
