@@ -1,0 +1,179 @@
+"""The changes that CONTRIBUTING.md describes, made in a copy of the package and run there."""
+
+import ast
+import inspect
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import skarxlag
+from skarxlag import datasets
+
+ROOT = Path(__file__).parents[1]
+
+RIG = '''
+"""A rig of two conditions at two speeds."""
+
+import numpy as np
+from sklearn.utils import Bunch
+
+
+def fetch_workshop(*, data_home=None, window_length=1200):
+    """Windows of noise."""
+    n = 8
+    return Bunch(
+        data=np.random.default_rng(0).normal(size=(n, window_length)),
+        target=np.tile(["good", "bad"], n // 2),
+        target_names=["good", "bad"],
+        rpm=np.repeat([100.0, 200.0], n // 2),
+        recording=np.repeat(["a", "b", "c", "d"], n // 4),
+        start=np.tile([0, window_length], n // 2),
+        sampling_rate=1e3,
+        DESCR="A workshop.",
+    )
+'''
+EVALUATION = '''
+"""Largest output error."""
+
+import numpy as np
+
+from ..kernels.observer import observe
+
+TRAJECTORY = "error"
+
+
+def levels(innovations, loop, observer):
+    """Largest size of each error."""
+    return np.abs(observe(innovations, loop)[0]).max(axis=-1)
+'''
+FORMAT = '''
+"""Numbers after a mark."""
+
+import numpy as np
+
+from ._contents import array_contents
+
+TITLE = "Marked numbers"
+SUFFIXES = (".marked",)
+LIBRARY = EXTRA = None
+ISOLATED = False
+STATES = "neither"
+
+
+def contents(path):
+    """One channel."""
+    return array_contents({"0": np.frombuffer(path.read_bytes()[4:])}, {})
+'''
+#: New file, its text, the list, its line before and after.
+CHANGES = [
+    ("datasets/workshop.py", RIG, "datasets/__init__.py", '"uestc": fetch_uestc,',
+     '"uestc": fetch_uestc, "workshop": fetch_workshop,'),
+    ("residual_evaluations/peak.py", EVALUATION, "residual_evaluations/__init__.py",
+     '    "power": power,', '    "power": power, "peak": peak,'),
+    ("recordings/formats/marked.py", FORMAT, "recordings/formats/__init__.py",
+     "FORMATS = (matlab,", "FORMATS = (marked, matlab,"),
+]  # fmt: skip
+USE = """
+import numpy as np
+from pathlib import Path
+import skarxlag
+assert Path(skarxlag.__file__).is_relative_to(Path.cwd()), skarxlag.__file__
+
+from benchmarks.cross_speed.rigs import find_rig
+from skarxlag.commands import main
+from skarxlag.commands.rigs import TITLES
+assert TITLES["workshop"] == "WORKSHOP rig"
+assert find_rig("workshop", data_home="x")(50).data.shape == (8, 50)
+
+observer = skarxlag.PIObserver(evaluation="peak")
+X = np.random.default_rng(0).normal(size=(2, 3, 20))
+levels = observer.fit_transform(X)
+np.testing.assert_allclose(levels, np.abs(observer.observe(X).error).max(axis=-1))
+assert observer.get_feature_names_out()[0] == "model0_peak"
+
+Path("x.marked").write_bytes(b"mark" + np.arange(5.0).tobytes())
+signal, rate = skarxlag.read_recording("x.marked")
+print(signal.tolist(), rate)
+"""
+
+
+def test_each_change_is_one_new_file_and_one_line_of_a_list(tmp_path):
+    for folder in ("skarxlag", "benchmarks"):
+        ignore = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=ignore)
+    for file, text, registry, line, longer in CHANGES:
+        (tmp_path / "skarxlag" / file).write_text(text, "utf-8")
+        path = tmp_path / "skarxlag" / registry
+        source = path.read_text("utf-8")
+        assert source.count(line) == 1
+        name = Path(file).stem
+        imported = (
+            f"from .{name} import fetch_{name}" if "fetch" in text else f"from . import {name}"
+        )
+        head, found, rest = source.partition("\nfrom .")
+        path.write_text(head + f"\n{imported}" + (found + rest).replace(line, longer), "utf-8")
+    # Nothing has to be compiled for a few samples.
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(tmp_path)}
+    command = [sys.executable, "-c", USE]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == "[0.0, 1.0, 2.0, 3.0, 4.0] None"
+
+
+def documented_defaults(public):
+    """Defaults that the docstring of a class or function states, by parameter."""
+    text = inspect.getdoc(public).partition("Parameters\n----------\n")[2]
+    text = re.split(r"\n\n\w+\n-+\n", text)[0]
+    return dict(re.findall(r"^(\w+) : .*, default=(.+?)\.?$", text, flags=re.M))
+
+
+def defaults_that_differ(public):
+    """Parameters whose default is another than the docstring states."""
+    parameters = inspect.signature(public).parameters
+    found = {}
+    for name, text in documented_defaults(public).items():
+        # A name of a constant says which one it is, not its value.
+        if not re.fullmatch(r"[A-Z]\w+", text) or text in ("None", "True", "False"):
+            stated = ast.literal_eval(text)
+            if stated != parameters[name].default:
+                found[name] = (stated, parameters[name].default)
+    return found
+
+
+PUBLIC = {
+    f"{module.__name__}.{name}": getattr(module, name)
+    for module in (skarxlag, datasets)
+    for name in module.__all__
+    if callable(getattr(module, name)) and not name.startswith("_")
+}
+
+
+@pytest.mark.parametrize("public", PUBLIC.values(), ids=PUBLIC)
+def test_stated_defaults_are_those_of_the_signature(public):
+    assert defaults_that_differ(public) == {}
+
+
+def test_another_default_order_is_noticed():
+    class Changed:
+        """Something.
+
+        Parameters
+        ----------
+        order : int, default=64
+            Of the model.
+
+        Attributes
+        ----------
+        coef_ : ndarray
+        """
+
+        def __init__(self, *, order=32):
+            self.order = order
+
+    assert documented_defaults(skarxlag.ARXLaguerre)["order"]
+    assert defaults_that_differ(Changed) == {"order": (64, 32)}
