@@ -9,10 +9,14 @@ from sklearn.utils import Bunch
 from sklearn.utils.metaestimators import available_if
 
 from ._parallel import map_batches
+from .kernels.lanes import LANES
 
 #: Bytes of the rows that go through all steps together. What several models make of them should
 #: stay in the processor's cache, and checks should cost little beside the work.
 _BATCH_BYTES = 2**20
+#: Rows that go together however long they are, as far as they take less than so many bytes: the
+#: recursions work on as many signals side by side.
+_ROWS_TOGETHER, _MOST_BYTES = LANES, 2**25
 
 
 def _last_step_has(name):
@@ -273,7 +277,9 @@ class DiagnosisPipeline(Pipeline):
         n_windows = X.shape[0] if X.shape else 0
         params = {name: _by_window(name, value, n_windows) for name, value in params.items()}
         bytes_a_window = math.prod(X.shape[1:]) * getattr(getattr(X, "dtype", None), "itemsize", 8)
-        batch_size = max(_BATCH_BYTES // max(bytes_a_window, 1), 1)
+        bytes_a_window = max(bytes_a_window, 1)
+        together = min(_ROWS_TOGETHER, _MOST_BYTES // bytes_a_window)
+        batch_size = max(_BATCH_BYTES // bytes_a_window, together, 1)
 
         def of_batch(batch):
             some = {name: value[batch] if np.ndim(value) else value

@@ -370,4 +370,9 @@ def test_batches_are_counted_in_bytes(data, monkeypatch):
     stretches = make_alpio().fit(long[:36:6], data[1][::6])
     seen.clear()
     assert stretches.predict(long).shape == (72,)
-    assert len(seen) == 72
+    # 1.28 MB a row: sixteen of them are worked on side by side.
+    assert [n // long[0].nbytes for n in seen] == [16] * 4 + [8]
+    monkeypatch.setattr("skarxlag.pipelines._MOST_BYTES", 3 * long[0].nbytes)
+    seen.clear()
+    stretches.predict(long[:7])
+    assert [n // long[0].nbytes for n in seen] == [3, 3, 1]

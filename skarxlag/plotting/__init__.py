@@ -2,6 +2,7 @@
 
 from ._style import condition_styles
 from .identification import IdentificationDisplay
+from .order_spectrum import OrderSpectrumDisplay
 from .residual import ResidualDisplay
 from .speed_accuracy import SpeedAccuracyDisplay
 from .threshold_ladder import ThresholdLadderDisplay
@@ -9,6 +10,7 @@ from .trajectories import TrajectoryDisplay
 
 __all__ = [
     "IdentificationDisplay",
+    "OrderSpectrumDisplay",
     "ResidualDisplay",
     "SpeedAccuracyDisplay",
     "ThresholdLadderDisplay",

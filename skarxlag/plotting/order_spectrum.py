@@ -1,0 +1,205 @@
+"""Order spectrum of one stretch over the references of the nearest conditions."""
+
+import numpy as np
+
+from ._axes import legend_beside, new_axes
+from ._fitted import condition_names, ordered_conditions
+from ._style import NEUTRAL, condition_styles, ink
+
+#: What the legend calls the orders that `fault_orders` gives, and how often each is drawn: strikes
+#: of a fault show at multiples.
+_HARMONICS = {"shaft": 1, "cage": 1, "outer": 3, "inner": 3, "ball": 2}
+
+
+class OrderSpectrumDisplay:
+    r"""Order spectrum of a stretch, over the references of the nearest conditions.
+
+    There is one panel for each of these conditions. It shows the spectrum of the envelope, as the
+    mean over the bands, at the speed that suits the condition best, and the reference of the
+    condition. Where the geometry of the bearing is given, lines mark the orders of its faults, with
+    the first multiples of those of the rings and the elements.
+
+    Parameters
+    ----------
+    orders : ndarray of shape (n_orders,)
+        Orders of the shaft.
+    spectra : dict of str to ndarray of shape (n_orders,)
+        For each condition that is shown, the spectrum of the stretch at the factor on the speed
+        that suits this condition best, in nepers of power. The nearest condition comes first.
+    references : dict of str to ndarray of shape (n_orders,)
+        Spectrum of each condition.
+    factors : dict of str to float
+        The factors on the speed.
+    residuals : dict of str to float
+        Residuals of the order spectra.
+    rpm : float or None, default=None
+        Nominal speed in revolutions per minute.
+    fault_orders : dict of str to float or None, default=None
+        Orders of the faults, as `skarxlag.fault_orders` gives them.
+    conditions : list of str or None, default=None
+        All conditions, in the order that gives them their colours.
+
+    Attributes
+    ----------
+    axes_, figure_ : ndarray of matplotlib Axes, and Figure
+        Where it was plotted, one panel for each condition.
+    lines_ : dict of str to matplotlib Line2D
+        Spectrum of the stretch in the panel of each condition.
+    reference_lines_ : dict of str to matplotlib Line2D
+        Reference in the panel of each condition.
+    fault_lines_ : dict of str to matplotlib Line2D
+        The first line of each fault in the first panel.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skarxlag import make_stretch_diagnoser
+    >>> rng = np.random.default_rng(0)
+    >>> X = rng.normal(size=(12, 20_000))
+    >>> X[6:, ::278] += 20                           # order 3.6 of 600 rpm
+    >>> y = np.repeat(["healthy", "worn"], 6)
+    >>> diagnoser = make_stretch_diagnoser(sampling_rate=10_000).fit(X, y, rpm=600)
+    >>> display = OrderSpectrumDisplay.from_estimator(diagnoser, X[11], rpm=600)
+    >>> list(display.spectra)
+    ['worn', 'healthy']
+    """
+
+    def __init__(
+        self,
+        orders,
+        spectra,
+        references,
+        *,
+        factors,
+        residuals,
+        rpm=None,
+        fault_orders=None,
+        conditions=None,
+    ):
+        self.orders = orders
+        self.spectra = spectra
+        self.references = references
+        self.factors = factors
+        self.residuals = residuals
+        self.rpm = rpm
+        self.fault_orders = fault_orders
+        self.conditions = conditions
+
+    @classmethod
+    def from_estimator(
+        cls, estimator, stretch, *, rpm=None, fault_orders=None, n_conditions=2, conditions=None
+    ):
+        """Plot what a fitted diagnoser saw in one stretch.
+
+        Parameters
+        ----------
+        estimator : Pipeline
+            Fitted; it has a step `StretchResidual` or `OrderResidual`, as `make_stretch_diagnoser`.
+        stretch : array-like of shape (n_samples,) or (n_channels, n_samples)
+            The stretch.
+        rpm : float, array-like of shape (n_samples,) or None, default=None
+            Its nominal speed.
+        fault_orders : dict of str to float or None, default=None
+            Orders to mark, as `skarxlag.fault_orders` gives them.
+        n_conditions : int, default=2
+            How many conditions to show, from the nearest on.
+        conditions : sequence of label or None, default=None
+            All conditions, in the order that gives them their colours. None: the healthy one
+            first, the others sorted.
+
+        Returns
+        -------
+        OrderSpectrumDisplay
+            With the plot.
+
+        Raises
+        ------
+        ValueError
+            If no step compares order spectra.
+        """
+        place, residual = _order_step(estimator)
+        row = np.asarray(stretch)[np.newaxis]
+        levels = estimator[:place].transform(row) if place > 0 else row
+        found = residual.match(levels, rpm=None if rpm is None else np.asarray(rpm)[np.newaxis])
+        nearest = found.residuals[0].argsort()[:n_conditions]
+        names = residual.classes_.astype(str)
+
+        def by_name(values):
+            return {str(names[c]): values[c] for c in nearest}
+
+        display = cls(
+            residual.orders_,
+            by_name(found.spectra[0].mean(axis=1)),
+            by_name(residual.references_.mean(axis=1)),
+            factors=by_name(found.factors[0].astype(float)),
+            residuals=by_name(found.residuals[0].astype(float)),
+            rpm=None if rpm is None else float(np.mean(rpm)),
+            fault_orders=fault_orders,
+            conditions=ordered_conditions(condition_names(estimator), conditions),
+        )
+        return display.plot()
+
+    def plot(self):
+        """Plot into a new figure.
+
+        Returns
+        -------
+        OrderSpectrumDisplay
+            With the plot.
+        """
+        self.axes_ = new_axes(len(self.spectra))
+        self.figure_ = self.axes_[0].figure
+        names = list(self.spectra) if self.conditions is None else self.conditions
+        styles = condition_styles(names)
+        self.lines_, self.reference_lines_, self.fault_lines_ = {}, {}, {}
+        for ax, (name, spectrum) in zip(self.axes_, self.spectra.items(), strict=True):
+            (self.reference_lines_[name],) = ax.plot(
+                self.orders,
+                self.references[name],
+                label=f"reference of {name}",
+                **_line(styles[name]),
+            )
+            (self.lines_[name],) = ax.plot(
+                self.orders, spectrum, color=ink(), linewidth=1, label="this stretch"
+            )
+            marks = self._mark_faults(ax)
+            if ax is self.axes_[0]:
+                self.fault_lines_ = marks
+            ax.set(ylabel="Power (neper)", title=self._title(name))
+            legend_beside(ax, [self.lines_[name], self.reference_lines_[name], *marks.values()])
+        ax.set(xlabel="Order of the shaft", xlim=(0, self.orders[-1]))
+        return self
+
+    def _title(self, name):
+        speed = f"speed {self.factors[name]:.3g} times that of the training"
+        if self.rpm is not None:
+            speed = f"{self.rpm * self.factors[name]:.4g} rpm found at nominal {self.rpm:g} rpm"
+        return f"{name}: residual {self.residuals[name]:.2f}, {speed}"
+
+    def _mark_faults(self, ax):
+        marks = {}
+        known = {} if self.fault_orders is None else self.fault_orders
+        for number, (fault, n_harmonics) in enumerate(_HARMONICS.items()):
+            for multiple in range(1, n_harmonics + 1):
+                order = known.get(fault, np.inf) * multiple
+                if order <= self.orders[-1]:
+                    style = {"color": NEUTRAL, "linestyle": (0, (1 + number, 2)), "linewidth": 1}
+                    line = ax.axvline(order, zorder=0, label=f"{fault} {order:.3g}", **style)
+                    marks.setdefault(fault, line)
+        return marks
+
+
+def _line(style):
+    return {name: style[name] for name in ("color", "linestyle")}
+
+
+def _order_step(estimator):
+    """Place of the step that compares order spectra, and what compares them."""
+    for place, (_, step) in enumerate(estimator.steps):
+        residual = getattr(step, "order_residual_", step)
+        if hasattr(residual, "match"):
+            return place, residual
+    raise ValueError(
+        "No step compares order spectra; expected a StretchResidual or an OrderResidual among "
+        f"{[type(step).__name__ for _, step in estimator.steps]}."
+    )
