@@ -90,6 +90,11 @@ PARTS = {
         {"docs/cross_speed.md": _EFFECTS},
         downloads=True,
     ),
+    "formats": Part(
+        "-m benchmarks.pages.formats --write docs/recordings.md",
+        ("skarxlag/recordings/formats/*.py", "benchmarks/pages/formats.py"),
+        {"docs/recordings.md": ("file formats",)},
+    ),
     "speed": Part(
         "-m benchmarks.speed --write benchmarks/README.md",
         ("benchmarks/speed/*.py",),

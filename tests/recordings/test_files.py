@@ -369,3 +369,11 @@ def test_a_missing_library_is_named_with_its_extra(tmp_path, monkeypatch, librar
     with pytest.raises(ImportError, match=message):
         read_recording(tmp_path / name)
     _isolation.end_readers()
+
+
+@pytest.mark.parametrize("suffix", [".mat", ".npz"])
+def test_arrays_without_a_time_axis_do_not_hide_the_others(tmp_path, suffix):
+    path = write(tmp_path / f"run{suffix}", {"square": np.eye(3), "y": Y})
+    np.testing.assert_array_equal(read_recording(path)[0], Y)
+    with pytest.raises(ValueError, match=rf"run{suffix}: array 'square' of shape \(3, 3\)"):
+        read_recording(path, channel="square")

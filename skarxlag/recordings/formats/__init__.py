@@ -8,6 +8,7 @@ A format is a module with these names:
   it; None where what the package needs anyway is enough.
 - ``ISOLATED``: whether files are read in a process of their own. It must be true where the reader
   may crash or hang on a damaged file.
+- ``IN_PARTS``: whether a long file is read block by block, and never is in memory whole.
 - ``STATES``: what the documentation says of sampling rates and units.
 - ``contents(path)``: the :class:`Contents` of a file. It may raise anything on a damaged file, and
   raises `ContentError` where an intact file does not hold what is asked for.

@@ -28,6 +28,8 @@ class Contents:
         By channel, where the file states it.
     lengths : mapping of str to int, or None
         Samples in each channel. None where all are equally long.
+    refused : mapping of str to str
+        Arrays that are no channels, such as square matrices, and why.
     """
 
     channels: Sequence[str]
@@ -35,6 +37,7 @@ class Contents:
     sampling_rates: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     lengths: Mapping[str, int] | None = None
+    refused: Mapping[str, str] = field(default_factory=dict)
 
 
 class ArrayChannel:
@@ -72,7 +75,7 @@ def array_channels(name, array):
             f"array {name!r} of shape {shape}: expected a vector, or a matrix that is longer in "
             "time than in channels"
         )
-    index = [0] * len(shape)
+    index: list[int | None] = [0] * len(shape)
     if len(long) < 2 or 0 in shape:
         index[shape.index(0) if 0 in shape else max(long, default=0)] = None
         return {name or "0": ArrayChannel(array, index)}
@@ -85,6 +88,15 @@ def array_channels(name, array):
     return channels
 
 
+def channels_or_refusal(name, array, refused):
+    """The channels of an array; of one that has none, the reason is put into `refused`."""
+    try:
+        return array_channels(name, array)
+    except ContentError as error:
+        refused[name] = str(error)
+        return {}
+
+
 def array_blocks(channels, names, n_samples):
     """Blocks of some of the channels, each of which has a length and can be sliced."""
     lengths = {name: len(channels[name]) for name in names}
@@ -94,7 +106,7 @@ def array_blocks(channels, names, n_samples):
         yield [channels[name][part] for name in names]
 
 
-def array_contents(channels, scalars):
+def array_contents(channels, scalars, refused):
     """Contents of arrays in memory, with the sampling rate among the single numbers beside them.
 
     Parameters
@@ -104,12 +116,16 @@ def array_contents(channels, scalars):
     scalars : dict of str to float
         Single numbers by name. A name such as ``fs`` or ``run.SampleRate`` states the rate of the
         channels in the same place.
+    refused : dict of str to str
+        As in :class:`Contents`.
     """
+    lengths = {name: len(channel) for name, channel in channels.items()}
     return Contents(
         list(channels),
         lambda names, n_samples: array_blocks(channels, names, n_samples),
-        sampling_rates=stated_rates(channels, scalars),
-        lengths={name: len(channel) for name, channel in channels.items()},
+        sampling_rates=stated_rates(lengths, scalars),
+        lengths=lengths,
+        refused=refused,
     )
 
 
@@ -148,15 +164,25 @@ def letters(name):
     return "".join(c for c in name.partition("(")[0].partition("[")[0].lower() if c.isalpha())
 
 
-def stated_rates(channels, scalars, separator="."):
+def stated_rates(lengths, scalars, separator="."):
     """Sampling rate of each channel, by the number beside it whose name is that of a rate.
 
     Names are paths such as ``run.signal`` and ``run.fs``. The number nearest to the channel on the
-    way up to the root counts.
+    way up to the root counts. It is the rate of the longest of the channels that it could belong
+    to; shorter ones, such as a speed beside a vibration, have been sampled more slowly.
+
+    Parameters
+    ----------
+    lengths : dict of str to int
+        Samples in each channel.
+    scalars : dict of str to float
+        Single numbers by name.
+    separator : str, default="."
+        Between the parts of a name.
 
     Examples
     --------
-    >>> stated_rates(["a.y", "z"], {"fs": 10.0, "a.SampleRate": 20.0, "a.load": 3.0})
+    >>> stated_rates({"a.y": 5, "z": 9, "u": 7}, {"fs": 10.0, "a.SampleRate": 20.0, "a.load": 3.0})
     {'a.y': 20.0, 'z': 10.0}
     """
     by_place = {}
@@ -164,16 +190,23 @@ def stated_rates(channels, scalars, separator="."):
         place, _, last = name.rpartition(separator)
         if letters(last.replace("(", "").replace("[", "")) in _RATE_NAMES and is_rate(value):
             by_place.setdefault(place, set()).add(float(value))
-    rates = {}
-    for name in channels:
+    found = {}
+    for name in lengths:
         place = name
         while place:
             place = place.rpartition(separator)[0]
             # Two numbers that disagree state nothing.
             if len(by_place.get(place, ())) == 1:
-                (rates[name],) = by_place[place]
+                found[name] = place
                 break
-    return rates
+    longest = {}
+    for name, place in found.items():
+        longest[place] = max(longest.get(place, 0), lengths[name])
+    return {
+        name: next(iter(by_place[place]))
+        for name, place in found.items()
+        if lengths[name] == longest[place]
+    }
 
 
 def is_rate(value):

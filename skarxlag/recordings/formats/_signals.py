@@ -29,7 +29,8 @@ def signal_blocks(contents, channel, n_samples):
         In Hz, if the file states it.
     """
     if not contents.channels:
-        raise ContentError("holds no numeric array of more than one value")
+        reasons = list(contents.refused.values())
+        raise ContentError((reasons or ["holds no numeric array of more than one value"])[0])
     axis = find_time_axis(contents)
     names, is_single = _chosen_names(contents, channel, axis)
     rate = _common_rate(names, contents.sampling_rates)
@@ -60,6 +61,8 @@ def describe_channels(contents):
 
 
 def _chosen_names(contents, channel, axis):
+    if isinstance(channel, str) and channel in contents.refused:
+        raise ContentError(contents.refused[channel])
     names = list(contents.channels)
     if channel is None:
         signals = [name for name in names if axis is None or name != axis.name]

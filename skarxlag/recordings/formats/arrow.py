@@ -9,6 +9,7 @@ TITLE = "Parquet, Feather"
 SUFFIXES = (".parquet", ".feather", ".arrow")
 LIBRARY, EXTRA = "pyarrow", "io"
 ISOLATED = True
+IN_PARTS = True
 STATES = "the rate, by a time column"
 
 

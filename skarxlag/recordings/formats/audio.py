@@ -8,6 +8,7 @@ TITLE = "FLAC, W64, RF64, AIFF, CAF, AU"
 SUFFIXES = (".flac", ".w64", ".rf64", ".aif", ".aiff", ".caf", ".au")
 LIBRARY, EXTRA = "soundfile", "formats"
 ISOLATED = True
+IN_PARTS = True
 STATES = "the rate"
 
 

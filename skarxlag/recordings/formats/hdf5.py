@@ -8,7 +8,7 @@ from ._contents import (
     ContentError,
     Contents,
     array_blocks,
-    array_channels,
+    channels_or_refusal,
     is_numeric,
     letters,
     stated_rates,
@@ -18,6 +18,7 @@ TITLE = "HDF5, MATLAB 7.3"
 SUFFIXES = (".h5", ".hdf5", ".hdf")
 LIBRARY, EXTRA = "h5py", "formats"
 ISOLATED = True
+IN_PARTS = True
 STATES = "rate and unit, in attributes named `fs`, `units` or alike, or in single numbers"
 
 #: Where MATLAB 7.3 keeps the elements of cell arrays and its classes.
@@ -35,7 +36,7 @@ def contents(path, separator="/"):
         Between the groups of a path; a MATLAB struct is a group, and its fields have a dot.
     """
     with _open(path) as file:
-        channels, scalars, units, places = {}, {}, {}, {}
+        channels, scalars, units, places, refused = {}, {}, {}, {}, {}
         for name, node in _nodes(file):
             label = name.replace("/", separator)
             for key, value in node.attrs.items():
@@ -45,21 +46,23 @@ def contents(path, separator="/"):
             if node.size == 1:
                 scalars[label] = np.ravel(node[()])[0].item()
                 continue
-            own = array_channels(label, node)
+            own = channels_or_refusal(label, node, refused)
             # A rate among the attributes of the data set itself comes first.
             places |= {channel: f"{label}{separator}{channel}" for channel in own}
             lengths = {channel: len(values) for channel, values in own.items()}
             channels |= lengths
             unit = _unit(node.attrs)
             units |= dict.fromkeys(own, unit) if unit else {}
-        by_place = stated_rates(places.values(), scalars, separator)
+        by_place = stated_rates(
+            {place: channels[channel] for channel, place in places.items()}, scalars, separator
+        )
 
     def read(names, n_samples):
         with _open(path) as file:
             found = {}
             for name, node in _nodes(file):
                 if hasattr(node, "shape") and _is_signal(node) and node.size > 1:
-                    found |= array_channels(name.replace("/", separator), node)
+                    found |= channels_or_refusal(name.replace("/", separator), node, {})
             yield from array_blocks(found, names, n_samples)
 
     return Contents(
@@ -68,6 +71,7 @@ def contents(path, separator="/"):
         sampling_rates={c: by_place[place] for c, place in places.items() if place in by_place},
         units=units,
         lengths=channels,
+        refused=refused,
     )
 
 

@@ -9,13 +9,14 @@ from scipy.io import loadmat
 from scipy.io.matlab import mat_struct
 
 from . import hdf5
-from ._contents import array_channels, array_contents, is_numeric
+from ._contents import array_contents, channels_or_refusal, is_numeric
 from ._limits import check_unpacked
 
-TITLE = "MATLAB"
+TITLE = "MATLAB up to version 7"
 SUFFIXES = (".mat",)
 LIBRARY = EXTRA = None
 ISOLATED = True  # SciPy's compiled parser can crash or hang on a damaged file.
+IN_PARTS = False  # Version 7.3 is read in parts.
 STATES = "the rate, in a number named `fs` or alike"
 
 _COMPRESSED = 15
@@ -36,28 +37,29 @@ def contents(path):
         # Function handles and other objects that SciPy cannot read are no channels.
         warnings.simplefilter("ignore")
         variables = loadmat(path, appendmat=False, squeeze_me=False, struct_as_record=False)
-    channels, scalars = {}, {}
+    found = {}, {}, {}
     for name, values in variables.items():
         if not name.startswith("__"):
-            _collect(name, values, channels, scalars)
-    return array_contents(channels, scalars)
+            _collect(name, values, found)
+    return array_contents(*found)
 
 
-def _collect(name, values, channels, scalars):
+def _collect(name, values, found):
+    channels, scalars, refused = found
     if isinstance(values, mat_struct):
         for field in values._fieldnames:
-            _collect(f"{name}.{field}", getattr(values, field), channels, scalars)
+            _collect(f"{name}.{field}", getattr(values, field), found)
     elif not isinstance(values, np.ndarray):
         return
     elif values.dtype == object:
         elements = values.ravel()
         for i, element in enumerate(elements):
             own = name if len(elements) == 1 else f"{name}[{i}]"
-            _collect(own, element, channels, scalars)
+            _collect(own, element, found)
     elif is_numeric(values.dtype) and values.size == 1:
         scalars[name] = values.item()
     elif is_numeric(values.dtype) and values.size > 1:
-        channels.update(array_channels(name, values))
+        channels.update(channels_or_refusal(name, values, refused))
 
 
 def _unpacked_size(path):

@@ -8,6 +8,7 @@ TITLE = "NumPy array"
 SUFFIXES = (".npy",)
 LIBRARY = EXTRA = None
 ISOLATED = False
+IN_PARTS = True
 STATES = "nothing"
 
 

@@ -4,13 +4,14 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from ._contents import array_blocks, array_channels, array_contents, is_numeric
+from ._contents import array_blocks, array_channels, array_contents, channels_or_refusal, is_numeric
 from ._limits import check_unpacked
 
 TITLE = "NumPy archive"
 SUFFIXES = (".npz",)
 LIBRARY = EXTRA = None
 ISOLATED = False
+IN_PARTS = False
 STATES = "the rate, in a number named `fs` or alike"
 
 
@@ -23,7 +24,7 @@ class _Header:
 
 def contents(path):
     """Channels of every numeric array of more than one value, by the name of the array."""
-    channels, scalars, arrays = {}, {}, {}
+    channels, scalars, arrays, refused = {}, {}, {}, {}
     with _open(path) as archive:
         for name in archive.files:
             shape, dtype = _shape_and_dtype(archive, name)
@@ -32,10 +33,10 @@ def contents(path):
             if np.prod(shape) == 1:
                 scalars[name] = archive[name].item()
             elif np.prod(shape) > 1:
-                own = array_channels(name, _Header(shape))
+                own = channels_or_refusal(name, _Header(shape), refused)
                 channels |= own
                 arrays |= dict.fromkeys(own, name)
-    found = array_contents(channels, scalars)
+    found = array_contents(channels, scalars, refused)
 
     def read(names, n_samples):
         with _open(path) as archive:

@@ -8,6 +8,7 @@ TITLE = "raw binary, with a stated `dtype`"
 SUFFIXES = (".bin", ".raw")
 LIBRARY = EXTRA = None
 ISOLATED = False
+IN_PARTS = True
 STATES = "nothing"
 
 _MOST_CHANNELS = 4096

@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from ._contents import ContentError, Contents, array_blocks, is_numeric, is_rate, letters
+from ._contents import ContentError, Contents, array_blocks, is_numeric, is_rate, letters, rounded
 
 TITLE = "NI TDMS"
 SUFFIXES = (".tdms",)
 LIBRARY, EXTRA = "nptdms", "formats"
 ISOLATED = True
+IN_PARTS = True
 STATES = "rate (`wf_increment`) and unit (`unit_string`)"
 
 
@@ -26,7 +27,7 @@ def contents(path):
         for name, channel in nodes.items():
             step = channel.properties.get("wf_increment")
             if isinstance(step, float | np.floating) and is_rate(step) and is_rate(1 / step):
-                rates[name] = 1 / step
+                rates[name] = rounded(1 / step, 1e-12)
             for key, value in channel.properties.items():
                 if letters(key) in ("unitstring", "unit", "units", "niunitdescription") and value:
                     units[name] = str(value)

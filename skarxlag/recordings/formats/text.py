@@ -13,6 +13,7 @@ TITLE = "text, also packed by gzip"
 SUFFIXES = (".csv", ".txt", ".tsv", ".csv.gz", ".txt.gz", ".tsv.gz")
 LIBRARY = EXTRA = None
 ISOLATED = False
+IN_PARTS = True
 STATES = "the rate, by a time column; units, in a second line or in brackets"
 
 _HEAD = 2**16

@@ -8,6 +8,7 @@ TITLE = "Universal file (UFF 58)"
 SUFFIXES = (".uff", ".unv")
 LIBRARY, EXTRA = "pyuff", "formats"
 ISOLATED = True
+IN_PARTS = False
 STATES = "rate and unit"
 
 _TIME_RESPONSE = (0, 1)

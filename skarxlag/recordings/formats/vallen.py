@@ -10,6 +10,7 @@ TITLE = "Vallen tradb"
 SUFFIXES = (".tradb",)
 LIBRARY, EXTRA = "vallenae", "formats"
 ISOLATED = True
+IN_PARTS = True
 STATES = "rate and unit (V)"
 
 _SUMMARY = """

@@ -12,6 +12,7 @@ TITLE = "WAV"
 SUFFIXES = (".wav",)
 LIBRARY = EXTRA = None
 ISOLATED = False
+IN_PARTS = True
 STATES = "the rate"
 
 

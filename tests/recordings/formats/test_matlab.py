@@ -56,3 +56,9 @@ def test_what_states_no_sampling_rate(path, content):
 def test_two_names_that_agree(path):
     savemat(path, {"y": Y, "fs": 10, "SampleRate": 10})
     assert read_recording(path)[1] == 10
+
+
+def test_a_shorter_channel_was_sampled_more_slowly(path):
+    savemat(path, {"y": Y, "speed": U[:10], "fs": 12_000})
+    assert read_recording(path, channel="y")[1] == 12_000
+    assert read_recording(path, channel="speed")[1] is None

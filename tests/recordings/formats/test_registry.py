@@ -1,0 +1,41 @@
+"""The list of formats is what the documentation and the extras say."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from benchmarks.pages.formats import formats_table
+from skarxlag.recordings.formats import FORMATS, find_format
+
+ROOT = Path(__file__).parents[3]
+
+
+def test_the_page_lists_all_formats():
+    page = (ROOT / "docs" / "recordings.md").read_text("utf-8")
+    assert formats_table() in page
+
+
+@pytest.mark.parametrize("module", FORMATS, ids=lambda module: module.__name__.split(".")[-1])
+def test_a_format_is_complete(module):
+    assert module.TITLE and module.SUFFIXES and module.STATES
+    assert {module.ISOLATED, module.IN_PARTS} <= {True, False}
+    for suffix in module.SUFFIXES:
+        assert find_format(Path("run" + suffix.upper()))[0] is module
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    if module.LIBRARY is not None:
+        declared = " ".join(extras["optional-dependencies"][module.EXTRA]).lower()
+        assert module.LIBRARY in declared
+        # What other people's parsers do on damaged files is not known.
+        assert module.ISOLATED
+    name = module.__name__.rpartition(".")[2]
+    assert (ROOT / "tests" / "recordings" / "formats" / f"test_{name}.py").exists() or name in (
+        "npy",
+        "npz",
+        "wav",
+    )
+
+
+def test_no_ending_belongs_to_two_formats():
+    suffixes = [suffix for module in FORMATS for suffix in module.SUFFIXES]
+    assert len(set(suffixes)) == len(suffixes)
