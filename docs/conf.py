@@ -85,6 +85,7 @@ html_sidebars = {
         "guide",
         "method",
         "cross_speed",
+        "detection",
         "data",
         "simulated_rig",
         "project/*",

@@ -1,73 +1,176 @@
-"""Detection of faults from healthy windows alone."""
+"""Detection of faults from healthy recordings alone, at any speed."""
+
+import warnings
+from numbers import Integral
+from typing import ClassVar
 
 import numpy as np
 from sklearn.base import BaseEstimator, OutlierMixin
-from sklearn.utils.validation import check_is_fitted, validate_data
+from sklearn.utils import check_scalar
 
+from ._parallel import BATCH, map_batches
 from ._state import (
+    check_fitted_array,
     check_fitted_input,
     check_fitted_number,
-    check_state,
     remember_parameters,
 )
-from ._validation import check_alarm
-from .kernels.ladder import false_alarm_threshold
-from .kernels.scaling import root_mean_square
+from ._validation import check_real, validate_innovations
+from .kernels.healthy_limits import Limits, calibrate, drift_scale, log_p_values
+from .kernels.healthy_rows import Rows, measure_rows, number_of_cepstra
+from .kernels.speed_drift import UNIT_DISTANCE, group_speeds
+
+#: Samples that a spectrum takes at least.
+_SHORTEST_SPECTRUM = 8
 
 
 class FaultDetector(OutlierMixin, BaseEstimator):
-    r"""Flag windows whose residual level exceeds what healthy ones reach (equations 23 and 24).
+    r"""Flag rows unlike the healthy ones, with limits that widen with the distance in speed.
 
-    Calibrate it on healthy windows alone, in the sensor's unit and at the highest speed: levels
-    grow with speed, so the stated rate holds below it.
+    A row is a window or a longer stretch of a signal, commonly of a model's innovations. What a
+    healthy bearing shows changes with the speed of the shaft, by how much is not known beforehand.
+    The detector expects at a speed between those of `fit` what lies between, and it takes the
+    change for a Brownian motion over the logarithm of speed: the farther a row's speed lies from
+    those of `fit`, the farther the row itself may lie from what is expected.
+
+    Of each row a few things are looked at, and each gives a p-value: the probability that a
+    healthy row is at least as far off.
+
+    - *Cepstra.* The cosine coefficients d of two log spectra, the colour and the steadiness of each
+      frequency band:
+
+      .. math::
+
+          s_1 = \log\, \mathrm{mean}\, (d - \hat d)^T
+                \left[S_w / m + (\kappa v + 0.02)\, D\right]^{-1} (d - \hat d)
+
+      with the scatter :math:`S_w` of healthy windows, m windows in a row, the covariance D of
+      what a change of speed by the factor 1.3 does, the variance v of the Brownian motion at the
+      row's speed (1 at the factor 1.3 outside the speeds of `fit`), and the drift scale
+      :math:`\kappa`.
+    - *Unsteadiness* g, how far the power of the bands is from that of steady noise:
+
+      .. math::
+
+          s_2 = (g - \hat g) \big/
+                \sqrt{s^2 + (\kappa v + 0.02)\, \sigma^2 + \kappa V_b e^2}
+
+      with e the logarithm of speed beyond the speeds of `fit`, where :math:`\hat g` follows a slope
+      of variance :math:`V_b`. Only more than is expected counts.
+    - *Level*, where the gain of the sensor is fixed, in the same way. Less than is expected counts
+      as well, since a sensor may come loose. A row of fewer than 8 samples has no spectrum, so its
+      level counts in any case.
+
+    Scores are compared with Student's t over blocks of time that were left out, five to ten for
+    each speed. The row's p-value is the smallest of them, times their number.
 
     Parameters
     ----------
     false_alarm_rate : float, default=0.01
-        Share in (0, 1) of healthy windows that may be flagged.
-    margin_db : float, default=0.0
-        Margin on the threshold in dB, from -1000 to 1000.
+        Share in (0, 1) of healthy rows that may be flagged.
+    fixed_gain : bool, default=False
+        Whether all recordings have the same sensor, mounting and amplification. Then the level
+        counts, and the rows must be in the unit of the sensor.
+    window_length : int, default=4800
+        A row is cut into windows of this many samples or a little more, at least 1; a shorter row
+        is one window.
+    n_jobs : int or None, default=None
+        Threads that work on rows. Results do not depend on it.
 
     Attributes
     ----------
-    detection_threshold_ : float
-        :math:`\Gamma`, in the unit of the levels.
     offset_ : float
-        Minus `detection_threshold_`: the score below which a window is flagged.
+        Logarithm of the false-alarm rate: rows of a lower score are flagged.
+    speeds_ : ndarray of shape (n_speeds,)
+        Speeds of the healthy rows in revolutions per minute, ascending; those within 2 % of each
+        other are one. Empty where none were given.
+    drift_scale_ : float
+        :math:`\kappa`: 1 with one speed; with several, twice the least at which every speed, left
+        out, holds the false-alarm rate. At least 0.25.
+    left_out_rates_ : ndarray of shape (n_speeds,)
+        Share of the healthy rows of each speed that are flagged when the references come from the
+        other speeds. Empty with one speed.
+    n_rows_, n_windows_ : int
+        Healthy rows in `fit`, and windows in each.
+    n_blocks_ : int
+        Blocks of time that the limits rest on.
+    axes_ : ndarray of shape (n_cepstra, n_cepstra)
+        Coordinates of cepstra in which D is the identity and the scatter is diagonal.
+    variances_ : ndarray of shape (n_cepstra,)
+        The scatter of rows in these coordinates.
+    references_ : ndarray of shape (n_speeds or 1, n_cepstra)
+        Mean cepstra in these coordinates, for each speed.
+    means_ : ndarray of shape (n_speeds or 1, 1 or 2)
+        Mean log unsteadiness, and mean log level where it counts.
+    slopes_ : ndarray of shape (1 or 2, 2)
+        Their slopes against log speed, and the variances :math:`V_b` of the slopes.
+    deviations_ : ndarray of shape (1 or 2,)
+        Their deviations s between blocks of time.
+    score_mean_, score_deviation_ : float
+        Mean and deviation of :math:`s_1` on blocks that were left out.
+    n_models_ : int
+        1 where rows were innovations, 0 for plain windows.
+    window_shape_ : ndarray of int
+        Shape of one row.
     n_features_in_ : int
-        Number of residuals; their root-mean-square is the level.
+        Number of models, or samples in a plain row.
     feature_names_in_ : ndarray of str
         Column names, when fitted on a table.
 
     See Also
     --------
-    ThresholdLadder : Names the fault as well.
+    skarxlag.make_detector : The detector behind a model that explains measured inputs.
+    ThresholdLadder : Names the fault, where recordings of faults are at hand.
+
+    Notes
+    -----
+    docs/detection.md says in words what may be expected of the stated rate.
 
     Examples
     --------
+    Healthy noise whose colour and level change with speed. Tested at a speed that was not given:
+
     >>> import numpy as np
-    >>> from sklearn.pipeline import make_pipeline
-    >>> from skarxlag import ARXLaguerre, PIObserver
+    >>> from scipy.signal import lfilter
     >>> rng = np.random.default_rng(0)
-    >>> healthy, faulty = rng.normal(size=(400, 600)), 3 * rng.normal(size=(5, 600))
-    >>> detector = make_pipeline(ARXLaguerre(unit_rms=False), PIObserver(), FaultDetector())
-    >>> detector.fit(healthy).predict(faulty)
-    array([-1, -1, -1, -1, -1])
+    >>> def healthy(n, rpm):
+    ...     pole = 0.5 + rpm / 5000
+    ...     return rpm * lfilter([1], [1, -pole], rng.normal(size=(n, 4800)))
+    >>> X = np.concatenate([healthy(100, 800), healthy(100, 1200)])
+    >>> detector = FaultDetector().fit(X, rpm=np.repeat([800, 1200], 100))
+    >>> found = healthy(200, 1000)
+    >>> bool((detector.predict(found, rpm=1000) == -1).mean() <= 0.01)
+    True
+    >>> found[:, ::600] += 20_000  # strikes
+    >>> bool((detector.predict(found, rpm=1000) == -1).mean() > 0.99)
+    True
     """
 
-    def __init__(self, *, false_alarm_rate=0.01, margin_db=0.0):
-        self.false_alarm_rate = false_alarm_rate
-        self.margin_db = margin_db
+    #: Metadata routing hands `rpm` over without a call of `set_fit_request` and its like.
+    __metadata_request__fit: ClassVar = {"rpm": True}
+    __metadata_request__predict: ClassVar = {"rpm": True}
+    __metadata_request__decision_function: ClassVar = {"rpm": True}
 
-    def fit(self, X, y=None):
-        """Calibrate the threshold on healthy windows.
+    def __init__(self, *, false_alarm_rate=0.01, fixed_gain=False, window_length=4800, n_jobs=None):
+        self.false_alarm_rate = false_alarm_rate
+        self.fixed_gain = fixed_gain
+        self.window_length = window_length
+        self.n_jobs = n_jobs
+
+    def fit(self, X, y=None, rpm=None):
+        """Calibrate the limits on healthy rows.
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, n_residuals)
-            Residual levels of healthy windows.
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Healthy windows or stretches, or the innovations of one model; at least two of one
+            speed. Rows of one speed are in the order of time.
         y : ignored
             Here by convention.
+        rpm : float, array-like of shape (n_rows,) or None, default=None
+            Speed of the shaft in each row, in revolutions per minute. None: all rows are of one
+            speed, which is not known, and the limits are those for a speed that differs by the
+            factor 1.3.
 
         Returns
         -------
@@ -77,73 +180,296 @@ class FaultDetector(OutlierMixin, BaseEstimator):
         Raises
         ------
         ValueError
-            If a parameter is out of its range.
+            If a parameter is out of its range, a speed is not above 0, or no speed has two rows.
+
+        Warns
+        -----
+        UserWarning
+            If there are fewer rows than the false-alarm rate needs, speeds were given and are all
+            one, or no drift scale holds the rate at left-out speeds.
         """
-        X = validate_data(self, X, dtype=[np.float64, np.float32])
-        check_alarm(self.false_alarm_rate, self.margin_db)
-        self.detection_threshold_ = false_alarm_threshold(
-            root_mean_square(X), self.false_alarm_rate, self.margin_db
-        )
-        self.offset_ = -self.detection_threshold_
+        X, _ = validate_innovations(self, X, reset=True)
+        self._check_parameters()
+        if len(X) < 2:
+            raise ValueError(f"n_samples = {len(X)}: X has one row, expected at least 2 rows.")
+        log_speed = _log_speeds(rpm, len(X))
+        known, at = group_speeds(np.zeros(len(X)) if rpm is None else log_speed)
+        if np.bincount(at).max() < 2:
+            raise ValueError(
+                f"X has one row at each of {len(known)} speeds, expected at least 2 rows of one "
+                "speed."
+            )
+        self.n_rows_ = len(X)
+        self.n_windows_ = max(X.shape[-1] // self.window_length, 1)
+        with_level = bool(self.fixed_gain) or X.shape[-1] < _SHORTEST_SPECTRUM
+        rows = self._measure(X, with_level=with_level)
+        limits = calibrate(rows, known, at)
+        for name, value in limits._asdict().items():
+            if name != "known":
+                setattr(self, name + "_", value)
+        self.speeds_ = np.exp(known) if rpm is not None else np.empty(0)
+        self.offset_ = float(np.log(self.false_alarm_rate))
+        self.drift_scale_, self.left_out_rates_ = 1.0, np.empty(0)
+        if len(known) > 1:
+            self.drift_scale_, self.left_out_rates_ = drift_scale(
+                rows, known, at, limits, self.false_alarm_rate
+            )
         remember_parameters(self)
+        self._warn_of_weak_calibration()
         return self
 
-    def score_samples(self, X):
-        """Minus the level of each window.
+    def _warn_of_weak_calibration(self):
+        n, rate = self.n_rows_, self.false_alarm_rate
+        if n + 1 < (1 - 1e-9) / rate:
+            warnings.warn(
+                f"{n} healthy rows hold a false-alarm rate of 1/{n + 1} = {1 / (n + 1):.2g} by "
+                f"themselves. The stated {rate:g} rests on Student's t distribution; "
+                f"{int(np.ceil(1 / rate - 1e-9)) - 1} rows would hold it.",
+                stacklevel=3,
+            )
+        if len(self.speeds_) == 1:
+            warnings.warn(
+                f"The healthy rows are of one speed, {self.speeds_[0]:g} rpm: how far a healthy "
+                "bearing drifts with speed is taken from experience with others. Healthy rows of "
+                "more speeds give narrower limits at other speeds.",
+                stacklevel=3,
+            )
+        if np.any(self.left_out_rates_ > rate):
+            listed = ", ".join(
+                f"{share:.2g} at {speed:g} rpm"
+                for share, speed in zip(self.left_out_rates_, self.speeds_, strict=True)
+            )
+            warnings.warn(
+                f"No drift scale up to {self.drift_scale_:g} holds the stated false-alarm rate "
+                f"{rate:g} at every speed that is left out: {listed}.",
+                stacklevel=3,
+            )
+
+    def p_values(self, X, rpm=None):
+        """Probability that a healthy row is at least as far off.
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, n_residuals)
-            Residual levels.
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Rows as long as those of `fit`.
+        rpm : float, array-like of shape (n_rows,) or None, default=None
+            Speed of the shaft in each row; needed where `fit` had speeds, else not used.
 
         Returns
         -------
-        ndarray of shape (n_windows,)
-            Lower is more abnormal.
+        ndarray of shape (n_rows,)
+            In (0, 1].
+
+        Raises
+        ------
+        ValueError
+            If a speed is not above 0, or `fit` had speeds and there are none here.
+
+        Warns
+        -----
+        UserWarning
+            If rows lie more than the factor 1.3 outside the speeds of `fit`.
         """
-        check_is_fitted(self)
-        check_state(self)
-        X = validate_data(self, X, dtype=[np.float64, np.float32], reset=False)
-        return -root_mean_square(X)
+        return np.exp(self.score_samples(X, rpm))
 
-    def decision_function(self, X):
-        """Threshold less level: negative for an alarm.
+    def score_samples(self, X, rpm=None):
+        """Logarithm of the p-value of each row.
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, n_residuals)
-            Residual levels.
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Rows.
+        rpm : float, array-like of shape (n_rows,) or None, default=None
+            Their speeds, as in `p_values`.
 
         Returns
         -------
-        ndarray of shape (n_windows,)
-            In the unit of the levels.
+        ndarray of shape (n_rows,)
+            Finite, at most 0; lower is more abnormal.
         """
-        return self.score_samples(X) - self.offset_
+        X, _ = validate_innovations(self, X, reset=False)
+        log_speed = self._distant_speeds(rpm, len(X))
+        rows = self._measure(X, with_level=self.means_.shape[1] > 1)
+        return log_p_values(self._limits(), rows, log_speed, self.drift_scale_)
 
-    def predict(self, X):
-        """1 for a healthy window, -1 for a faulty one.
+    def decision_function(self, X, rpm=None):
+        """Logarithm of the p-value over the false-alarm rate: negative for an alarm.
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, n_residuals)
-            Residual levels.
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Rows.
+        rpm : float, array-like of shape (n_rows,) or None, default=None
+            Their speeds, as in `p_values`.
 
         Returns
         -------
-        ndarray of int of shape (n_windows,)
+        ndarray of shape (n_rows,)
+            Natural logarithms.
+        """
+        return self.score_samples(X, rpm) - self.offset_
+
+    def predict(self, X, rpm=None):
+        """1 for a row like the healthy ones, -1 for an alarm.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Rows.
+        rpm : float, array-like of shape (n_rows,) or None, default=None
+            Their speeds, as in `p_values`.
+
+        Returns
+        -------
+        ndarray of int of shape (n_rows,)
             Verdicts.
         """
-        return np.where(self.decision_function(X) < 0, -1, 1)
+        return np.where(self.decision_function(X, rpm) < 0, -1, 1)
+
+    def fit_predict(self, X, y=None, rpm=None):
+        """Calibrate on rows, and say which of them are unlike the others.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Rows.
+        y : ignored
+            Here by convention.
+        rpm : float, array-like of shape (n_rows,) or None, default=None
+            Their speeds.
+
+        Returns
+        -------
+        ndarray of int of shape (n_rows,)
+            1 or -1.
+        """
+        return self.fit(X, rpm=rpm).predict(X, rpm=rpm)
+
+    def _distant_speeds(self, rpm, n_rows):
+        """Log speeds of rows; without any, one at the unit distance from that of `fit`."""
+        if len(self.speeds_) == 0:
+            return np.full(n_rows, UNIT_DISTANCE)
+        if rpm is None:
+            listed = ", ".join(f"{speed:g}" for speed in self.speeds_)
+            raise ValueError(
+                f"rpm is None, expected the speed of each row: FaultDetector was fitted at "
+                f"{listed} rpm."
+            )
+        log_speed = _log_speeds(rpm, n_rows)
+        ends = np.log(self.speeds_[[0, -1]])
+        far = np.maximum(ends[0] - log_speed, log_speed - ends[1]) > UNIT_DISTANCE + 1e-9
+        if far.any():
+            outside = np.exp(log_speed[far])
+            warnings.warn(
+                f"{far.sum()} of {n_rows} rows at {outside.min():g} to {outside.max():g} rpm lie "
+                f"more than the factor 1.3 outside the speeds of fit, {self.speeds_[0]:g} to "
+                f"{self.speeds_[-1]:g} rpm: limits are wide there, and faults are missed.",
+                stacklevel=4,
+            )
+        return log_speed
+
+    def _limits(self):
+        fitted = {name: getattr(self, name + "_") for name in Limits._fields if name != "known"}
+        return Limits(known=np.log(self.speeds_) if len(self.speeds_) else np.zeros(1), **fitted)
+
+    def _measure(self, X, *, with_level):
+        """What is looked at in rows of shape (n_rows, 1, n_samples)."""
+        if X.shape[1] != 1:
+            raise ValueError(
+                f"X has the innovations of {X.shape[1]} models, expected those of one."
+            )
+
+        def of_batch(batch):
+            return measure_rows(X[batch, 0], self.n_windows_, with_level=with_level)
+
+        parts = map_batches(of_batch, len(X), self.n_jobs, max(BATCH // self.n_windows_, 1))
+        return Rows(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
     def _check_state(self):
-        check_fitted_input(self)
-        check_fitted_number(
-            self, "detection_threshold_", valid=lambda g: g >= 0, expected="at least 0"
-        )
+        check_fitted_input(self, windows=True)
         check_fitted_number(
             self,
-            "offset_",
-            valid=lambda offset: offset == -self.detection_threshold_,
-            expected=f"minus detection_threshold_={self.detection_threshold_}",
+            "n_models_",
+            kind="i",
+            valid=lambda n: n == len(self.window_shape_) - 1,
+            expected="0 for plain windows, else 1",
         )
+        for name, least in {"n_rows_": 2, "n_windows_": 1, "n_blocks_": 2}.items():
+            check_fitted_number(
+                self,
+                name,
+                kind="i",
+                valid=lambda n, least=least: n >= least,
+                expected=f"at least {least}",
+            )
+        n_cepstra = number_of_cepstra(int(self.window_shape_[-1]) // self.n_windows_)
+        positive = {"valid": lambda v: v > 0, "expected": "above 0"}
+        speeds = check_fitted_array(
+            self,
+            "speeds_",
+            (None,),
+            valid=lambda v: np.all(v > 0) and np.all(np.diff(v) > 0),
+            expected="speeds above 0, ascending",
+        )
+        n_speeds = max(len(speeds), 1)
+        n_values = len(check_fitted_array(self, "deviations_", (None,), **positive))
+        for name, shape in {
+            "references_": (n_speeds, n_cepstra),
+            "axes_": (n_cepstra, n_cepstra),
+            "means_": (n_speeds, n_values),
+        }.items():
+            check_fitted_array(self, name, shape)
+        at_least_0 = {"valid": lambda v: v >= 0, "expected": "at least 0"}
+        check_fitted_array(self, "variances_", (n_cepstra,), **at_least_0)
+        check_fitted_array(
+            self, "left_out_rates_", (n_speeds if n_speeds > 1 else 0,), **at_least_0
+        )
+        check_fitted_array(
+            self,
+            "slopes_",
+            (n_values, 2),
+            valid=lambda v: v[:, 1] >= 0,
+            expected="variances of at least 0 in the second column",
+        )
+        for name in ("drift_scale_", "score_deviation_"):
+            check_fitted_number(self, name, **positive)
+        check_fitted_number(self, "score_mean_")
+        check_fitted_number(self, "offset_", valid=lambda v: v < 0, expected="below 0")
+
+    def _check_parameters(self):
+        check_real(
+            self.false_alarm_rate,
+            "false_alarm_rate",
+            min_val=0,
+            max_val=1,
+            include_boundaries="neither",
+        )
+        check_scalar(self.fixed_gain, "fixed_gain", (bool, np.bool_))
+        check_scalar(self.window_length, "window_length", Integral, min_val=1)
+
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.input_tags.three_d_array = True
+        return tags
+
+
+def _log_speeds(rpm, n_rows):
+    if rpm is None:
+        return None
+    try:
+        speeds = np.asarray(rpm, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"rpm must hold numbers, got {rpm!r}.") from error
+    if speeds.ndim == 0:
+        speeds = np.full(n_rows, speeds)
+    if speeds.shape != (n_rows,):
+        raise ValueError(
+            f"rpm has shape {speeds.shape}, expected one speed for each of {n_rows} rows."
+        )
+    bad = np.flatnonzero(~(np.isfinite(speeds) & (speeds > 0)))
+    if len(bad) > 0:
+        raise ValueError(
+            f"rpm holds {speeds[bad[0]]:g} for row {bad[0]}, expected revolutions per minute "
+            "above 0."
+        )
+    return np.log(speeds)

@@ -1,7 +1,5 @@
 """The diagnosers, from windows to conditions, and the detector for healthy windows alone."""
 
-from sklearn.pipeline import Pipeline
-
 from .cepstral import CepstralResidual
 from .comparison import SpectralDistance
 from .detector import FaultDetector
@@ -127,7 +125,7 @@ def make_diagnoser(*, healthy=None, memory=None, n_jobs=None):
     The model takes out what all conditions share, and what measured inputs explain;
     `CepstralResidual` compares the rest with each condition and discounts what a change of speed
     does to it. It tells which condition a window is of. Whether a machine is healthy at all is
-    better left to `FaultDetector`: the threshold in here holds at the training speed only.
+    better left to `make_detector`: the threshold in here holds at the training speed only.
 
     Parameters
     ----------
@@ -218,36 +216,50 @@ def make_stretch_diagnoser(*, sampling_rate=None, healthy=None, memory=None, n_j
     return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)
 
 
-def make_detector(*, false_alarm_rate=0.01, n_jobs=None):
-    """Detection without isolation, from healthy windows alone.
+def make_detector(*, false_alarm_rate=0.01, fixed_gain=False, memory=None, n_jobs=None):
+    """Detection at any speed from healthy recordings alone.
 
-    The windows keep the unit of the sensor: one model of healthy windows, a linear observer, and a
-    threshold on the power of its error.
+    One model takes out what measured inputs explain; `FaultDetector` compares the rest with what it
+    expects at the speed. Rows are windows of some thousand samples or, better, stretches of a
+    second. Healthy rows of several speeds make it sharper at all others.
 
     Parameters
     ----------
     false_alarm_rate : float, default=0.01
-        Share in (0, 1) of healthy windows that may be flagged.
+        Share in (0, 1) of healthy rows that may be flagged.
+    fixed_gain : bool, default=False
+        Whether all recordings have the same sensor, mounting and amplification, so that the level
+        tells something.
+    memory : str, joblib.Memory or None, default=None
+        Where a search over settings of the detector keeps the identification, as in
+        `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on windows.
 
     Returns
     -------
-    Pipeline
-        Steps "identify", "observe" and "decide".
+    DiagnosisPipeline
+        Steps "identify" and "decide".
 
     Examples
     --------
     >>> import numpy as np
+    >>> from scipy.signal import lfilter
     >>> rng = np.random.default_rng(0)
-    >>> healthy, faulty = rng.normal(size=(400, 600)), 3 * rng.normal(size=(5, 600))
-    >>> make_detector().fit(healthy).predict(faulty)
-    array([-1, -1, -1, -1, -1])
+    >>> def healthy(n, rpm):
+    ...     return rpm * lfilter([1], [1, -0.5 - rpm / 5000], rng.normal(size=(n, 4800)))
+    >>> X = np.concatenate([healthy(60, 800), healthy(60, 1200)])
+    >>> detector = make_detector().fit(X, rpm=np.repeat([800, 1200], 60))
+    >>> faulty = healthy(3, 1000)
+    >>> faulty[:, ::600] += 50_000
+    >>> detector.predict(faulty, rpm=1000)
+    array([-1, -1, -1])
     """
-    return Pipeline(
-        [
-            ("identify", ARXLaguerre(unit_rms=False, n_jobs=n_jobs)),
-            ("observe", PIObserver(n_jobs=n_jobs)),
-            ("decide", FaultDetector(false_alarm_rate=false_alarm_rate)),
-        ]
-    )
+    steps = [
+        ("identify", ARXLaguerre(order=8, bank=False, unit_rms=False, n_jobs=n_jobs)),
+        (
+            "decide",
+            FaultDetector(false_alarm_rate=false_alarm_rate, fixed_gain=fixed_gain, n_jobs=n_jobs),
+        ),
+    ]
+    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)

@@ -1,11 +1,13 @@
 """A Pipeline that gives its verdicts batch by batch."""
 
 import math
+from functools import partial
 
 import numpy as np
 from sklearn import config_context
 from sklearn.pipeline import Pipeline
 from sklearn.utils import Bunch
+from sklearn.utils.metadata_routing import process_routing
 from sklearn.utils.metaestimators import available_if
 
 from ._parallel import map_batches
@@ -211,18 +213,70 @@ class DiagnosisPipeline(Pipeline):
         return self._in_batches(self._diagnose, X, params)
 
     def _diagnose(self, X, **params):
-        levels = self[:-1].transform(X, **params) if len(self.steps) > 1 else X
+        levels, routed = self._before_last_step(X, params)
         last = self.steps[-1][1]
-        found = Bunch(levels=levels, verdict=last.predict(levels))
+        found = Bunch(levels=levels)
+        if hasattr(last, "decision_function"):
+            found.score = last.decision_function(levels, **routed)
         if hasattr(last, "predict_proba"):
             found.probability = last.predict_proba(levels)
-        if hasattr(last, "decision_function"):
-            found.score = last.decision_function(levels)
+        elif "score" in found:
+            # An outlier detector: its verdict is the sign of its score.
+            found.alarm = found.score < 0
+            found.verdict = np.where(found.alarm, -1, 1)
+            return found
+        found.verdict = last.predict(levels, **routed)
         if hasattr(last, "detect"):
             found.alarm = last.detect(levels)
-        elif not hasattr(last, "predict_proba") and "score" in found:
-            found.alarm = found.score < 0
         return found
+
+    def _before_last_step(self, X, params):
+        """What the last step is given, and the metadata that its `predict` requests."""
+        routed = process_routing(self, "predict", **params)
+        for name, step in self.steps[:-1]:
+            if step not in (None, "passthrough"):
+                X = step.transform(X, **routed[name].transform)
+        return X, routed[self.steps[-1][0]].predict
+
+    @_last_step_has("score_samples")
+    def score_samples(self, X, **params):
+        """Log p-value of each window, where the last step is a detector.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        **params : dict of str to object
+            Metadata, as in `predict`.
+
+        Returns
+        -------
+        ndarray of shape (n_windows,)
+            As the last step gives it.
+        """
+        return self._in_batches(partial(self._of_last_step, "score_samples"), X, params)
+
+    @_last_step_has("p_values")
+    def p_values(self, X, **params):
+        """Probability that a healthy window is at least as far off, from a detector.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        **params : dict of str to object
+            Metadata, as in `predict`.
+
+        Returns
+        -------
+        ndarray of shape (n_windows,)
+            As the last step gives it.
+        """
+        return self._in_batches(partial(self._of_last_step, "p_values"), X, params)
+
+    def _of_last_step(self, method, X, **params):
+        levels, routed = self._before_last_step(X, params)
+        return getattr(self.steps[-1][1], method)(levels, **routed)
 
     @_some_step_has("adapt")
     def adapt(self, X, y):

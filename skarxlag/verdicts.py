@@ -41,15 +41,15 @@ def window_verdicts(diagnoser, X, conditions=None, rpm=None):
     DataFrame
         ``verdict``; ``alarm``, whether the detection threshold is exceeded; ``quality``, as
         :func:`skarxlag.signal_quality` names it; then ``probability of`` each condition, or
-        ``score`` of a detector: threshold less level. Without a signal these are NaN, and the
-        alarm is False.
+        ``score`` of a detector: the logarithm of the p-value over the false-alarm rate. Without a
+        signal these are NaN, and the alarm is False.
 
     Examples
     --------
     >>> from skarxlag import make_detector
     >>> X = np.random.default_rng(0).normal(size=(40, 400))
-    >>> detector = make_detector(false_alarm_rate=0.1).fit(X)
-    >>> new = np.stack([X[0], 5 * X[1], 0 * X[2]])
+    >>> detector = make_detector(false_alarm_rate=0.1, fixed_gain=True).fit(X)
+    >>> new = np.stack([X[0], 9 * X[1], 0 * X[2]])
     >>> window_verdicts(detector, new)["verdict"].tolist()
     ['healthy', 'faulty', 'no signal']
     """
@@ -221,7 +221,7 @@ def _no_signal_remark(verdict, listed):
     )
 
 
-def recording_verdicts(diagnoser, X, recording, conditions=None):
+def recording_verdicts(diagnoser, X, recording, conditions=None, *, rpm=None):
     """One verdict for each recording, from windows of several recordings.
 
     Parameters
@@ -233,6 +233,8 @@ def recording_verdicts(diagnoser, X, recording, conditions=None):
     recording : array-like of shape (n_windows,)
         Recording of each window.
     conditions : list of str or None, default=None
+        As in `window_verdicts`.
+    rpm : float, array-like of shape (n_windows,) or None, default=None
         As in `window_verdicts`.
 
     Returns
@@ -259,7 +261,7 @@ def recording_verdicts(diagnoser, X, recording, conditions=None):
     check_consistent_length(X, recording)
     if conditions is None:
         conditions = _conditions(diagnoser[-1])
-    windows = window_verdicts(diagnoser, X, conditions)
+    windows = window_verdicts(diagnoser, X, conditions, rpm=rpm)
     groups = windows.groupby(np.asarray(recording), sort=False)
     rows = {name: recording_verdict(rows, conditions) for name, rows in groups}
     return pd.DataFrame.from_dict(rows, orient="index")

@@ -38,6 +38,8 @@ from skarxlag import (
 )
 from skarxlag.residual_evaluations import RESIDUAL_EVALUATIONS
 
+#: Sampling noise of few rows: what the detector says of its calibration.
+pytestmark = pytest.mark.filterwarnings("ignore:.* healthy rows hold a false-alarm:UserWarning")
 ESTIMATORS = [
     ARXLaguerre(),
     ARXLaguerre(pole="optimise", order=4),

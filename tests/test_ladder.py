@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 from scipy.special import softmax
 
-from skarxlag import FaultDetector, ThresholdLadder
+from skarxlag import ThresholdLadder
 from skarxlag.kernels.scaling import root_mean_square
 
 LEVELS = np.array([0.4, 0.5, 1.0, 1.2, 3.0, 3.2])
@@ -67,8 +67,6 @@ def test_detection_threshold_is_an_order_statistic_with_a_margin(rate, rank, mar
     ladder = ThresholdLadder(false_alarm_rate=rate, margin_db=margin_db)
     ladder.fit(X, ["healthy"] * 99 + ["broken"] * 5)
     assert ladder.detection_threshold_ == pytest.approx(expected)
-    detector = FaultDetector(false_alarm_rate=rate, margin_db=margin_db).fit(X[:99])
-    assert detector.detection_threshold_ == pytest.approx(expected)
 
 
 def test_stated_false_alarm_rate_holds_on_fresh_windows():
@@ -76,8 +74,8 @@ def test_stated_false_alarm_rate_holds_on_fresh_windows():
     rate, n_healthy, n_fresh, alarms = 0.05, 59, 50, 0
     for _ in range(100):
         levels = rng.lognormal(size=(n_healthy + n_fresh, 1))
-        detector = FaultDetector(false_alarm_rate=rate).fit(levels[:n_healthy])
-        alarms += np.sum(detector.predict(levels[n_healthy:]) == -1)
+        ladder = ThresholdLadder(false_alarm_rate=rate).fit(levels[:n_healthy], [0] * n_healthy)
+        alarms += np.sum(ladder.detect(levels[n_healthy:]))
     # On average rate; trials share a threshold, so allow for its spread as well.
     assert 0.5 * rate < alarms / (100 * n_fresh) < 1.4 * rate
 
@@ -201,33 +199,27 @@ def test_silent_windows_are_on_the_lowest_rung():
     assert np.isfinite(bank.predict_proba([[0.0, 0.0], [0.0, 1.0]])).all()
 
 
-def test_detector_flags_levels_above_its_threshold():
+def test_healthy_windows_alone_calibrate_gamma():
     rng = np.random.default_rng(0)
     X = rng.lognormal(size=(200, 3))
-    detector = FaultDetector(false_alarm_rate=0.1, margin_db=1.0).fit(X)
+    ladder = ThresholdLadder(false_alarm_rate=0.1, margin_db=1.0).fit(X, ["good"] * 200)
     fresh = 2 * rng.lognormal(size=(300, 3))
-    level = root_mean_square(fresh)
-    np.testing.assert_array_equal(detector.score_samples(fresh), -level)
-    np.testing.assert_allclose(
-        detector.decision_function(fresh), detector.detection_threshold_ - level
-    )
-    alarm = level > detector.detection_threshold_
+    alarm = root_mean_square(fresh) > ladder.detection_threshold_
     assert 0 < alarm.sum() < 300
-    np.testing.assert_array_equal(detector.predict(fresh), np.where(alarm, -1, 1))
+    np.testing.assert_array_equal(ladder.detect(fresh), alarm)
     # A level on the threshold raises no alarm (Eq. 23).
-    assert detector.predict(np.full((1, 3), detector.detection_threshold_)) == 1
+    assert not ladder.detect(np.full((1, 3), ladder.detection_threshold_))
 
 
-@pytest.mark.parametrize("estimator", [ThresholdLadder(), FaultDetector()], ids=str)
-def test_bad_parameters_are_named(estimator):
+def test_bad_parameters_are_named():
     X, y = LEVELS[:, np.newaxis], NAMES
     for name, values in {
         "false_alarm_rate": [0.0, 1.0, -0.1, np.nan],
         "margin_db": [np.nan, np.inf],
         "healthy": ["absent", 3],
     }.items():
-        for value in values if name in estimator.get_params() else []:
+        for value in values:
             with pytest.raises(ValueError, match=name):
-                type(estimator)(**{name: value}).fit(X, y)
+                ThresholdLadder(**{name: value}).fit(X, y)
     with pytest.raises(ValueError, match=r"healthy='absent'.*\['ball', 'inner', 'normal'\]"):
         ThresholdLadder(healthy="absent").fit(X, y)

@@ -20,7 +20,7 @@ def test_module_runs_as_a_program(tmp_path):
     assert failed.stderr.strip() == f"skarxlag diagnose: error: {missing}: no such file"
 
 
-@pytest.mark.parametrize("command", ["evaluate", "fit", "diagnose"])
+@pytest.mark.parametrize("command", ["evaluate", "fit", "diagnose", "watch"])
 def test_help(command, capsys):
     with pytest.raises(SystemExit) as stop:
         main([command, "--help"])

@@ -55,6 +55,13 @@ BANK_EFFECTS = {
     "bandwidth": ({}, 2.0, levels),
     "adaptation_step": ({}, 0.3, levels),
 }
+
+
+def log_p_values(estimator, X, y):
+    fitted = estimator.fit(X)
+    return fitted.decision_function(X[::-1] + 3 * np.roll(X, 5, axis=1))
+
+
 ALARM_EFFECTS = {"false_alarm_rate": ({}, 0.5, thresholds), "margin_db": ({}, 3.0, thresholds)}
 EFFECTS = {
     ARXLaguerre: {
@@ -96,10 +103,15 @@ EFFECTS = {
     },
     ThresholdLadder: ALARM_EFFECTS
     | {"healthy": ({}, 1, thresholds), "priors": ({}, [0.9, 0.1], confidences)},
-    FaultDetector: ALARM_EFFECTS,
+    FaultDetector: {
+        "false_alarm_rate": ({}, 0.5, log_p_values),
+        "fixed_gain": ({}, True, log_p_values),
+        "window_length": ({}, 400, log_p_values),
+    },
 }
 
 
+@pytest.mark.filterwarnings("ignore:20 healthy rows hold:UserWarning")
 @pytest.mark.parametrize(
     ("estimator", "name"),
     [(estimator, name) for estimator, effects in EFFECTS.items() for name in effects],

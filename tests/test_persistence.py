@@ -34,10 +34,10 @@ import skarxlag
 from skarxlag import (
     ARXLaguerre,
     CepstralResidual,
-    FaultDetector,
     PIObserver,
     ThresholdLadder,
     make_alpio,
+    make_detector,
     make_diagnoser,
     make_extended_state_pio,
     make_single_observer_pio,
@@ -99,8 +99,7 @@ def test_round_trip_predicts_the_same_to_the_last_bit(tmp_path, diagnoser):
 
 def test_round_trip_of_a_detector_fitted_on_a_table(tmp_path):
     table = pd.DataFrame(X, columns=[f"sample{k}" for k in range(X.shape[1])])
-    detector = make_pipeline(ARXLaguerre(unit_rms=False), PIObserver(), FaultDetector())
-    detector.fit(table[:10])
+    detector = make_detector(false_alarm_rate=0.2).fit(table[:10])
     save_diagnoser(detector, tmp_path / "d.skops")
     loaded, _ = load_diagnoser(tmp_path / "d.skops")
     np.testing.assert_array_equal(loaded.score_samples(table), detector.score_samples(table))

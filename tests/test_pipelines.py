@@ -17,10 +17,10 @@ from skarxlag import (
     ARXLaguerre,
     DiagnosisPipeline,
     ExtendedStatePIObserver,
-    FaultDetector,
     PIObserver,
     ThresholdLadder,
     make_alpio,
+    make_detector,
     make_diagnoser,
     make_extended_state_pio,
     make_single_observer_pio,
@@ -175,13 +175,12 @@ def test_healthy_chooses_the_condition_that_gamma_is_for(data):
     assert thresholds == [0, 1, 2]
 
 
-def test_detector_on_physical_amplitude_flags_a_louder_bearing():
+def test_detector_with_a_fixed_gain_flags_a_louder_bearing():
     X, _ = simulate(40, seed=0)
-    detector = make_pipeline(ARXLaguerre(unit_rms=False), PIObserver(), FaultDetector())
-    detector.fit(X[:40])
+    detector = make_detector(false_alarm_rate=0.05, fixed_gain=True).fit(X[:40])
     fresh, _ = simulate(40, seed=1)
     assert np.mean(detector.predict(fresh[:40]) == -1) < 0.15
-    np.testing.assert_array_equal(detector.predict(3 * fresh[:40]), -1)
+    np.testing.assert_array_equal(detector.predict(20 * fresh[:40]), -1)
 
 
 METHODS = ["predict", "predict_proba", "predict_log_proba", "decision_function"]
@@ -212,9 +211,7 @@ def test_batches_need_no_memory_for_all_innovations(data):
 
 def test_a_diagnosis_pipeline_has_what_its_last_step_has(data):
     identify = DiagnosisPipeline([("identify", ARXLaguerre())]).fit(*data)
-    detector = DiagnosisPipeline(
-        [("identify", ARXLaguerre()), ("observe", PIObserver()), ("detect", FaultDetector())]
-    ).fit(data[0])
+    detector = make_detector(false_alarm_rate=0.1).fit(data[0])
     assert [hasattr(identify, name) for name in METHODS] == [False] * 4
     assert [hasattr(detector, name) for name in METHODS] == [True, False, False, True]
     assert isinstance(make_diagnoser(n_jobs=2)[:-1], DiagnosisPipeline)
@@ -329,12 +326,10 @@ def test_diagnose_gives_all_in_one_pass(make, data, monkeypatch):
 
 def test_diagnose_of_a_detector():
     X, _ = simulate(40, seed=0)
-    steps = [("identify", ARXLaguerre(unit_rms=False)), ("observe", PIObserver()),
-             ("detect", FaultDetector())]  # fmt: skip
-    detector = DiagnosisPipeline(steps).fit(X[:40])
-    found = detector.diagnose(3 * X[:40])
+    detector = make_detector(false_alarm_rate=0.05, fixed_gain=True).fit(X[:40])
+    found = detector.diagnose(20 * X[:40])
     assert found.alarm.all() and (found.verdict == -1).all()
-    np.testing.assert_array_equal(found.score, detector.decision_function(3 * X[:40]))
+    np.testing.assert_array_equal(found.score, detector.decision_function(20 * X[:40]))
     assert "probability" not in found
 
 

@@ -53,7 +53,7 @@ def test_recordings_keep_their_order_of_appearance(diagnoser, windows):
 
 def test_detector_names_what_it_does_not_flag(windows):
     X, _ = windows
-    detector = make_detector().fit(X[:20])
+    detector = make_detector(false_alarm_rate=0.1, fixed_gain=True).fit(X[:20])
     assert set(window_verdicts(detector, X)["verdict"]) <= {"healthy", "faulty"}
     assert recording_verdicts(detector, X, np.repeat([0, 1], 20))["verdict"].tolist() == [
         "healthy",
@@ -68,11 +68,8 @@ def test_recording_must_fit_the_windows(diagnoser, windows):
 
 def test_false_alarm_rate_reaches_the_detector(windows):
     X, _ = windows
-    thresholds = [
-        make_detector(false_alarm_rate=rate).fit(X[:20])[-1].detection_threshold_
-        for rate in (0.1, 0.4)
-    ]
-    assert thresholds[0] > thresholds[1]
+    offsets = [make_detector(false_alarm_rate=rate).fit(X[:20])[-1].offset_ for rate in (0.1, 0.4)]
+    np.testing.assert_allclose(offsets, np.log([0.1, 0.4]))
 
 
 def test_windows_without_a_signal_get_no_verdict_and_do_not_count(diagnoser, windows):
@@ -101,7 +98,8 @@ def test_a_dead_sensor_gives_no_verdict(diagnoser):
     assert verdict["verdict"] == "no signal" and np.isnan(verdict["confidence"])
     (remark,) = verdict_remarks(windows, verdict, ["coloured", "white"])
     assert "constant: 4" in remark and "check the sensor" in remark
-    detector = make_detector().fit(np.random.default_rng(0).normal(size=(9, 400)))
+    healthy = np.random.default_rng(0).normal(size=(9, 400))
+    detector = make_detector(false_alarm_rate=0.1).fit(healthy)
     assert recording_verdicts(detector, X, np.zeros(4))["verdict"].tolist() == ["no signal"]
 
 
@@ -123,3 +121,16 @@ def test_verdict_and_alarm_that_contradict_each_other_are_explained(verdict, ala
     assert found["verdict"] == verdict
     remarks = verdict_remarks(windows, found, ["good", "worn"])
     assert (remarks == []) if message is None else remarks[0].startswith(message)
+
+
+def test_speeds_reach_the_detector(windows):
+    X, _ = windows
+    rpm = np.repeat([1000.0, 1200.0], 10)
+    detector = make_detector(false_alarm_rate=0.1).fit(X[:20], rpm=rpm)
+    new = X[10:20].copy()
+    new[3] = 0.0
+    verdicts = window_verdicts(detector, new, rpm=np.linspace(900, 1300, 10))
+    assert verdicts["verdict"][3] == "no signal"
+    good = np.arange(10) != 3
+    expected = detector.decision_function(new[good], rpm=np.linspace(900, 1300, 10)[good])
+    np.testing.assert_allclose(verdicts["score"][good], expected)

@@ -1,4 +1,4 @@
-"""Do stated confidences and false-alarm rates hold, at the training speed and at the others?
+"""Do stated confidences hold, at the training speed and at the others?
 
 Run ``python -m benchmarks.recipe confidence`` from the root of the repository.
 First halves calibrate and second halves are scored, as in `benchmarks.cross_speed`.
@@ -19,7 +19,6 @@ from benchmarks.cross_speed.protocol import (
     first_and_second_half,
 )
 from benchmarks.pages.blocks import markdown, publish
-from benchmarks.recipe.detection import detection_rates, detection_table
 from benchmarks.recipe.options import options, rigs
 from skarxlag import make_diagnoser
 
@@ -232,22 +231,11 @@ def report(calibration, reliability):
 def main(arguments=None):
     chosen = options(__doc__, "confidence", arguments)
     chosen.output.mkdir(parents=True, exist_ok=True)
-    verdicts, rates = [], []
+    verdicts = []
     for label, rig in rigs(chosen):
         verdicts.append(all_verdicts(rig, chosen.window_length).assign(rig=label))
-        rates.append(detection_rates(rig, chosen.window_length).assign(rig=label))
-    verdicts, rates = pd.concat(verdicts), pd.concat(rates)
+    verdicts = pd.concat(verdicts)
     calibration, reliability = calibration_table(verdicts), reliability_table(verdicts)
-    for name, frame in {
-        "calibration": calibration,
-        "reliability": reliability,
-        "detection": rates,
-    }.items():
+    for name, frame in {"calibration": calibration, "reliability": reliability}.items():
         frame.to_csv(chosen.output / f"{name}.csv", index=False)
-    publish(
-        chosen,
-        {
-            "confidence": report(calibration, reliability),
-            "detection": detection_table(rates),
-        },
-    )
+    publish(chosen, {"confidence": report(calibration, reliability)})

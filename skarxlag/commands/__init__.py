@@ -1,4 +1,4 @@
-"""The command line: ``skarxlag evaluate | fit | diagnose | info``."""
+"""The command line: ``skarxlag evaluate | fit | diagnose | watch | info``."""
 
 import argparse
 import os
@@ -18,6 +18,7 @@ _COMMANDS = {
     "evaluate": "compare the diagnosers across speeds",
     "fit": "calibrate a diagnoser on your recordings",
     "diagnose": "diagnose recordings with a saved diagnoser",
+    "watch": "diagnose a running sensor with a saved diagnoser",
     "info": "say what a saved diagnoser is and where its limits are",
 }
 

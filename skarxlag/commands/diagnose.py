@@ -159,10 +159,6 @@ def _report(args, model, diagnoses, rows):
         lines.append(_speed_line(found))
     if found["confidence"].notna().any():
         lines.append("Alarms depend on the speed; for detection across speeds fit a detector.")
-    elif model.train_rpm is not None:
-        lines.append(
-            f"Levels grow with speed: false alarms are as stated up to {model.train_rpm[-1]:g} rpm."
-        )
     if args.output is not None:
         lines.append("Written: " + ", ".join(str(path) for path in result_paths(args.output)))
     return "\n".join(lines)

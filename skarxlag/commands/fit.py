@@ -2,6 +2,7 @@
 
 import re
 import sys
+import warnings
 from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
@@ -30,13 +31,15 @@ from .stretches import join_windows, stretch_windows
 _DESCRIPTION = """\
 Calibrate a diagnoser on the recordings that a table lists, and save it. The table is a csv file
 with the columns path, condition, rpm, sampling_rate and channel; only path is needed by all, see
-skarxlag.read_recording_table. The detector needs healthy recordings only and names no
-fault; calibrate it at the highest speed.
+skarxlag.read_recording_table. The detector needs healthy recordings only, best of several speeds,
+and names no fault.
 """
 DETECTOR = "detector"
 STRETCHES = "stretches"
 #: Samples in a window; stretches consist of such windows.
 _WINDOW_LENGTH = 1200
+#: Samples in a row that the detector takes.
+_DETECTOR_LENGTH = 4800
 #: Words that tell the healthy condition.
 _HEALTHY = {"healthy", "normal", "good", "intact", "baseline"}
 
@@ -86,8 +89,13 @@ def add_arguments(parser):
         "--window-length",
         type=window_length,
         metavar="N",
-        help="default: 1200; of stretches a second, or ten turns at the lowest speed of the table "
-        "if that is longer",
+        help="default: 1200, of the detector 4800; of stretches a second, or ten turns at the "
+        "lowest speed of the table if that is longer",
+    )
+    parser.add_argument(
+        "--fixed-gain",
+        action="store_true",
+        help="detector: all recordings have the same sensor and gain, so the level counts",
     )
     parser.add_argument(
         "--hop",
@@ -115,10 +123,13 @@ def run(args):
     check_output(args.output, inputs, is_own=is_model_file, force=args.force)
     if find_spec("skops") is None:
         raise CommandError("saving a diagnoser needs skops: pip install 'skarxlag[io]'")
+    if args.fixed_gain and args.diagnoser != DETECTOR:
+        raise UsageError(f"argument --fixed-gain: belongs to --diagnoser {DETECTOR}")
+    default = _DETECTOR_LENGTH if args.diagnoser == DETECTOR else _WINDOW_LENGTH
     with as_command_error():
         rig = load_recordings(
             args.table,
-            window_length=args.window_length or _WINDOW_LENGTH,
+            window_length=args.window_length or default,
             hop=args.hop,
             max_windows=args.max_windows,
             resample=args.resample,
@@ -129,7 +140,7 @@ def run(args):
     chosen = _choose_speed(args, rig)
     conditions, reason = _conditions(args, kind, rig, chosen)
     if kind == DETECTOR:
-        diagnoser = make_detector()
+        diagnoser = make_detector(fixed_gain=args.fixed_gain)
         if rig.target is not None:
             chosen &= rig.target == conditions[0]
     elif kind == STRETCHES:
@@ -146,8 +157,10 @@ def run(args):
     print(f"{len(X)} {rows}: fitting", file=sys.stderr, flush=True)
     own = [recording if y is None else recording[y == name] for name in conditions]
     n_windows, n_recordings = [len(each) for each in own], [len(np.unique(each)) for each in own]
-    speeds = {"rpm": rig.rpm[chosen]} if kind == STRETCHES and rig.rpm is not None else {}
-    with as_command_error():
+    uses_speeds = kind in (STRETCHES, DETECTOR) and rig.rpm is not None
+    speeds = {"rpm": rig.rpm[chosen]} if uses_speeds else {}
+    with as_command_error(), warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always", UserWarning)
         diagnoser.fit(X, y, **speeds)
         # The number of threads belongs to this machine, not to the file.
         set_threads(diagnoser, None)
@@ -170,12 +183,27 @@ def run(args):
     for name, n_own_recordings, n_own in zip(conditions, n_recordings, n_windows, strict=True):
         print(f"{name}: {n_own_recordings} recordings, {n_own} {rows}")
     print(f"Healthy: {conditions[0]} ({reason})")
-    threshold = diagnoser[-1].detection_threshold_
-    print(f"Detection threshold {threshold:.4g} at a false-alarm rate of {args.false_alarm_rate:g}")
-    for sentence in held_rate(n_windows[0], args.false_alarm_rate):
-        print(sentence)
+    for warning in warned:
+        print(f"warning: {warning.message}", file=sys.stderr)
+    print(_calibration(diagnoser[-1], args.false_alarm_rate))
+    if kind != DETECTOR:
+        for sentence in held_rate(n_windows[0], args.false_alarm_rate):
+            print(sentence)
     print(f"Saved {kind} to {args.output}")
     return 0
+
+
+def _calibration(decide, rate):
+    """What the alarm rests on, in one line."""
+    if hasattr(decide, "detection_threshold_"):
+        threshold = decide.detection_threshold_
+        return f"Detection threshold {threshold:.4g} at a false-alarm rate of {rate:g}"
+    line = f"Limits for a false-alarm rate of {rate:g} from {decide.n_rows_} healthy windows"
+    if len(decide.left_out_rates_) == 0:
+        return line
+    shares = zip(decide.speeds_, decide.left_out_rates_, strict=True)
+    listed = ", ".join(f"{share:.1%} at {speed:g} rpm" for speed, share in shares)
+    return f"{line}; false alarms at speeds that were left out: {listed}"
 
 
 def _rows(args, rig):

@@ -90,6 +90,7 @@ def diagnose_recording(recording, model, resample=False):
         With a verdict.
     """
     length, sampling_rate, old_rates = model.window_length, None, []
+    rpm = _speed(recording, model)
 
     def signals():
         nonlocal sampling_rate
@@ -103,7 +104,7 @@ def diagnose_recording(recording, model, resample=False):
             yield signal
 
     parts = [
-        window_verdicts(model.diagnoser, X, model.conditions, recording.rpm)
+        window_verdicts(model.diagnoser, X, model.conditions, rpm)
         for X in cut_blocks(signals(), recording.name, length)
     ]
     windows = pd.concat(parts, ignore_index=True)
@@ -112,6 +113,18 @@ def diagnose_recording(recording, model, resample=False):
     remarks = verdict_remarks(windows, verdict, model.conditions)
     remarks += [f"Resampled from {r:g} to {model.sampling_rate:g} Hz." for r in old_rates]
     return Diagnosis(verdict, windows, sampling_rate, tuple(remarks))
+
+
+def _speed(recording, model):
+    """Speed of a recording, which a detector that was fitted with speeds must know."""
+    speeds = getattr(model.diagnoser[-1], "speeds_", ())
+    if len(speeds) > 0 and recording.rpm is None:
+        listed = ", ".join(f"{speed:g}" for speed in speeds)
+        raise CommandError(
+            f"{recording.name}: its speed is not stated, but {model.path} was fitted at {listed} "
+            "rpm; give --rpm or a column rpm"
+        )
+    return recording.rpm
 
 
 def _check_fits(name, signal, sampling_rate, model):

@@ -12,8 +12,8 @@ from .._files import write_atomically
 _FORMAT = "skarxlag monitor 1"
 
 
-def save_monitor_state(monitor, path):
-    """Write the state of a monitor, all or nothing.
+def save_monitor_state(monitor, path, /, **facts):
+    """Write the state of a monitor and facts about it, all or nothing.
 
     The file is an ``.npz`` archive of one text (JSON) and one array. The diagnoser is not in it.
 
@@ -23,9 +23,14 @@ def save_monitor_state(monitor, path):
         The monitor.
     path : str or path-like
         The file; an existing one is replaced.
+    **facts : str, int, float, None, or list of these
+        What `load_monitor_state` shall return beside the state, such as the place in a file that is
+        being read.
 
     Raises
     ------
+    TypeError
+        If a fact cannot be written as JSON.
     OSError
         If the file cannot be written.
 
@@ -39,16 +44,16 @@ def save_monitor_state(monitor, path):
     >>> _ = monitor.update(X[0, :700])
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = os.path.join(folder, "monitor.npz")
-    ...     save_monitor_state(monitor, path)
-    ...     again = ConditionMonitor(None, 20e3, detector=detector)
-    ...     _ = again.restore(load_monitor_state(path))
-    >>> again.counts["samples"]
-    700
+    ...     save_monitor_state(monitor, path, sensor="B 12")
+    ...     state, facts = load_monitor_state(path)
+    >>> again = ConditionMonitor(None, 20e3, detector=detector).restore(state)
+    >>> again.counts["samples"], facts["sensor"]
+    (700, 'B 12')
     """
     state = monitor.state()
     rest = state["stream"]["rest"]
     state["stream"] = state["stream"] | {"rest": rest is not None}
-    text = json.dumps({"format": _FORMAT} | state)
+    text = json.dumps({"format": _FORMAT, "facts": facts} | state)
     archive = io.BytesIO()
     np.savez(archive, state=np.array(text), rest=np.empty((0, 0)) if rest is None else rest)
     write_atomically(path, archive.getvalue())
@@ -64,8 +69,10 @@ def load_monitor_state(path):
 
     Returns
     -------
-    dict
+    state : dict
         For `ConditionMonitor.restore`, which checks that it fits.
+    facts : dict
+        As given to `save_monitor_state`.
 
     Raises
     ------
@@ -82,6 +89,7 @@ def load_monitor_state(path):
             state, rest = json.loads(str(archive["state"])), archive["rest"]
         if state.pop("format") != _FORMAT:
             raise ValueError(f"expected the format {_FORMAT!r}")
+        facts = dict(state.pop("facts"))
         state["stream"]["rest"] = rest if state["stream"]["rest"] else None
     except (
         ValueError,
@@ -93,4 +101,4 @@ def load_monitor_state(path):
         BadZipFile,
     ) as error:
         raise ValueError(f"{path}: no state of a monitor ({error})") from error
-    return state
+    return state, facts

@@ -47,7 +47,7 @@ def condition_names(estimator):
 
 
 def healthy_name(decide):
-    """Name of the healthy condition of a fitted ThresholdLadder, None of a FaultDetector."""
+    """Name of the healthy condition of a fitted ThresholdLadder, None of another step."""
     if not hasattr(decide, "healthy_index_"):
         return None
     return str(decide.classes_[decide.healthy_index_])

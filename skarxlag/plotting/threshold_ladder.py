@@ -90,14 +90,15 @@ class ThresholdLadderDisplay:
 
         Parameters
         ----------
-        estimator : Pipeline, ThresholdLadder or FaultDetector
+        estimator : Pipeline or ThresholdLadder
             Fitted.
         X : array-like of shape (n_windows, ...)
             Windows; residual levels where `estimator` is no Pipeline.
         y : array-like of shape (n_windows,)
             True conditions.
         decision : {"detection", "isolation"} or None, default=None
-            Which decision to show. None: isolation, or detection of a FaultDetector.
+            Which decision to show. None: isolation, or detection where
+            there is one condition only.
         conditions : sequence of label or None, default=None
             All conditions, in the order that gives them their colours. None: those that the
             estimator knows, the healthy one first, then others in `y`.
@@ -112,13 +113,13 @@ class ThresholdLadderDisplay:
         Raises
         ------
         ValueError
-            If `decision` is none of these, isolation is asked of a detector, a bank has no model
+            If `decision` is none of these, isolation is asked of one condition, a bank has no model
             for a condition in `y`, or `conditions` leaves one out.
         """
         is_pipeline = hasattr(estimator, "steps")
         decide = estimator[-1] if is_pipeline else estimator
         levels = np.abs(np.asarray(estimator[:-1].transform(X) if is_pipeline else X))
-        isolates = hasattr(decide, "isolation_thresholds_")
+        isolates = len(decide.classes_) > 1
         if decision is None:
             decision = "isolation" if isolates else "detection"
         if decision not in _DECISIONS or (decision == "isolation" and not isolates):

@@ -91,7 +91,7 @@ class TrajectoryDisplay:
         Parameters
         ----------
         estimator : Pipeline
-            Fitted; an ARXLaguerre, an observer, and a ThresholdLadder or FaultDetector.
+            Fitted; an ARXLaguerre, an observer, and a ThresholdLadder.
         window : array-like of shape (n_samples,) or (n_channels, n_samples)
             The window.
         model : label or None, default=None

@@ -190,23 +190,14 @@ def test_a_csv_file_is_a_recording(run, model, workshop):
 
 
 def test_detector_needs_healthy_recordings_only(run, workshop):
-    path = workshop / "detector.skops"
-    table = workshop / "healthy.csv"
-    table.write_text("path,sampling_rate\ngood_300.npy,50e3\ngood_500.npy,50e3\n")
+    path, full = workshop / "detector.skops", workshop / "table.csv"
     options = ("--diagnoser", "detector", "--window-length", WINDOW)
-    code, out, _ = run("fit", table, "-o", path, *options, "--false-alarm-rate", "0.1")
-    assert code == 0 and "healthy: 2 recordings, 40 windows" in out
-    # The same windows chosen from a table of everything.
-    labelled = workshop / "labelled.skops"
-    full = workshop / "table.csv"
-    rate = ("--false-alarm-rate", "0.1")
-    assert run("fit", full, "-o", labelled, *options, "--healthy", "good", *rate)[0] == 0
+    rate = ("--false-alarm-rate", "0.05")
+    code, out, err = run("fit", full, "-o", path, *options, "--healthy", "good", *rate)
+    assert code == 0 and "good: 2 recordings, 40 windows" in out and "warning" not in err
+    assert "Limits for a false-alarm rate of 0.05 from 40 healthy windows; false alarms" in out
     detector = load_diagnoser(path)[0]
-    threshold = detector[-1].detection_threshold_
-    assert load_diagnoser(labelled)[0][-1].detection_threshold_ == threshold
-    stricter = workshop / "stricter.skops"
-    run("fit", table, "-o", stricter, *options, "--false-alarm-rate", "0.02")
-    assert load_diagnoser(stricter)[0][-1].detection_threshold_ > threshold
+    np.testing.assert_allclose(detector[-1].speeds_, [300, 500])
 
     output = workshop / "v.csv"
     code, out, _ = run("diagnose", path, "--table", full, "-o", output)
@@ -214,13 +205,36 @@ def test_detector_needs_healthy_recordings_only(run, workshop):
     rows = pd.read_csv(output).set_index("recording")
     verdicts = rows["verdict"].to_dict()
     assert rows["rpm"].tolist() == [300, 500] * 3
-    assert verdicts.pop("good_300.npy") == verdicts.pop("good_500.npy") == "healthy"
+    assert verdicts.pop("good_300.npy") == verdicts.pop("good_500.npy") == "good"
     assert set(verdicts.values()) == {"faulty"}
     windows = pd.read_csv(workshop / "v_windows.csv")
     X = make_windows(np.load(workshop / "good_300.npy"), WINDOW)
     own = windows[windows["recording"] == "good_300.npy"]
-    np.testing.assert_allclose(own["score"], detector.decision_function(X), rtol=1e-12)
-    assert (own["alarm"] == (detector.predict(X) == -1)).all()
+    np.testing.assert_allclose(own["score"], detector.decision_function(X, rpm=300), rtol=1e-9)
+    assert (own["alarm"] == (detector.predict(X, rpm=300) == -1)).all()
+
+    file = workshop / "good_300.npy"
+    assert " good " in run("diagnose", path, file, "--rpm", "300")[1]
+    code, _, err = run("diagnose", path, file)
+    assert code == 1 and f"{file}: its speed is not stated, but {path} was fitted at 300, " in err
+    code, _, err = run("diagnose", path, "--table", full, "--rpm", "300")
+    assert code == 2 and "argument --rpm: belongs to RECORDING" in err
+
+
+def test_detector_of_recordings_without_speeds(run, workshop):
+    path, table = workshop / "detector.skops", workshop / "healthy.csv"
+    table.write_text("path,sampling_rate\ngood_300.npy,50e3\ngood_500.npy,50e3\n")
+    options = ("--diagnoser", "detector", "--window-length", WINDOW)
+    code, out, err = run("fit", table, "-o", path, *options)
+    assert code == 0 and "healthy: 2 recordings, 40 windows" in out
+    assert "warning: 40 healthy rows hold a false-alarm rate of 1/41" in err
+    assert " healthy " in run("diagnose", path, workshop / "good_500.npy")[1]
+    fixed = workshop / "fixed.skops"
+    assert run("fit", table, "-o", fixed, *options, "--fixed-gain")[0] == 0
+    assert load_diagnoser(fixed)[0][-1].means_.shape == (1, 2)
+    table = workshop / "table.csv"
+    code, _, err = run("fit", table, "-o", fixed, "--fixed-gain")
+    assert code == 2 and "argument --fixed-gain: belongs to --diagnoser detector" in err
 
 
 def test_channels_of_inputs(run, workshop):
@@ -289,7 +303,7 @@ def test_tables_that_cannot_be_fitted_are_named(run, workshop):
     code, _, err = run("fit", table, "-o", workshop / "m.skops", "--train-rpm", "300")
     assert code == 2 and "has no column rpm" in err
     table.write_text("path,sampling_rate\ngood_300.npy,5\n")
-    options = ("--diagnoser", "detector", "--healthy", "good")
+    options = ("--diagnoser", "detector", "--healthy", "good", "--window-length", WINDOW)
     code, _, err = run("fit", table, "-o", workshop / "m.skops", *options)
     assert code == 2 and "--healthy" in err
     assert not (workshop / "m.skops").exists()

@@ -59,6 +59,6 @@ def test_what_save_diagnoser_saved_is_told_as_far_as_it_is_known(run, tmp_path, 
     assert rows["Conditions"] == "good, worn" and rows["Sampling rate"] == "not stated"
     assert rows["Speeds"] == "not stated" and rows["Window"] == "200 samples"
     assert "Nobody can check the sampling rate" in limits
-    save_diagnoser(make_detector().fit(X[:20]), tmp_path / "d.skops")
+    save_diagnoser(make_detector(false_alarm_rate=0.1).fit(X[:20]), tmp_path / "d.skops")
     rows, limits = card(run("info", tmp_path / "d.skops")[1])
     assert rows["Healthy"] == "healthy" and "names no fault" in limits

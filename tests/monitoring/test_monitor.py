@@ -211,8 +211,10 @@ def test_state_goes_through_a_file_and_the_next_verdicts_are_the_same(make, tmp_
     first, second = make(hop=90), make(hop=90)
     before = first.update(signal[:3333])
     path = tmp_path / "monitor.npz"
-    save_monitor_state(first, path)
-    assert second.restore(load_monitor_state(path)) is second
+    save_monitor_state(first, path, place=3333)
+    state, facts = load_monitor_state(path)
+    assert facts == {"place": 3333}
+    assert second.restore(state) is second
     assert second.counts == first.counts
     assert repr(before + second.update(signal[3333:])) == repr(expected)
     assert path.stat().st_size < 20_000

@@ -8,7 +8,6 @@ from sklearn.pipeline import make_pipeline
 
 from skarxlag import (
     ARXLaguerre,
-    FaultDetector,
     PIObserver,
     ThresholdLadder,
     make_single_observer_pio,
@@ -55,4 +54,5 @@ def ladder(rig):
 
 @pytest.fixture(scope="session")
 def detector(rig):
-    return make_pipeline(ARXLaguerre(unit_rms=False), PIObserver(), FaultDetector()).fit(rig.X[:12])
+    healthy = make_pipeline(ARXLaguerre(unit_rms=False), PIObserver(), ThresholdLadder())
+    return healthy.fit(rig.X[:12], rig.y[:12])

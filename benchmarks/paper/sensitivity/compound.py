@@ -16,7 +16,7 @@ from benchmarks.paper.sensitivity.protocol import (
     rows_of,
     standard_rig,
 )
-from skarxlag import ARXLaguerre, FaultDetector, PIObserver
+from skarxlag import ARXLaguerre, PIObserver, ThresholdLadder
 
 KNOWN = (HEALTHY, "IR", "OR", "Ball")
 COMPOUND = ("IR-Ball", "OR-Ball", "IR-OR", "IR-OR-Ball")
@@ -36,9 +36,10 @@ def compound(seeds, n_samples):
     found = []
     for seed in seeds:
         rig, fresh = (standard_rig(each, n_samples) for each in (seed, seed + FRESH))
-        detector = make_pipeline(ARXLaguerre(unit_rms=False), PIObserver(), FaultDetector())
+        # The level alone, as in the paper: a ladder with the healthy rung only.
+        detector = make_pipeline(ARXLaguerre(unit_rms=False), PIObserver(), ThresholdLadder())
         healthy = rows_of(rig, None, conditions=[HEALTHY], rpm=TRAIN_RPM)
-        detector.fit(rig.data[healthy])
+        detector.fit(rig.data[healthy], rig.target[healthy])
         for crack_mm in CRACKS:
             kept = rows_of(fresh, crack_mm)
             X, target, rpm = fresh.data[kept], fresh.target[kept], fresh.rpm[kept]
@@ -48,7 +49,7 @@ def compound(seeds, n_samples):
                 )
                 for name, make in DIAGNOSERS.items()
             }
-            scored["Detector"] = {"alarm": detector.predict(X) < 0}
+            scored["Detector"] = {"alarm": detector[-1].detect(detector[:-1].transform(X))}
             for name, verdicts in scored.items():
                 for speeds, compare in SPEEDS.items():
                     at = compare(rpm, TRAIN_RPM)

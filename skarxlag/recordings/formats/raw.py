@@ -31,7 +31,7 @@ def contents(path, dtype=None):
             "raw binary states no type; expected dtype, such as '<i2' or '(4,)<f4' for four "
             "interleaved channels"
         )
-    frame = _frame_type(dtype)
+    frame = frame_type(dtype)
     n_bytes = path.stat().st_size
     if n_bytes % frame.itemsize:
         raise ContentError(
@@ -48,7 +48,8 @@ def contents(path, dtype=None):
     return Contents(list(frame.names), read)
 
 
-def _frame_type(text):
+def frame_type(text):
+    """Structured type of one sample of all channels, from what the user states."""
     try:
         dtype = np.dtype(text)
     except (TypeError, ValueError, SyntaxError) as error:

@@ -15,7 +15,6 @@ from benchmarks.recipe.confidence import (
     scores_of,
     stated,
 )
-from benchmarks.recipe.detection import DETECTORS, RATES, detection_rates
 from skarxlag import make_diagnoser
 from tests.benchmarks.speed_rig import LENGTH, OPTIONS, moving_rig
 
@@ -80,22 +79,10 @@ def test_tables_of_confidence(verdicts):
     assert reliability.groupby("speed")["share of verdicts"].sum().round(9).eq(1).all()
 
 
-def test_detection_rates():
-    rates = (
-        detection_rates(moving_rig(), LENGTH).set_index(["detector", "stated", "rpm"]).sort_index()
-    )
-    assert len(rates) == len(DETECTORS) * len(RATES) * 2
-    physical = rates.loc["FaultDetector, sensor's unit", 0.05]
-    assert physical.false_alarms[100.0] == 0  # half as loud as where it was calibrated
-    assert physical.missed[200.0] == 0
-    at_lowest = rates.loc["FaultDetector, sensor's unit, at the lowest speed", 0.05]
-    assert at_lowest.false_alarms[200.0] == 1
-
-
 def test_command(monkeypatch, tmp_path, capsys, verdicts):
     monkeypatch.setattr(confidence, "all_verdicts", lambda rig, length: verdicts)
     confidence.main([*OPTIONS, "--output", str(tmp_path)])
     printed = capsys.readouterr().out
-    assert "| detector | stated rate | 100 rpm | 200 rpm |" in printed
+    assert "Accuracy of single windows by stated confidence" in printed
     written = pd.read_csv(tmp_path / "calibration.csv")
     assert written["rig"].unique().tolist() == OPTIONS[1:2]

@@ -33,7 +33,7 @@ def test_marks_of_a_page():
 
 def test_page_has_a_place_for_every_table():
     text = (Path(__file__).parents[3] / "docs" / "cross_speed.md").read_text("utf-8")
-    for name in ("ablation", "confidence", "detection", *understanding.TEXT):
+    for name in ("ablation", "confidence", *understanding.TEXT):
         assert pages.put_block(text, name, "").count(f"<!-- {name}: begin -->") == 1
 
 

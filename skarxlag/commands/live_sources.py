@@ -1,0 +1,187 @@
+"""Blocks of samples from standard input, from a file that grows, and from a folder."""
+
+import os
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..recordings.files import recording_blocks
+from ..recordings.windows import block_length
+from .errors import printable
+
+_BYTES_AT_A_TIME = 2**18
+
+
+@dataclass
+class Block:
+    """Samples that arrived together.
+
+    Parameters
+    ----------
+    samples : ndarray of shape (n_channels, n_samples)
+        The samples.
+    time : float or None, default=None
+        When the first of them was taken, where the source tells.
+    source : str or None, default=None
+        File that they are from, where there are several.
+    place : object, default=None
+        What the source needs to go on behind this block.
+    """
+
+    samples: np.ndarray
+    time: float | None = None
+    source: str | None = None
+    place: object = None
+
+
+@dataclass
+class Patience:
+    """How a source waits for more.
+
+    Parameters
+    ----------
+    stopping : Stopping
+        Ends the wait on a signal.
+    poll : float
+        Seconds between looks.
+    idle : float or None
+        Seconds without anything new after which the source ends; None waits for ever.
+    """
+
+    stopping: object
+    poll: float
+    idle: float | None
+
+    def __post_init__(self):
+        self.renew()
+
+    def renew(self):
+        """Something new has come."""
+        self._since = time.monotonic()
+
+    def wait(self):
+        """Sleep, and say whether to look again."""
+        if self.idle is not None and time.monotonic() - self._since >= self.idle:
+            return False
+        with self.stopping.waiting():
+            time.sleep(self.poll)
+        return True
+
+
+def from_stream(stream, parser, stopping):
+    """Blocks from a pipe, until it ends."""
+    while True:
+        with stopping.waiting():
+            data = stream.read1(_BYTES_AT_A_TIME)
+        yield Block(parser.parse(data, is_end=not data))
+        if not data:
+            return
+
+
+def from_growing_file(path, parser, patience, warn, place=0):
+    """Blocks from a file to which somebody appends, from a place on.
+
+    A file that got shorter was started afresh, and is read from its beginning. A last line or
+    sample that is not whole is left for the next time.
+    """
+    file = path.open("rb")
+    try:
+        file.seek(place if place <= path.stat().st_size else 0)
+        while True:
+            data = file.read(_BYTES_AT_A_TIME)
+            if data:
+                patience.renew()
+                samples = parser.parse(data)
+                yield Block(samples, place=file.tell() - parser.n_pending)
+                continue
+            if not patience.wait():
+                break
+            if _started_afresh(path, file):
+                warn(f"{printable(path)} was started afresh")
+                file.close()
+                file = path.open("rb")
+    finally:
+        file.close()
+
+
+def _started_afresh(path, file):
+    try:
+        now = path.stat()
+    except FileNotFoundError:
+        return False
+    return now.st_size < file.tell() or not os.path.samestat(now, os.fstat(file.fileno()))
+
+
+def from_folder(folder, options, patience, warn, place=None):
+    """Blocks from the files of a folder, in the order in which they were finished.
+
+    A file is read when its size and time have not changed between two looks. What has an older time
+    than a file that was read already is taken for read.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    options : dict
+        ``channel``, ``dtype``, ``sampling_rate`` and ``window_length`` for reading a file, and
+        ``has_times``: whether a file's time of modification is the time of its last sample.
+    patience : Patience
+        How to wait.
+    warn : callable
+        Is told of files that cannot be read.
+    place : list or None, default=None
+        Time and name of the last file that was read.
+    """
+    done, seen = tuple(place or (-1, "")), {}
+    while True:
+        now = _files_after(folder, done)
+        for key, size in sorted(now.items()):
+            if seen.get(key) != size:
+                break
+            done = key
+            patience.renew()
+            yield from _blocks_of_file(folder / key[1], options, warn, list(done))
+        seen = {key: size for key, size in now.items() if key > done}
+        if not patience.wait():
+            return
+
+
+def _files_after(folder, done):
+    """Sizes of the files that are not read yet, by time of modification and name."""
+    found = {}
+    for entry in os.scandir(folder):
+        with suppress(FileNotFoundError):
+            if entry.is_file() and not entry.name.startswith("."):
+                status = entry.stat()
+                found[status.st_mtime_ns, entry.name] = status.st_size
+    return {key: size for key, size in found.items() if key > done}
+
+
+def _blocks_of_file(path, options, warn, place):
+    n_samples = block_length(options["window_length"])
+    try:
+        blocks = [
+            (np.atleast_2d(signal), rate)
+            for signal, rate in recording_blocks(
+                path, n_samples, channel=options["channel"], dtype=options["dtype"]
+            )
+        ]
+    except (OSError, ValueError, ImportError, MemoryError) as error:
+        warn(f"skipped: {error}")
+        return
+    rates = {rate for _, rate in blocks} - {None, options["sampling_rate"]}
+    if rates:
+        warn(
+            f"{printable(path)}: skipped, sampled at {rates.pop():g} Hz, expected "
+            f"{options['sampling_rate']:g} Hz"
+        )
+        return
+    start = None
+    if options["has_times"]:
+        length = sum(signal.shape[1] for signal, _ in blocks)
+        start = place[0] * 1e-9 - length / options["sampling_rate"]
+    for signal, _ in blocks:
+        yield Block(signal, start, path.name, place)
+        start = None

@@ -1,0 +1,302 @@
+"""Limits on what healthy bearings show at any speed, from rows at some speeds.
+
+Of each row three things are looked at: its mean cepstrum, its unsteadiness, and its level where the
+gain of the sensor is fixed.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import stdtr
+
+from .speed_drift import (
+    SAME_SPEED,
+    along_axes,
+    drift_covariance,
+    joint_axes,
+    slope_against_speed,
+    speed_distance,
+)
+
+#: What a change of speed does to cepstra, in squared nepers of power: `drift_covariance`.
+DRIFT = {"smooth": 0.1, "rough": 0.01, "frequency": 0.1, "noise": 0.5}
+#: Slope against log speed of log unsteadiness and of log level, beforehand: mean and deviation;
+#: and their drift over the unit distance.
+SLOPES = (
+    {"mean": -0.7, "deviation": 0.7, "drift": 0.4},
+    {"mean": 1.5, "deviation": 0.75, "drift": 0.3},
+)
+#: Blocks of time that the rows of one speed are divided into: five, more where blocks have many
+#: rows, and never more than ten.
+FEWEST_BLOCKS, MOST_BLOCKS, MANY_ROWS = 5, 10, 30
+#: Scales of the drift that are tried, each sqrt(2) times the one before.
+SCALES = 2.0 ** np.arange(-3, 6.25, 0.5)
+#: The scale that holds at left-out speeds is multiplied with this: k speeds tell of 1 / (k + 1),
+#: less than the rate that is asked for.
+SAFETY = 2.0
+#: Least deviations: of the score of cepstra, and of unsteadiness and level, in nepers.
+_LEAST_SCORE_DEVIATION, _LEAST_DEVIATION = 0.05, 0.02
+_TINY = np.finfo(np.float64).tiny
+
+
+class Limits(NamedTuple):
+    """What healthy rows lead one to expect.
+
+    Attributes
+    ----------
+    known : ndarray of shape (n_speeds,)
+        Log speeds, ascending.
+    axes : ndarray of shape (n_features, n_features)
+        Coordinates in which the drift is the identity and the scatter diagonal.
+    variances : ndarray of shape (n_features,)
+        The scatter of rows in them.
+    references : ndarray of shape (n_speeds, n_features)
+        Mean cepstra in them.
+    means : ndarray of shape (n_speeds, n_values)
+        Mean unsteadiness, and level where it counts.
+    slopes : ndarray of shape (n_values, 2)
+        Slope of these against log speed, and its variance.
+    deviations : ndarray of shape (n_values,)
+        Of these, between blocks of time that are left out.
+    score_mean, score_deviation : float
+        Of the score of cepstra, likewise.
+    n_blocks : int
+        How many blocks these rest on.
+    """
+
+    known: np.ndarray
+    axes: np.ndarray
+    variances: np.ndarray
+    references: np.ndarray
+    means: np.ndarray
+    slopes: np.ndarray
+    deviations: np.ndarray
+    score_mean: float
+    score_deviation: float
+    n_blocks: int
+
+
+def time_blocks(at):
+    """Divide the rows of each speed into blocks of time.
+
+    Parameters
+    ----------
+    at : ndarray of int of shape (n_rows,)
+        Speed of each row; rows of one speed are in the order of time.
+
+    Returns
+    -------
+    ndarray of int of shape (n_rows,)
+        Block of each row, 0 to 9 at most.
+
+    Examples
+    --------
+    >>> time_blocks(np.array([0, 0, 1, 1, 1, 1, 1, 1]))
+    array([0, 1, 0, 0, 1, 2, 3, 4])
+    """
+    block = np.zeros(len(at), dtype=int)
+    for speed in range(at.max() + 1):
+        rows = np.flatnonzero(at == speed)
+        n_blocks = np.clip(len(rows) // MANY_ROWS, FEWEST_BLOCKS, MOST_BLOCKS)
+        block[rows] = np.arange(len(rows)) * min(n_blocks, len(rows)) // max(len(rows), 1)
+    return block
+
+
+def calibrate(rows, known, at):
+    """Limits from healthy rows.
+
+    How much rows scatter about what is expected is measured on blocks of time that are left out,
+    one of each speed at a time, of means and covariances alike.
+
+    Parameters
+    ----------
+    rows : Rows
+        Healthy rows.
+    known : ndarray of shape (n_speeds,)
+        Log speeds, ascending.
+    at : ndarray of int of shape (n_rows,)
+        Speed of each row. At least one speed has two rows.
+
+    Returns
+    -------
+    Limits
+        The limits.
+    """
+    block = time_blocks(at)
+    score, moved = np.full(len(at), np.nan), np.full(rows.values.shape, np.nan)
+    for number in range(block.max() + 1):
+        # A speed all of whose rows are left out has nothing to be compared with.
+        rest = (block != number) & np.isin(at, at[block == number])
+        own = (block == number) & np.isin(at, at[rest])
+        if not own.any():
+            continue
+        speeds, at_rest = np.unique(at[rest], return_inverse=True)
+        limits = _expected(rows.take(rest), known[speeds], at_rest)
+        place = np.searchsorted(speeds, at[own])
+        score[own] = _cepstral_score(
+            limits, rows.take(own), limits.references[place], np.zeros(own.sum())
+        )
+        moved[own] = rows.values[own] - limits.means[place]
+    seen = ~np.isnan(score)
+    code = np.unique((at * MOST_BLOCKS + block)[seen], return_inverse=True)[1]
+    n_blocks = int(code.max()) + 1
+    count = np.bincount(code)
+
+    def mean_of_blocks(values):
+        return np.mean(np.bincount(code, values) / count)
+
+    unbiased = n_blocks / (n_blocks - 1)
+    score_mean = mean_of_blocks(score[seen])
+    score_variance = mean_of_blocks((score[seen] - score_mean) ** 2) * unbiased
+    variances = [mean_of_blocks(column[seen] ** 2) * unbiased for column in moved.T]
+    return _expected(rows, known, at)._replace(
+        deviations=np.maximum(np.sqrt(variances), _LEAST_DEVIATION),
+        score_mean=float(score_mean),
+        score_deviation=float(max(np.sqrt(score_variance), _LEAST_SCORE_DEVIATION)),
+        n_blocks=n_blocks,
+    )
+
+
+def _expected(rows, known, at):
+    """Limits without what only blocks that were left out can tell."""
+    n_windows, n_features = rows.cepstra.shape[1:]
+    count = np.bincount(at)
+
+    def means(part):
+        return np.stack([part[at == speed].mean(axis=0) for speed in range(len(count))])
+
+    references = means(rows.cepstra.mean(axis=1))
+    about = (rows.cepstra - references[at][:, np.newaxis]).reshape(-1, n_features)
+    n_free = len(about) - len(count)
+    scatter = about.T @ about / max(n_free, 1)
+    # Few windows tell the variances better than how the coefficients hang together.
+    weight = n_features / (n_features + len(about))
+    scatter = (1 - weight) * scatter + weight * np.diag(np.diag(scatter))
+    drift = drift_covariance(means(rows.colour), means(rows.steadiness), **DRIFT)
+    axes, variances = joint_axes(scatter / n_windows, drift)
+    values = means(rows.values)
+    slopes = [
+        slope_against_speed(column, known, **prior)
+        for column, prior in zip(values.T, SLOPES, strict=False)
+    ]
+    return Limits(
+        known=known,
+        axes=axes,
+        variances=variances,
+        references=along_axes(references, axes),
+        means=values,
+        slopes=np.array(slopes),
+        deviations=np.ones(values.shape[1]),
+        score_mean=0.0,
+        score_deviation=1.0,
+        n_blocks=2,
+    )
+
+
+def _cepstral_score(limits, rows, expected, variance):
+    """Log mean square distance of rows from what is expected at the variance of the drift."""
+    gone = along_axes(rows.cepstra.mean(axis=1), limits.axes) - expected
+    spread = limits.variances + (variance + SAME_SPEED)[:, np.newaxis]
+    return np.log(np.mean(gone**2 / spread, axis=1) + 1e-3)
+
+
+def log_p_values(limits, rows, log_speed, scale):
+    r"""Logarithms of the probability of healthy rows at least as far off.
+
+    .. math::
+
+        s_1 = \log \mathrm{mean}\, (d - \hat d)^T [S_w / m + (\kappa v + 0.02) D]^{-1} (d - \hat d),
+        \qquad
+        s_2 = \frac{g - \hat g}{\sqrt{s^2 + (\kappa v + 0.02) \sigma^2 + \kappa V_b e^2}}
+
+    with the variance v of the Brownian motion at the row's speed, the scale :math:`\kappa` of the
+    drift, and e the log speed beyond the known ones. Both follow Student's t over blocks of time.
+    The smallest probability counts, times the number of them (Bonferroni). More than the expected
+    unsteadiness counts, but not less; of a level both, since a sensor may come loose.
+
+    Parameters
+    ----------
+    limits : Limits
+        From healthy rows.
+    rows : Rows
+        Any rows.
+    log_speed : ndarray of shape (n_rows,)
+        Their log speeds.
+    scale : float
+        Of the drift.
+
+    Returns
+    -------
+    ndarray of shape (n_rows,)
+        Natural logarithms, finite, at most 0.
+    """
+    at = speed_distance(log_speed, limits.known)
+    variance = scale * at.variance
+    score = _cepstral_score(limits, rows, at.interpolate(limits.references), variance)
+    more = 1 + 1 / limits.n_blocks
+    scores = [(score - limits.score_mean) / (limits.score_deviation * np.sqrt(more))]
+    for j, prior in zip(range(rows.values.shape[1]), SLOPES, strict=False):
+        slope, slope_variance = limits.slopes[j]
+        expected = at.interpolate(limits.means[:, j]) + slope * at.beyond
+        spread = (
+            limits.deviations[j] ** 2 * more
+            + (variance + SAME_SPEED) * prior["drift"] ** 2
+            + scale * slope_variance * at.beyond**2
+        )
+        scores.append((rows.values[:, j] - expected) / np.sqrt(spread))
+    tails = stdtr(limits.n_blocks - 1, -np.stack(scores[:2]))
+    if len(scores) > 2:
+        level = 2 * stdtr(limits.n_blocks - 1, -np.abs(scores[2]))
+        tails = np.concatenate([tails, level[np.newaxis]])
+    least = np.maximum(tails.min(axis=0), _TINY)
+    return np.minimum(np.log(least) + np.log(len(tails)), 0.0)
+
+
+def drift_scale(rows, known, at, limits, rate):
+    """Scale of the drift at which every left-out speed holds a false-alarm rate, and the rates.
+
+    Parameters
+    ----------
+    rows : Rows
+        Healthy rows.
+    known : ndarray of shape (n_speeds,)
+        Log speeds, ascending; at least two.
+    at : ndarray of int of shape (n_rows,)
+        Speed of each row.
+    limits : Limits
+        From all of them.
+    rate : float
+        False-alarm rate, in (0, 1).
+
+    Returns
+    -------
+    scale : float
+        Twice the least scale that was tried and holds.
+    rates : ndarray of shape (n_speeds,)
+        Share of the rows of each speed that are flagged with that scale when the means,
+        covariances and slopes are those of the other speeds.
+    """
+    log_speed = known[at]
+    left_out = []
+    for speed in range(len(known)):
+        own = at == speed
+        others, at_others = np.unique(at[~own], return_inverse=True)
+        part = _expected(rows.take(~own), known[others], at_others)._replace(
+            deviations=limits.deviations,
+            score_mean=limits.score_mean,
+            score_deviation=limits.score_deviation,
+            n_blocks=limits.n_blocks,
+        )
+        left_out.append((part, rows.take(own), log_speed[own]))
+
+    def rates(scale):
+        return np.array(
+            [
+                np.mean(log_p_values(part, own, speed, scale) < np.log(rate))
+                for part, own, speed in left_out
+            ]
+        )
+
+    held = (scale for scale in SCALES if np.all(rates(scale) <= rate))
+    scale = SAFETY * float(next(held, SCALES[-1]))
+    return scale, rates(scale)

@@ -1,0 +1,137 @@
+"""What is measured of rows, each a stretch that is cut into windows."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .scaling import centred, root_mean_square
+from .spectra import (
+    LOG_SPECTRUM_CELLS,
+    autoregressive_log_spectrum,
+    cepstrum,
+    short_time_log_spectra,
+)
+
+#: Order of a window's own autoregressive model.
+SPECTRUM_ORDER = 128
+#: Cosine coefficients of the colour that are kept.
+N_COEFFICIENTS = 48
+#: Samples in a segment of the short-time spectrum, and from one segment to the next.
+SEGMENT, HOP = 128, 16
+#: Unsteadiness of Gaussian noise is ln 2, less what the mean of few segments hides.
+GAUSSIAN_UNSTEADINESS = 0.36
+#: Added to what unsteadiness lies above that of noise, so that its logarithm is finite.
+LEAST_UNSTEADINESS = 0.02
+
+
+class Rows(NamedTuple):
+    """What is measured of rows, each a stretch of n_windows windows.
+
+    Attributes
+    ----------
+    colour : ndarray of shape (n_rows, n_frequencies)
+        Mean log spectrum of the windows.
+    steadiness : ndarray of shape (n_rows, n_bands)
+        Mean logarithm of median over mean power.
+    cepstra : ndarray of shape (n_rows, n_windows, n_features)
+        Of the single windows.
+    values : ndarray of shape (n_rows, n_values)
+        Log unsteadiness, and log level where it counts.
+    """
+
+    colour: np.ndarray
+    steadiness: np.ndarray
+    cepstra: np.ndarray
+    values: np.ndarray
+
+    def take(self, chosen):
+        """Some of the rows."""
+        return Rows(*(part[chosen] for part in self))
+
+
+def log_spectra_cepstra(colour, steadiness):
+    """Cosine coefficients of colour and steadiness, side by side, without coefficient 0.
+
+    Parameters
+    ----------
+    colour : ndarray of shape (n_signals, n_frequencies)
+        Log spectra; 48 coefficients are kept.
+    steadiness : ndarray of shape (n_signals, n_bands)
+        Logarithms of median over mean power; all coefficients are kept.
+
+    Returns
+    -------
+    ndarray of shape (n_signals, n_features)
+        In nepers of power.
+    """
+    return np.concatenate([cepstrum(colour)[:, :N_COEFFICIENTS], cepstrum(steadiness)], axis=1)
+
+
+def number_of_cepstra(window_length):
+    """Number of features that `log_spectra_cepstra` gives for windows of a length.
+
+    Examples
+    --------
+    >>> number_of_cepstra(4800)
+    110
+    """
+    n_bands = max(min(SEGMENT, window_length) // 2 - 1, 1)
+    return N_COEFFICIENTS + n_bands - 1
+
+
+def log_unsteadiness(steadiness):
+    """Logarithm of how far the power of bands is from that of steady Gaussian noise.
+
+    Parameters
+    ----------
+    steadiness : ndarray of shape (n_rows, n_bands)
+        Mean logarithm of median over mean power.
+
+    Returns
+    -------
+    ndarray of shape (n_rows,)
+        Finite.
+
+    Examples
+    --------
+    >>> log_unsteadiness(np.log([[0.7, 0.7], [0.4, 0.4]])).round(2)
+    array([-3.91, -0.55])
+    """
+    above = np.maximum(-steadiness.mean(axis=1) - GAUSSIAN_UNSTEADINESS, 0.0)
+    return np.log(above + LEAST_UNSTEADINESS)
+
+
+def measure_rows(signals, n_windows, *, with_level):
+    """What is measured of rows.
+
+    Parameters
+    ----------
+    signals : ndarray of shape (n_rows, n_samples)
+        Rows in any unit, with any mean.
+    n_windows : int
+        Windows that each is cut into, at most n_samples.
+    with_level : bool
+        Whether the level is among the values.
+
+    Returns
+    -------
+    Rows
+        One entry for each row.
+    """
+    length = signals.shape[-1] // n_windows
+    unit, peak = centred(signals[:, : n_windows * length])
+    windows = unit.reshape(-1, length)
+    segment = min(SEGMENT, length)
+    colour = autoregressive_log_spectrum(windows, SPECTRUM_ORDER, LOG_SPECTRUM_CELLS)
+    mean, median = short_time_log_spectra(windows, segment, min(HOP, segment))
+    steadiness = median - mean
+    cepstra = log_spectra_cepstra(colour, steadiness)
+    colour, steadiness, cepstra = (
+        part.reshape(len(unit), n_windows, -1) for part in (colour, steadiness, cepstra)
+    )
+    mean_steadiness = steadiness.mean(axis=1)
+    values = [log_unsteadiness(mean_steadiness)]
+    if with_level:
+        rms = np.maximum(root_mean_square(unit), np.finfo(np.float64).tiny)
+        values.append(np.log(rms) + np.log(peak[:, 0]))
+    return Rows(colour.mean(axis=1), mean_steadiness, cepstra, np.column_stack(values))

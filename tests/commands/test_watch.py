@@ -1,0 +1,286 @@
+import io
+import json
+import os
+import signal
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from skarxlag import (
+    ConditionMonitor,
+    load_monitor_state,
+    make_detector,
+    make_diagnoser,
+    make_windows,
+    save_diagnoser,
+)
+from skarxlag.commands.live_sources import Patience, from_folder, from_growing_file
+from skarxlag.commands.sample_parsers import RawSamples, TextSamples
+from skarxlag.commands.stopping import Stopping, StopRequestedError
+
+WINDOW, RATE = 200, 1000.0
+COLOURS = {"good": [1.0, -0.9], "worn": [1.0, 0.9]}
+IDLE = ("--idle", 0.03, "--poll", 0.005)
+
+
+def sound(condition, n_samples, seed):
+    noise = np.random.default_rng(seed).normal(size=n_samples)
+    return lfilter([1.0], COLOURS[condition], noise)
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    parts = [make_windows(sound(name, 30 * WINDOW, 1), WINDOW) for name in COLOURS]
+    X, y = np.concatenate(parts), np.repeat(list(COLOURS), 30)
+    return make_diagnoser(healthy="good").fit(X, y), make_detector().fit(parts[0])
+
+
+@pytest.fixture(scope="module")
+def models(fitted, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("models")
+    paths = folder / "diagnoser.skops", folder / "detector.skops"
+    for model, path in zip(fitted, paths, strict=True):
+        facts = {"conditions": ["good", "worn"], "n_channels": 1}
+        save_diagnoser(model, path, window_length=WINDOW, sampling_rate=RATE, **facts)
+    return paths
+
+
+@pytest.fixture
+def piped(monkeypatch):
+    """Standard input that holds these bytes."""
+
+    def set_input(data):
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
+
+    return set_input
+
+
+def verdicts_of(text):
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def expected(fitted, signal, **settings):
+    diagnoser, detector = fitted
+    monitor = ConditionMonitor(diagnoser, RATE, detector=detector, window_length=WINDOW, **settings)
+    found = [verdict._asdict() for verdict in monitor.update(signal)]
+    return [{k: None if v != v else v for k, v in each.items()} for each in found]
+
+
+def lines_of(signal, separator=","):
+    columns = np.atleast_2d(signal).T
+    return "".join(separator.join(map(repr, row)) + "\n" for row in columns.tolist()).encode()
+
+
+def test_csv_lines_on_standard_input(run, models, fitted, piped):
+    signal = np.concatenate([sound("good", 1000, 3), sound("worn", 1050, 4)])
+    piped(b"acceleration\n" + lines_of(signal))
+    code, out, err = run("watch", models[0], "-", "--detector", models[1], "--half-life", 0.5)
+    assert code == 0
+    assert verdicts_of(out) == expected(fitted, signal, half_life=0.5)
+    assert err == "2050 samples; windows: 10 good; 0 gaps of 0.0 s; 0 alarms\n"
+
+
+@pytest.mark.parametrize(("dtype", "scale"), [("<i2", 1000), ("<f4", 1.0), (">f8", 1.0)])
+def test_raw_samples_on_standard_input(run, models, fitted, piped, dtype, scale):
+    samples = (scale * sound("worn", 700, 4)).astype(dtype)
+    piped(samples.tobytes() + b"\0")
+    code, out, _ = run("watch", models[0], "-", "--dtype", dtype, "--detector", models[1])
+    assert code == 0
+    assert verdicts_of(out) == expected(fitted, samples)
+
+
+def test_columns_are_chosen_and_bad_lines_are_missing_samples(run, models, fitted, piped):
+    signal = sound("good", 600, 3)
+    lines = lines_of(np.stack([np.zeros(600), signal]), ";").splitlines()
+    lines[250] = b"sensor lost"
+    lines[251] = b"1.0"
+    piped(b"a;b\n" + b"\n".join(lines))
+    code, out, err = run("watch", models[0], "-", "--channel", 1, "--detector", models[1])
+    signal[250:252] = np.nan
+    assert code == 0 and verdicts_of(out) == expected(fitted, signal)
+    assert "2 lines that are no numbers" in err and "1 not finite" in err
+
+
+def test_a_growing_file_is_followed_and_a_restart_goes_on_where_it_was(
+    run, models, fitted, tmp_path
+):
+    path, state = tmp_path / "log.csv", tmp_path / "state.npz"
+    signal = np.concatenate([sound("good", 1000, 3), sound("worn", 1000, 4)])
+    content = lines_of(signal)
+    options = (*IDLE, "--state", state, "--hop", 90, "--detector", models[1])
+    cut = len(content) // 3 + 1
+    path.write_bytes(content[:cut])
+    before = run("watch", models[0], path, *options)[1]
+    path.write_bytes(content)
+    after = run("watch", models[0], path, *options)[1]
+    assert verdicts_of(before + after) == expected(fitted, signal, hop=90)
+    assert before and after
+    assert run("watch", models[0], path, *options)[1] == ""
+
+
+def test_a_growing_file_that_is_started_afresh(tmp_path):
+    path, told = tmp_path / "log.bin", []
+    path.write_bytes(np.arange(6, dtype="<i2").tobytes())
+    blocks = from_growing_file(
+        path, RawSamples("<i2", None), Patience(Stopping(), 0.002, 0.05), told.append
+    )
+    assert next(blocks).samples.tolist() == [[0, 1, 2, 3, 4, 5]]
+    path.write_bytes(np.array([7, 8], dtype="<i2").tobytes())
+    assert next(blocks).samples.tolist() == [[7, 8]]
+    assert told == [f"{path} was started afresh"]
+    with open(path, "ab") as file:
+        file.write(b"\x09")
+    assert next(blocks).samples.size == 0
+    assert list(blocks) == []
+
+
+def test_files_of_a_folder_are_one_recording(run, models, fitted, tmp_path):
+    signal = np.concatenate([sound("good", 1000, 3), sound("worn", 1000, 4)])
+    for number, part in enumerate(np.split(signal, [330, 950, 1700])):
+        path = tmp_path / f"{number}.npy"
+        np.save(path, part)
+        os.utime(path, (1000 + number, 1000 + number))
+    (tmp_path / "3b.npy").write_bytes(b"no array")
+    (tmp_path / ".hidden.npy").write_bytes(b"")
+    code, out, err = run("watch", models[0], tmp_path, *IDLE, "--detector", models[1])
+    found = verdicts_of(out)
+    assert code == 0
+    assert [v.pop("source") for v in found] == ["0.npy"] + ["1.npy"] * 3 + ["2.npy"] * 4 + [
+        "3.npy"
+    ] * 2
+    assert found == expected(fitted, signal)
+    assert "skipped" in err and "3b.npy" in err
+
+
+def test_times_of_files_tell_gaps_and_the_state_which_files_were_read(run, models, tmp_path):
+    folder = tmp_path / "logger"
+    folder.mkdir()
+    state = tmp_path / "state.npz"
+    options = (*IDLE, "--timed-files", "--state", state)
+    for number, end in enumerate([1000.0, 1001.0, 1030.0]):
+        np.save(folder / f"{number}.npy", sound("good", 1000, number))
+        os.utime(folder / f"{number}.npy", (end, end))
+    code, out, err = run("watch", models[0], folder, *options)
+    times = [v["time"] for v in verdicts_of(out)]
+    assert code == 0 and times[0] == pytest.approx(999.2) and times[-1] == pytest.approx(1030.0)
+    assert "1 gaps of 28.0 s" in err
+    np.save(folder / "late.npy", sound("good", 1000, 9))
+    os.utime(folder / "late.npy", (1031.0, 1031.0))
+    found = verdicts_of(run("watch", models[0], folder, *options)[1])
+    assert {v["source"] for v in found} == {"late.npy"} and len(found) == 5
+    assert found[0]["start"] == 3000
+
+
+def test_a_file_that_still_changes_is_left_for_later(tmp_path):
+    path, sizes = tmp_path / "a.npy", []
+    np.save(path, np.zeros(10))
+
+    class Writer:
+        """The logger writes once more while the folder is looked at for the second time."""
+
+        looks = 0
+
+        def renew(self):
+            sizes.append(path.stat().st_size)
+
+        def wait(self):
+            self.looks += 1
+            if self.looks == 1:
+                np.save(path, np.zeros(20))
+            return self.looks < 4
+
+    options = {"channel": None, "dtype": None, "sampling_rate": 1.0, "window_length": 5}
+    blocks = list(from_folder(tmp_path, options | {"has_times": False}, Writer(), None))
+    assert [block.samples.shape for block in blocks] == [(1, 20)]
+    assert len(sizes) == 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_and_termination_end_cleanly(run, models, monkeypatch, number, tmp_path):
+    reading, writing = os.pipe()
+    os.write(writing, lines_of(sound("good", 450, 3)))
+    with open(reading, "rb") as pipe, open(writing, "wb"):
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(pipe))
+        # Nobody writes any more, and nobody closes the pipe: only the signal can end it.
+        ring = threading.Timer(0.05, os.kill, (os.getpid(), number))
+        monkeypatch.setattr("skarxlag.commands.watch._write", lambda *args: ring.start())
+        code, _, err = run("watch", models[0], "-", "--state", tmp_path / "state.npz")
+    assert code == 0
+    assert err == "450 samples; windows: 2 good; 0 gaps of 0.0 s; 0 alarms\n"
+    assert load_monitor_state(tmp_path / "state.npz")[0]["stream"]["n_samples"] == 450
+
+
+def test_a_signal_ends_a_wait_and_is_noted_during_work():
+    with Stopping() as stopping:
+        os.kill(os.getpid(), signal.SIGINT)
+        assert stopping.requested
+        with pytest.raises(StopRequestedError), stopping.waiting():
+            pass
+    with pytest.raises(KeyboardInterrupt):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(1)
+    with Stopping() as stopping, pytest.raises(StopRequestedError), stopping.waiting():
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(1)
+
+
+def test_a_line_a_second_for_people(run, models, piped, monkeypatch):
+    ticks = iter(range(100))
+    monkeypatch.setattr("skarxlag.commands.watch.time.monotonic", lambda: next(ticks))
+    piped(lines_of(sound("good", 450, 3)))
+    err = run("watch", models[0], "-", "-v")[2]
+    assert err.startswith("0.4 s, good, confidence ")
+    assert "alarm off at " in err
+
+
+def test_lines_come_in_any_pieces():
+    data = lines_of(np.array([[1.5, 2.5, -3.0], [4.0, 5.0, 6.0]]), "\t")
+    whole = TextSamples(None).parse(data)
+    assert whole.tolist() == [[1.5, 2.5, -3.0], [4.0, 5.0, 6.0]]
+    pieces = TextSamples(None)
+    parts = [pieces.parse(data[i : i + 1]) for i in range(len(data))]
+    np.testing.assert_array_equal(np.concatenate([p for p in parts if p.size], axis=1), whole)
+    unfinished = TextSamples([1])
+    assert unfinished.parse(b"1 2\n3 4").tolist() == [[2.0]] and unfinished.n_pending == 3
+    assert unfinished.parse(b"", is_end=True).tolist() == [[4.0]]
+
+
+@pytest.mark.parametrize(
+    ("argv", "code", "message"),
+    [
+        (("gone.csv",), 1, "gone.csv: no such file or folder"),
+        (("-", "--channel", "a"), 2, "argument --channel: 'a', expected columns from 0 on"),
+        (("-", "--dtype", "text"), 1, "dtype is 'text', expected a type such as"),
+        (("-", "--hop", 0), 1, "hop == 0, must be >= 1"),
+        (("-", "--half-life", 0), 2, "argument --half-life: '0', expected a number above 0"),
+    ],
+)
+def test_mistakes_are_told_in_one_line(run, models, piped, argv, code, message):
+    piped(b"")
+    found, out, err = run("watch", models[0], *argv)
+    assert found == code and message in err and out == "" and "Traceback" not in err
+
+
+def test_a_detector_alone_and_one_of_other_windows(run, models, fitted, piped, tmp_path):
+    piped(lines_of(sound("good", 450, 3)))
+    found = verdicts_of(run("watch", models[1], "-")[1])
+    assert [v["verdict"] for v in found] == [None, None] and found[0]["alarm"] is False
+    code, _, err = run("watch", models[1], "-", "--detector", models[1])
+    assert code == 2 and "is a detector itself" in err
+    other = tmp_path / "other.skops"
+    save_diagnoser(fitted[1], other, window_length=300)
+    code, _, err = run("watch", models[0], "-", "--detector", other)
+    assert code == 2 and "windows of 300 samples, expected 200" in err
+
+
+def test_a_state_of_other_settings_is_refused(run, models, piped, tmp_path):
+    state = tmp_path / "state.npz"
+    piped(lines_of(sound("good", 450, 3)))
+    assert run("watch", models[0], "-", "--state", state)[0] == 0
+    piped(b"")
+    code, _, err = run("watch", models[0], "-", "--state", state, "--hop", 50)
+    assert code == 1 and "hop is 200, expected 50" in err

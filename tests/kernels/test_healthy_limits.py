@@ -1,0 +1,102 @@
+import numpy as np
+from scipy import stats
+
+from skarxlag.kernels import healthy_limits
+from skarxlag.kernels.healthy_limits import (
+    Limits,
+    calibrate,
+    drift_scale,
+    log_p_values,
+    time_blocks,
+)
+from skarxlag.kernels.healthy_rows import measure_rows
+from skarxlag.kernels.speed_drift import UNIT_DISTANCE
+
+
+def noise_rows(n_rows, seed=0, n_windows=1, with_level=True):
+    signals = np.random.default_rng(seed).normal(size=(n_rows, 600 * n_windows))
+    return measure_rows(signals, n_windows, with_level=with_level)
+
+
+def test_blocks_of_time_are_equal_and_in_order():
+    at = np.repeat([0, 1, 2], [23, 3, 400])
+    block = time_blocks(at)
+    np.testing.assert_array_equal(np.bincount(block[:23]), [5, 5, 4, 5, 4])
+    np.testing.assert_array_equal(block[23:26], [0, 1, 2])
+    np.testing.assert_array_equal(np.bincount(block[26:]), [40] * 10)
+    assert np.all(np.diff(block[:23]) >= 0)
+
+
+def test_p_values_are_those_of_the_equations():
+    rows = noise_rows(40)
+    known, at = np.log([1000.0, 1200.0]), np.repeat([0, 1], 20)
+    limits = calibrate(rows, known, at)
+    speed, scale = np.log(1500.0), 0.7
+    fresh = noise_rows(5, seed=1)
+    found = log_p_values(limits, fresh, np.full(5, speed), scale)
+    # The equations, row by row, from the covariances themselves.
+    beyond = speed - known[1]
+    variance = scale * beyond / UNIT_DISTANCE
+    back = np.linalg.inv(limits.axes)
+    covariance = back.T @ np.diag(limits.variances + variance + 0.02) @ back
+    freedom, more = limits.n_blocks - 1, 1 + 1 / limits.n_blocks
+    for row in range(5):
+        away = fresh.cepstra[row].mean(axis=0) - limits.references[1] @ back
+        score = np.log(away @ np.linalg.solve(covariance, away) / len(away) + 1e-3)
+        score = (score - limits.score_mean) / limits.score_deviation
+        tails = [stats.t.sf(score / np.sqrt(more), freedom)]
+        for j, sigma in enumerate((0.4, 0.3)):
+            slope, slope_variance = limits.slopes[j]
+            expected = limits.means[1, j] + slope * beyond
+            spread = (
+                limits.deviations[j] ** 2 * more
+                + (variance + 0.02) * sigma**2
+                + scale * slope_variance * beyond**2
+            )
+            z = (fresh.values[row, j] - expected) / np.sqrt(spread)
+            tails.append(stats.t.sf(z, freedom) if j == 0 else 2 * stats.t.sf(abs(z), freedom))
+        np.testing.assert_allclose(np.exp(found[row]), min(3 * min(tails), 1), rtol=1e-6)
+
+
+def test_blocks_are_compared_with_the_others_only():
+    # One block is unlike the others: what it is compared with must not hold it.
+    rng = np.random.default_rng(0)
+    signals = rng.normal(size=(50, 600))
+    signals[40:] = np.cumsum(signals[40:], axis=1)
+    odd = calibrate(measure_rows(signals, 1, with_level=False), np.zeros(1), np.zeros(50, int))
+    usual = calibrate(noise_rows(50, with_level=False), np.zeros(1), np.zeros(50, int))
+    assert odd.n_blocks == usual.n_blocks == 5
+    assert odd.score_deviation > 4 * usual.score_deviation
+
+
+def test_rows_of_many_windows_scatter_less():
+    one, nine = (noise_rows(30, n_windows=m) for m in (1, 9))
+    limits = [calibrate(rows, np.zeros(1), np.zeros(30, int)) for rows in (one, nine)]
+    ratio = limits[1].variances.sum() / limits[0].variances.sum()
+    assert 0.8 / 9 < ratio < 1.2 / 9
+
+
+def test_scale_is_twice_the_least_that_holds():
+    rows = noise_rows(60)
+    known, at = np.log([800.0, 1000.0, 1250.0]), np.repeat([0, 1, 2], 20)
+    limits = calibrate(rows, known, at)
+    scale, rates = drift_scale(rows, known, at, limits, 0.05)
+    assert scale == 2 * healthy_limits.SCALES[0]
+    assert rates.max() <= 0.05
+    # A level that jumps at the middle speed needs more.
+    values = rows.values.copy()
+    values[20:40, 1] += 1.5
+    moved = rows._replace(values=values)
+    scale, rates = drift_scale(moved, known, at, calibrate(moved, known, at), 0.05)
+    assert scale > 2 * healthy_limits.SCALES[0]
+    assert rates.max() <= 0.05
+    values[20:40, 1] += 100
+    scale, rates = drift_scale(moved, known, at, calibrate(moved, known, at), 0.05)
+    assert scale == 2 * healthy_limits.SCALES[-1]
+    assert rates.max() > 0.05
+
+
+def test_limits_are_named_arrays():
+    limits = calibrate(noise_rows(10), np.zeros(1), np.zeros(10, int))
+    assert isinstance(limits, Limits)
+    assert all(np.all(np.isfinite(part)) for part in limits)

@@ -1,0 +1,106 @@
+import numpy as np
+import pytest
+from scipy import linalg
+
+from skarxlag.kernels.speed_drift import (
+    UNIT_DISTANCE,
+    along_axes,
+    drift_covariance,
+    group_speeds,
+    joint_axes,
+    slope_against_speed,
+    speed_distance,
+)
+
+
+def kriging(x, known, drift_free=False):
+    """Mean weights and variance of Brownian motion at x, by conditioning on the known values."""
+    # Brownian motion with an unknown start: differences from the first known value.
+    ends = known - known[0]
+
+    def covariance(a, b):
+        a, b = np.subtract.outer(a, 0.0), b
+        same = np.sign(a)[:, None] == np.sign(b)[None, :]
+        return np.where(same, np.minimum(np.abs(a)[:, None], np.abs(b)[None, :]), 0.0)
+
+    at = np.atleast_1d(x - known[0])
+    rest = ends[1:]
+    cross, own = covariance(at, rest), covariance(at, at)
+    inverse = linalg.inv(covariance(rest, rest)) if len(rest) else np.empty((0, 0))
+    return cross @ inverse, float(np.diag(own - cross @ inverse @ cross.T)[0])
+
+
+@pytest.mark.parametrize("x", [-0.5, 0.0, 0.05, 0.2, 0.31, 0.7, 1.4])
+@pytest.mark.parametrize("known", [[0.0], [0.0, 0.3], [0.0, 0.3, 0.7, 1.0]])
+def test_expectation_and_variance_are_those_of_brownian_motion(x, known):
+    known = np.array(known)
+    values = np.random.default_rng(0).normal(size=len(known))
+    at = speed_distance(np.array([x]), known)
+    weights, variance = kriging(x, known)
+    expected = values[0] + (weights @ (values[1:] - values[0])).sum()
+    np.testing.assert_allclose(at.interpolate(values), expected, atol=1e-12)
+    np.testing.assert_allclose(at.variance, variance / UNIT_DISTANCE, atol=1e-12)
+    np.testing.assert_allclose(at.beyond, x - np.clip(x, known[0], known[-1]))
+
+
+def test_rows_of_features_are_interpolated_too():
+    at = speed_distance(np.array([0.5, 2.0]), np.array([0.0, 1.0]))
+    np.testing.assert_allclose(at.interpolate(np.array([[0.0, 2.0], [4.0, 0.0]])), [[2, 1], [4, 0]])
+
+
+def test_speeds_that_hardly_differ_are_one():
+    known, at = group_speeds(np.log([1500, 1000, 1010, 1019, 1021, 1500.0]))
+    np.testing.assert_array_equal(at, [2, 0, 0, 0, 1, 2])
+    np.testing.assert_allclose(known[0], np.log([1000, 1010, 1019]).mean())
+
+
+def test_slope_is_that_of_a_regression_on_increments():
+    # Increments of Brownian motion are independent: generalised least squares with a prior.
+    rng = np.random.default_rng(0)
+    known, values = np.array([0.0, 0.1, 0.5, 0.9]), rng.normal(size=4)
+    mean, deviation, drift = 1.5, 0.75, 0.3
+    steps = np.diff(known)
+    noise = drift**2 * steps / UNIT_DISTANCE
+    precision = 1 / deviation**2 + np.sum(steps**2 / noise)
+    expected = (mean / deviation**2 + np.sum(steps * np.diff(values) / noise)) / precision
+    slope, variance = slope_against_speed(
+        values, known, mean=mean, deviation=deviation, drift=drift
+    )
+    assert slope == pytest.approx(expected)
+    assert variance == pytest.approx(1 / precision)
+
+
+def test_joint_axes_make_both_diagonal():
+    rng = np.random.default_rng(0)
+    root = rng.normal(size=(6, 6))
+    drift = root @ root.T + np.eye(6)
+    few = rng.normal(size=(6, 2))
+    scatter = few @ few.T
+    axes, variances = joint_axes(scatter, drift)
+    np.testing.assert_allclose(axes.T @ drift @ axes, np.eye(6), atol=1e-10)
+    np.testing.assert_allclose(axes.T @ scatter @ axes, np.diag(variances), atol=1e-10)
+    assert variances.min() >= 0
+
+
+def test_product_does_not_depend_on_the_number_of_rows():
+    rng = np.random.default_rng(0)
+    rows, axes = rng.normal(size=(300, 40)), rng.normal(size=(40, 40))
+    product = along_axes(rows, axes)
+    np.testing.assert_allclose(product, rows @ axes, rtol=1e-10)
+    np.testing.assert_array_equal(along_axes(rows[7:8], axes)[0], product[7])
+    np.testing.assert_array_equal(along_axes(np.asfortranarray(rows), axes), product)
+
+
+def test_drift_of_flat_spectra_is_smooth_and_rough_drift_alone():
+    colour, steadiness = np.zeros((2, 256)), np.full((2, 63), -0.36)
+    given = {"smooth": 0.4, "rough": 0.01, "frequency": 3.0, "noise": 0.0}
+    found = drift_covariance(colour, steadiness, **given)
+    n = np.concatenate([np.arange(1, 49), np.arange(1, 63)])
+    np.testing.assert_allclose(found, np.diag(0.4 / n**2 + 0.01), atol=1e-12)
+    # A floor that rises lifts a flat spectrum alike everywhere: no cepstrum changes.
+    raised = drift_covariance(colour, steadiness, **given | {"noise": 5.0})
+    np.testing.assert_allclose(raised, found, atol=1e-12)
+    tilted = np.linspace(0, -6, 256)[None]
+    moved = drift_covariance(tilted, steadiness[:1], **given | {"noise": 5.0})
+    assert np.linalg.eigvalsh(moved - found).min() > -1e-10
+    assert np.trace(moved) > 1.1 * np.trace(found)

@@ -1,0 +1,293 @@
+import warnings
+
+import numpy as np
+import pytest
+import sklearn
+from scipy import stats
+from scipy.signal import lfilter
+from sklearn.base import clone
+from sklearn.pipeline import Pipeline
+
+from skarxlag import (
+    ARXLaguerre,
+    FaultDetector,
+    load_diagnoser,
+    make_detector,
+    save_diagnoser,
+)
+
+LENGTH = 1200
+RATE = 0.05
+
+
+def healthy(n, rpm, seed, strikes=0.0):
+    """Noise whose colour and level change with speed; a bearing with strikes, on request."""
+    rng = np.random.default_rng([seed, int(rpm)])
+    noise = rng.normal(size=(n, LENGTH))
+    noise[:, rng.integers(150) :: 150] += strikes
+    return rpm * lfilter([1], [1, -0.3 - rpm / 4000, 0.3], noise)
+
+
+def rig(speeds, n, seed, **options):
+    X = np.concatenate([healthy(n, rpm, seed, **options) for rpm in speeds])
+    return X, np.repeat(np.asarray(speeds, float), n)
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    X, rpm = rig((800, 1200), 40, seed=0)
+    return FaultDetector(false_alarm_rate=RATE).fit(X, rpm=rpm)
+
+
+def test_rate_holds_at_a_speed_that_was_left_out():
+    n_seeds, n_rows, alarms = 12, 25, 0
+    for seed in range(n_seeds):
+        X, rpm = rig((800, 1200), 25, seed)
+        detector = FaultDetector(false_alarm_rate=RATE).fit(X, rpm=rpm)
+        fresh = healthy(n_rows, 1000, 100 + seed)
+        alarms += np.sum(detector.predict(fresh, rpm=1000) == -1)
+    assert alarms <= stats.binom.isf(1e-3, n_seeds * n_rows, RATE)
+
+
+def test_rate_holds_at_the_speeds_of_fit():
+    n_seeds, n_rows, alarms = 12, 25, 0
+    for seed in range(n_seeds):
+        X, rpm = rig((800, 1200), 25, seed)
+        detector = FaultDetector(false_alarm_rate=RATE).fit(X, rpm=rpm)
+        alarms += np.sum(detector.predict(healthy(n_rows, 800, 100 + seed), rpm=800) == -1)
+    assert alarms <= stats.binom.isf(1e-3, n_seeds * n_rows, RATE)
+
+
+def test_strikes_are_found_at_a_speed_that_was_left_out(fitted):
+    faulty = healthy(40, 1000, 5, strikes=30.0)
+    assert (fitted.predict(faulty, rpm=1000) == -1).mean() > 0.9
+
+
+def test_limits_widen_with_the_distance_in_speed(fitted):
+    faulty = healthy(10, 1200, 5, strikes=30.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        p_values = [
+            np.median(fitted.p_values(faulty, rpm=rpm)) for rpm in (1200, 1300, 1600, 2400, 5000)
+        ]
+    assert np.all(np.diff(p_values) > 0)
+
+
+def test_outputs_agree(fitted):
+    X = np.concatenate([healthy(10, 1000, 1), healthy(10, 1000, 1, strikes=30.0)])
+    p_values, scores = fitted.p_values(X, rpm=1000), fitted.score_samples(X, rpm=1000)
+    assert np.all((p_values > 0) & (p_values <= 1))
+    np.testing.assert_allclose(np.log(p_values), scores)
+    decision = fitted.decision_function(X, rpm=np.full(20, 1000.0))
+    np.testing.assert_allclose(decision, scores - np.log(RATE))
+    np.testing.assert_array_equal(fitted.predict(X, rpm=1000), np.where(p_values < RATE, -1, 1))
+    X, rpm = rig((800, 1200), 40, seed=0)
+    again = clone(fitted).fit_predict(X, rpm=rpm)
+    np.testing.assert_array_equal(again, fitted.predict(X, rpm=rpm))
+
+
+def test_gain_and_offset_do_not_matter_unless_the_gain_is_fixed(fitted):
+    X = healthy(20, 1000, 3)
+    gains = np.logspace(-9, 9, 20)[:, np.newaxis]
+    scores = fitted.score_samples(X, rpm=1000)
+    found = fitted.score_samples(gains * X, rpm=1000)
+    np.testing.assert_allclose(found, scores, rtol=1e-6, atol=1e-9)
+    found = fitted.score_samples(X + 1e3, rpm=1000)
+    np.testing.assert_allclose(found, scores, rtol=1e-5, atol=1e-7)
+    X, rpm = rig((800, 1200), 40, seed=0)
+    fixed = FaultDetector(false_alarm_rate=RATE, fixed_gain=True).fit(X, rpm=rpm)
+    quiet = healthy(20, 1000, 3)
+    assert (fixed.predict(quiet, rpm=1000) == -1).mean() <= 0.1
+    assert np.all(fixed.predict(20 * quiet, rpm=1000) == -1)
+    assert np.all(fixed.predict(quiet / 20, rpm=1000) == -1)
+    # Another unit of the sensor, in `fit` and after, changes nothing.
+    other = clone(fixed).fit(1e-6 * X, rpm=rpm)
+    np.testing.assert_allclose(
+        other.score_samples(2e-6 * quiet, rpm=1000),
+        fixed.score_samples(2 * quiet, rpm=1000),
+        rtol=1e-6,
+        atol=1e-9,
+    )
+
+
+def test_unit_of_speed_does_not_matter(fitted):
+    X, rpm = rig((800, 1200), 40, seed=0)
+    in_hertz = clone(fitted).fit(X, rpm=rpm / 60)
+    fresh = healthy(10, 1000, 2)
+    np.testing.assert_allclose(
+        in_hertz.score_samples(fresh, rpm=1000 / 60), fitted.score_samples(fresh, rpm=1000)
+    )
+
+
+def test_what_calibration_found_is_kept(fitted):
+    np.testing.assert_allclose(fitted.speeds_, [800, 1200])
+    assert fitted.left_out_rates_.shape == (2,)
+    assert fitted.left_out_rates_.max() <= RATE
+    assert fitted.drift_scale_ >= 0.25
+    assert (fitted.n_rows_, fitted.n_windows_, fitted.n_blocks_) == (80, 1, 10)
+
+
+def test_long_rows_are_cut_into_windows():
+    X, rpm = rig((800, 1200), 30, seed=0)
+    fitted = FaultDetector(false_alarm_rate=RATE, window_length=300).fit(X, rpm=rpm)
+    assert fitted.n_windows_ == 4
+    fitted.set_params(window_length=100)
+    with pytest.raises(ValueError, match="window_length == 100, but FaultDetector was fitted with"):
+        fitted.score_samples(X, rpm=rpm)
+
+
+def test_without_speeds_limits_are_those_of_another_speed():
+    X = healthy(60, 1000, 0)
+    unknown = FaultDetector(false_alarm_rate=RATE).fit(X)
+    assert unknown.speeds_.shape == (0,)
+    with pytest.warns(UserWarning, match="one speed, 1000 rpm"):
+        known = FaultDetector(false_alarm_rate=RATE).fit(X, rpm=1000)
+    faulty = healthy(10, 1000, 5, strikes=15.0)
+    scores = unknown.score_samples(faulty)
+    np.testing.assert_allclose(scores, known.score_samples(faulty, rpm=1300))
+    assert np.all(scores >= known.score_samples(faulty, rpm=1000))
+    np.testing.assert_array_equal(unknown.score_samples(faulty, rpm=1000), scores)
+
+
+def test_speeds_are_needed_where_fit_had_them(fitted):
+    with pytest.raises(ValueError, match=r"rpm is None, expected the speed .* at 800, 1200 rpm"):
+        fitted.predict(healthy(2, 1000, 0))
+
+
+@pytest.mark.parametrize(
+    ("rpm", "message"),
+    [
+        (0.0, "rpm holds 0 for row 0"),
+        ([1000, -5.0, 1000], "rpm holds -5 for row 1"),
+        ([1000, 1000, np.nan], "rpm holds nan for row 2"),
+        (np.inf, "rpm holds inf"),
+        ([1000, 1000], r"rpm has shape \(2,\), expected one speed for each of 3 rows"),
+        ("fast", "rpm must hold numbers, got 'fast'"),
+    ],
+)
+def test_bad_speeds_are_named(fitted, rpm, message):
+    X = healthy(3, 1000, 0)
+    with pytest.raises(ValueError, match=message):
+        fitted.predict(X, rpm=rpm)
+    with pytest.raises(ValueError, match=message):
+        FaultDetector().fit(X, rpm=rpm)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("false_alarm_rate", 0.0),
+        ("false_alarm_rate", 1.0),
+        ("false_alarm_rate", np.nan),
+        ("window_length", 0),
+    ],
+)
+def test_bad_parameters_are_named(name, value):
+    with pytest.raises(ValueError, match=name):
+        FaultDetector(**{name: value}).fit(healthy(4, 1000, 0))
+    with pytest.raises(TypeError, match="fixed_gain"):
+        FaultDetector(fixed_gain="yes").fit(healthy(4, 1000, 0))
+
+
+def test_few_rows_are_said():
+    X, rpm = rig((800, 1200), 20, seed=0)
+    with pytest.warns(UserWarning, match=r"40 healthy rows hold .* 1/41 = 0\.024 .* 99 rows"):
+        FaultDetector(false_alarm_rate=0.01).fit(X, rpm=rpm)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        FaultDetector(false_alarm_rate=1 / 41).fit(X, rpm=rpm)
+
+
+def test_two_rows_are_the_least():
+    X = healthy(2, 1000, 0)
+    with pytest.warns(UserWarning, match="2 healthy rows hold"):
+        fitted = FaultDetector(false_alarm_rate=RATE).fit(X)
+    assert np.all(fitted.predict(healthy(50, 1000, 1)) == 1)
+    with pytest.raises(ValueError, match="X has one row"):
+        FaultDetector().fit(X[:1])
+    with pytest.raises(ValueError, match="one row at each of 2 speeds"):
+        FaultDetector().fit(X, rpm=[800, 1200])
+
+
+def test_far_speeds_are_said(fitted):
+    X = healthy(3, 1000, 0)
+    with pytest.warns(UserWarning, match="2 of 3 rows at 400 to 2000 rpm lie more than the factor"):
+        fitted.predict(X, rpm=[400, 1000, 2000])
+
+
+def test_drift_that_no_scale_covers_is_said():
+    X, rpm = rig((800, 1000, 1200), 20, seed=0)
+    X[20:40] *= 1e60
+    with pytest.warns(UserWarning, match=r"No drift scale up to 128 .* 1 at 1000 rpm"):
+        FaultDetector(false_alarm_rate=RATE, fixed_gain=True).fit(X, rpm=rpm)
+
+
+@pytest.mark.parametrize("routing", [False, True])
+def test_speeds_reach_the_detector_through_a_pipeline(routing):
+    X, rpm = rig((800, 1200), 30, seed=0)
+    with sklearn.config_context(enable_metadata_routing=routing):
+        detector = make_detector(false_alarm_rate=RATE).fit(X, rpm=rpm)
+        found = detector.diagnose(X, rpm=rpm)
+        np.testing.assert_array_equal(found.verdict, detector.predict(X, rpm=rpm))
+        p_values = detector.p_values(X, rpm=rpm)
+    identified = detector["identify"].transform(X)
+    np.testing.assert_array_equal(p_values, detector["decide"].p_values(identified, rpm=rpm))
+    np.testing.assert_allclose(found.score, np.log(p_values / RATE))
+    np.testing.assert_allclose(detector.score_samples(X, rpm=rpm), np.log(p_values))
+
+
+def test_speeds_are_routed_in_a_plain_pipeline():
+    X, rpm = rig((800, 1200), 30, seed=0)
+    expected = make_detector(false_alarm_rate=RATE).fit(X, rpm=rpm).predict(X, rpm=rpm)
+    plain = Pipeline(make_detector(false_alarm_rate=RATE).steps)
+    with sklearn.config_context(enable_metadata_routing=True):
+        np.testing.assert_array_equal(plain.fit(X, rpm=rpm).predict(X, rpm=rpm), expected)
+
+
+def test_saved_and_loaded(tmp_path):
+    X, rpm = rig((800, 1200), 30, seed=0)
+    detector = make_detector(false_alarm_rate=RATE).fit(X, rpm=rpm)
+    save_diagnoser(detector, tmp_path / "detector.skops")
+    loaded, _ = load_diagnoser(tmp_path / "detector.skops")
+    np.testing.assert_array_equal(loaded.p_values(X, rpm=rpm), detector.p_values(X, rpm=rpm))
+    loaded["decide"]._check_state()
+
+
+def test_measured_inputs_are_explained_first():
+    rng = np.random.default_rng(0)
+    torque = np.cumsum(rng.normal(size=(60, LENGTH)), axis=1)
+    X = np.stack([rng.normal(size=torque.shape) + 5 * np.roll(torque, 1, axis=1), torque], axis=1)
+    detector = make_detector(false_alarm_rate=RATE).fit(X)
+    assert (detector.predict(X) == -1).mean() <= RATE
+    with pytest.raises(ValueError, match="innovations of 2 models, expected those of one"):
+        FaultDetector().fit(ARXLaguerre().fit_transform(X, np.arange(60) % 2))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("axes_", np.zeros((2, 2))),
+        ("references_", np.zeros(3)),
+        ("references_", None),
+        ("speeds_", None),
+        ("speeds_", np.array([1200.0, 800.0])),
+        ("speeds_", np.array([-1.0, 800.0])),
+        ("variances_", np.float64(1.0)),
+        ("variances_", np.full(110, -1.0)),
+        ("means_", np.full((2, 1), np.nan)),
+        ("slopes_", np.array([[1.0, -1.0]])),
+        ("deviations_", np.array([0.0])),
+        ("left_out_rates_", np.zeros(5)),
+        ("drift_scale_", -1.0),
+        ("score_deviation_", 0.0),
+        ("offset_", np.nan),
+        ("n_windows_", 0),
+        ("n_blocks_", 1.5),
+    ],
+)
+def test_inconsistent_states_are_refused(fitted, name, value):
+    fitted._check_state()
+    broken = clone(fitted)
+    vars(broken).update(vars(fitted) | {name: value})
+    with pytest.raises((ValueError, TypeError), match=name):
+        broken._check_state()
