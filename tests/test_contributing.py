@@ -62,6 +62,7 @@ TITLE = "Marked numbers"
 SUFFIXES = (".marked",)
 LIBRARY = EXTRA = None
 ISOLATED = False
+IN_PARTS = False
 STATES = "neither"
 
 

@@ -106,7 +106,7 @@ def array_blocks(channels, names, n_samples):
         yield [channels[name][part] for name in names]
 
 
-def array_contents(channels, scalars, refused):
+def array_contents(channels, scalars, refused=None):
     """Contents of arrays in memory, with the sampling rate among the single numbers beside them.
 
     Parameters
@@ -116,8 +116,8 @@ def array_contents(channels, scalars, refused):
     scalars : dict of str to float
         Single numbers by name. A name such as ``fs`` or ``run.SampleRate`` states the rate of the
         channels in the same place.
-    refused : dict of str to str
-        As in :class:`Contents`.
+    refused : dict of str to str, default=None
+        As in :class:`Contents`. None stands for no such array.
     """
     lengths = {name: len(channel) for name, channel in channels.items()}
     return Contents(
@@ -125,7 +125,7 @@ def array_contents(channels, scalars, refused):
         lambda names, n_samples: array_blocks(channels, names, n_samples),
         sampling_rates=stated_rates(lengths, scalars),
         lengths=lengths,
-        refused=refused,
+        refused=refused or {},
     )
 
 
