@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from .diagnosers import make_stretch_diagnoser as make_stretch_diagnoser
     from .identification import ARXLaguerre as ARXLaguerre
     from .ladder import ThresholdLadder as ThresholdLadder
+    from .model_selection import SpeedSplit as SpeedSplit
+    from .model_selection import cross_speed_predict as cross_speed_predict
     from .model_selection import speed_splits as speed_splits
     from .monitoring import ConditionMonitor as ConditionMonitor
     from .monitoring import MonitorVerdict as MonitorVerdict
@@ -65,8 +67,10 @@ _MODULES = {
     "PIObserver": "observers",
     "PIObserverBank": "observer_bank",
     "SpectralDistance": "comparison",
+    "SpeedSplit": "model_selection",
     "StretchResidual": "stretches",
     "ThresholdLadder": "ladder",
+    "cross_speed_predict": "model_selection",
     "fault_orders": "bearings",
     "iter_windows": "recordings",
     "list_channels": "recordings",

@@ -29,6 +29,9 @@ from .kernels.laguerre import network_matrices, settling_length
 from .kernels.least_squares import solve_sums
 from .kernels.scaling import fit_percentage, unit_rms_windows
 
+#: Name of a model of all windows.
+_OF_ALL = "model"
+
 
 class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
     r"""Identify ARX-Laguerre models of windows and return what they cannot predict.
@@ -184,7 +187,8 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
             Further windows.
         y : array-like of shape (n_windows,) or None, default=None
-            Their conditions; a condition not seen before gets a model.
+            Their conditions; a condition not seen before gets a model. None goes on with one model
+            of all windows.
         sample_weight : array-like of shape (n_windows,) or None, default=None
             As in `fit`. A window fades once with each later window, whatever their weights.
 
@@ -197,6 +201,8 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
 
     def _identify(self, X, y, sample_weight, *, start_afresh):
         windows, y = self._validate_windows(X, y, reset=start_afresh)
+        if not start_afresh:
+            self._check_conditions_go_on(y)
         windows, y, weights = weighted_windows(windows, y, sample_weight)
         windows, labels, weights = self._windows_by_model(windows, y, weights)
         self._check_weighting()
@@ -281,6 +287,14 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         )
         power, driven, moved = (sum(part) for part in zip(*parts, strict=True))
         return arx_laguerre.sums_of_products(power, driven, moved, self.orders_, self.poles_)
+
+    def _check_conditions_go_on(self, y):
+        """A bank goes on with conditions, and one model of all windows without."""
+        is_of_all = self.classes_.tolist() == [_OF_ALL]
+        if self.bank and self.healthy is None and (y is None) != is_of_all:
+            wanted = "None" if is_of_all else f"conditions, as those so far: {self.classes_}"
+            given = "None" if y is None else f"{np.unique(y)}"
+            raise ValueError(f"y is {given}, expected {wanted}. Call fit to start afresh.")
 
     def _make_room_for(self, classes):
         if (self.classes_.dtype.kind in "biuf") != (classes.dtype.kind in "biuf"):
@@ -482,7 +496,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
                 )
             return windows[chosen], y[chosen], weights[chosen]
         if y is None or not self.bank:
-            return windows, np.full(len(windows), "model"), weights
+            return windows, np.full(len(windows), _OF_ALL), weights
         return windows, y, weights
 
     def _n_transient(self, n_samples):

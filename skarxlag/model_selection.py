@@ -1,11 +1,20 @@
-"""Cross-validation splits across shaft speeds."""
+"""Cross-validation across shaft speeds."""
 
 import numpy as np
-from sklearn.utils import check_array, check_consistent_length, column_or_1d
+import pandas as pd
+from joblib import Parallel, delayed
+from sklearn.base import clone
+from sklearn.model_selection import BaseCrossValidator
+from sklearn.utils import check_array, check_consistent_length, check_scalar, column_or_1d
 
 
-def speed_splits(rpm, *, train_rpm=None, recording=None, same_speed=False):
+def speed_splits(
+    rpm, *, train_rpm=None, recording=None, start=None, window_length=None, same_speed=False
+):
     """Splits that train at one speed and test at another.
+
+    The splits are row numbers of these windows. Inside another cross-validation, which hands on
+    some of the windows only, use `SpeedSplit`.
 
     Parameters
     ----------
@@ -17,6 +26,11 @@ def speed_splits(rpm, *, train_rpm=None, recording=None, same_speed=False):
         Recording of each window, in time order. Given, the first half of every recording is for
         training and the second half for testing, so that nothing of the second halves enters a
         fit; the middle window of an odd number belongs to neither. None: all windows are used.
+    start : array-like of int of shape (n_windows,) or None, default=None
+        Index of the first sample of each window in its recording. Windows that overlap need it: the
+        recording is then cut by time, and windows that straddle the cut belong to neither half.
+    window_length : int or None, default=None
+        Samples in a window. It belongs to `start`.
     same_speed : bool, default=False
         Whether the training speed is among the test speeds. It needs `recording`: without halves
         a window would be on both sides.
@@ -31,7 +45,12 @@ def speed_splits(rpm, *, train_rpm=None, recording=None, same_speed=False):
     ------
     ValueError
         If there are not two speeds, `train_rpm` is not in `rpm`, `same_speed` is asked for
-        without `recording`, or halves leave no window at a speed.
+        without `recording`, `start` and `window_length` are not given together, or halves leave
+        no window at a speed.
+
+    See Also
+    --------
+    SpeedSplit : The same as a splitter, for searches and nested cross-validation.
 
     Examples
     --------
@@ -48,13 +67,77 @@ def speed_splits(rpm, *, train_rpm=None, recording=None, same_speed=False):
         raise ValueError(f"rpm has one speed, {speeds.tolist()}, expected at least two.")
     if train_rpm is not None and train_rpm not in speeds:
         raise ValueError(f"train_rpm={train_rpm!r} is not in rpm, which has {speeds.tolist()}.")
-    first, second = _halves(rpm, recording)
+    first, second = _halves(rpm, recording, start, window_length)
     splits = [
         (np.flatnonzero(first & (rpm == train)), np.flatnonzero(second & (rpm == test)))
         for train in (speeds if train_rpm is None else [train_rpm])
         for test in speeds
         if same_speed or test != train
     ]
+    return _checked(splits)
+
+
+def first_and_second_half(recording, start=None, window_length=1):
+    """Windows of the first and of the second half of their recording, in time.
+
+    The middle lies halfway between the first sample of the first window and the last sample of
+    the last one. A window which straddles it belongs to neither half, so that windows of different
+    halves never share a sample, however much they overlap.
+
+    Parameters
+    ----------
+    recording : array-like of shape (n_windows,)
+        Recording that each window was cut from.
+    start : array-like of int of shape (n_windows,) or None, default=None
+        Index of each window's first sample in its recording. None: windows are in time order and
+        do not overlap.
+    window_length : int, default=1
+        Samples in a window.
+
+    Returns
+    -------
+    first, second : ndarray of bool of shape (n_windows,)
+        Windows of each half.
+
+    Examples
+    --------
+    >>> first_and_second_half(["a", "a", "a"], [0, 100, 200], window_length=100)
+    (array([ True, False, False]), array([False, False,  True]))
+    >>> first, second = first_and_second_half(["a"] * 7, range(0, 1750, 250), window_length=1000)
+    >>> first.sum(), second.sum()
+    (np.int64(2), np.int64(2))
+    """
+    recording = column_or_1d(recording)
+    names, of_recording = np.unique(recording, return_inverse=True)
+    if start is None:
+        start = np.empty(len(recording), dtype=int)
+        for r in range(len(names)):
+            start[of_recording == r] = np.arange(np.count_nonzero(of_recording == r))
+    start = column_or_1d(start)
+    check_consistent_length(recording, start)
+    middle = np.empty(len(start))
+    for r in range(len(names)):
+        here = of_recording == r
+        middle[here] = (start[here].min() + start[here].max() + window_length) / 2
+    return start + window_length <= middle, start >= middle
+
+
+def _halves(rpm, recording, start, window_length):
+    if (start is None) != (window_length is None):
+        raise ValueError("`start` and `window_length` tell together where windows overlap.")
+    if recording is None:
+        if start is not None:
+            raise ValueError("`start` needs `recording`: it counts from the start of each.")
+        everything = np.ones(len(rpm), dtype=bool)
+        return everything, everything
+    check_consistent_length(rpm, recording)
+    if start is None:
+        return first_and_second_half(recording)
+    check_scalar(window_length, "window_length", (int, np.integer), min_val=1)
+    return first_and_second_half(recording, start, window_length)
+
+
+def _checked(splits):
     if not all(len(train) and len(test) for train, test in splits):
         raise ValueError(
             "Halves of each `recording` leave no window at some speed, expected recordings of at "
@@ -63,17 +146,198 @@ def speed_splits(rpm, *, train_rpm=None, recording=None, same_speed=False):
     return splits
 
 
-def _halves(rpm, recording):
-    if recording is None:
-        everything = np.ones(len(rpm), dtype=bool)
-        return everything, everything
-    recording = column_or_1d(recording)
-    check_consistent_length(rpm, recording)
-    first = np.zeros(len(rpm), dtype=bool)
-    second = np.zeros(len(rpm), dtype=bool)
-    for name in np.unique(recording):
-        windows = np.flatnonzero(recording == name)
-        half = len(windows) // 2
-        first[windows[:half]] = True
-        second[windows[len(windows) - half :]] = True
-    return first, second
+class SpeedSplit(BaseCrossValidator):
+    """Splitter that trains at one speed and tests at another.
+
+    It gives the splits of `speed_splits` for whatever windows it is handed, so that it works in
+    `cross_validate`, in `GridSearchCV`, and in one of these inside another one.
+
+    Parameters
+    ----------
+    train_rpm : float or None, default=None
+        The speed to train at. None: every speed in turn.
+    leave_out : bool, default=False
+        False: train at one speed, test at one other; a split for each ordered pair. True: train at
+        all speeds but one and test at that; a split for each speed. The outer one of two nested
+        splitters needs True, or the inner one finds windows of one speed only.
+    same_speed : bool, default=False
+        Whether the training speed is among the test speeds. It needs recordings in `groups`.
+    window_length : int or None, default=None
+        Samples in a window. It is needed where `groups` states where windows start.
+
+    See Also
+    --------
+    cross_speed_predict : Predictions at all test speeds, for a confusion matrix.
+
+    Notes
+    -----
+    What `split` is given as `groups` states the speed of each window, and with further columns the
+    recording that it is from and the index of its first sample there. With recordings, first halves
+    train and second halves test. An array, a list of rows or a table will do; columns count by
+    their order.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sklearn.model_selection import GridSearchCV
+    >>> from skarxlag import ThresholdLadder
+    >>> levels = np.array([[1.0], [3.0], [1.1], [3.2], [1.3], [3.5]])
+    >>> y, rpm = list("abababab")[:6], [300, 300, 400, 400, 500, 500]
+    >>> search = GridSearchCV(ThresholdLadder(), {"margin_db": [0, 3]}, cv=SpeedSplit())
+    >>> search.fit(levels, y, groups=rpm).n_splits_
+    6
+    """
+
+    __metadata_request__split = {"groups": True}  # noqa: RUF012
+
+    def __init__(self, *, train_rpm=None, leave_out=False, same_speed=False, window_length=None):
+        self.train_rpm = train_rpm
+        self.leave_out = leave_out
+        self.same_speed = same_speed
+        self.window_length = window_length
+
+    def split(self, X, y=None, groups=None):
+        """Row numbers of the windows to train with and to test on.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, ...)
+            Windows; only their number counts.
+        y : ignored
+            Here by convention.
+        groups : array-like of shape (n_windows,), (n_windows, 2) or (n_windows, 3)
+            Speed of each window; recording; index of its first sample there.
+
+        Yields
+        ------
+        train, test : ndarray of int
+            Row numbers.
+
+        Raises
+        ------
+        ValueError
+            If `groups` is missing or has another shape, or as in `speed_splits`.
+        """
+        rpm, recording, start = self._columns(X, groups)
+        settings = {"recording": recording, "start": start, "window_length": self.window_length}
+        if not self.leave_out:
+            settings |= {"train_rpm": self.train_rpm, "same_speed": self.same_speed}
+            yield from speed_splits(rpm, **settings)
+            return
+        if self.train_rpm is not None or self.same_speed:
+            raise ValueError("leave_out=True goes with neither `train_rpm` nor `same_speed`.")
+        speeds = np.unique(rpm)
+        if len(speeds) < 2:
+            raise ValueError(f"groups has one speed, {speeds.tolist()}, expected at least two.")
+        first, second = _halves(rpm, **settings)
+        yield from _checked(
+            [
+                (np.flatnonzero(first & (rpm != s)), np.flatnonzero(second & (rpm == s)))
+                for s in speeds
+            ]
+        )
+
+    def get_n_splits(self, X=None, y=None, groups=None):
+        """Number of splits.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, ...)
+            Windows.
+        y : ignored
+            Here by convention.
+        groups : array-like
+            As in `split`.
+
+        Returns
+        -------
+        int
+            How many pairs `split` gives.
+        """
+        return sum(1 for _ in self.split(X, y, groups))
+
+    def _columns(self, X, groups):
+        if groups is None:
+            raise ValueError("groups is None, expected the speed of each window.")
+        table = pd.DataFrame(groups)
+        if not 1 <= table.shape[1] <= 3 or (X is not None and len(table) != len(X)):
+            raise ValueError(
+                f"groups has shape {table.shape}, expected a row for each window with its speed, "
+                "its recording and the index of its first sample."
+            )
+        columns = [table.iloc[:, i].to_numpy() for i in range(table.shape[1])]
+        try:
+            columns[0] = columns[0].astype(float)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"groups: the first column is no speed ({error}).") from error
+        if len(columns) == 3:
+            columns[2] = columns[2].astype(np.int64)
+        return columns + [None] * (3 - len(columns))
+
+
+def cross_speed_predict(estimator, X, y, *, groups, cv=None, params=None, n_jobs=None):
+    """Predictions at speeds that the estimator was not fitted at.
+
+    Unlike in `sklearn.model_selection.cross_val_predict` a window may be tested in several splits,
+    once for each speed that its speed is tested from, and in none.
+
+    Parameters
+    ----------
+    estimator : estimator
+        A classifier or a pipeline. Clones of it are fitted.
+    X : array-like of shape (n_windows, ...)
+        Windows.
+    y : array-like of shape (n_windows,)
+        Conditions.
+    groups : array-like
+        Speeds, as in `SpeedSplit.split`.
+    cv : splitter or None, default=None
+        What splits. None: `SpeedSplit()`.
+    params : dict of str to array-like or None, default=None
+        Metadata with an entry for each window, such as ``rpm``, that `fit` and `predict` are given.
+    n_jobs : int or None, default=None
+        Splits that are worked on at the same time.
+
+    Returns
+    -------
+    DataFrame
+        A row for each window of each test: ``split``, its number; ``window``, the row in X;
+        ``true`` and ``predicted``, the conditions.
+
+    Examples
+    --------
+    >>> from sklearn.metrics import confusion_matrix
+    >>> from sklearn.tree import DecisionTreeClassifier
+    >>> levels, y = [[1.0], [3.0], [1.1], [3.2]], ["good", "worn", "good", "worn"]
+    >>> found = cross_speed_predict(
+    ...     DecisionTreeClassifier(), levels, y, groups=[300, 300, 400, 400]
+    ... )
+    >>> confusion_matrix(found["true"], found["predicted"])
+    array([[2, 0],
+           [0, 2]])
+    """
+    X = X if hasattr(X, "shape") else np.asarray(X)
+    y = column_or_1d(y)
+    params = {name: np.asarray(value) for name, value in (params or {}).items()}
+    check_consistent_length(X, y, *params.values())
+    splits = list((SpeedSplit() if cv is None else cv).split(X, y, groups))
+    predicted = Parallel(n_jobs=n_jobs)(
+        delayed(_fit_and_predict)(clone(estimator), X, y, params, train, test)
+        for train, test in splits
+    )
+    return pd.concat(
+        [
+            pd.DataFrame({"split": i, "window": test, "true": y[test], "predicted": verdict})
+            for i, ((_, test), verdict) in enumerate(zip(splits, predicted, strict=True))
+        ],
+        ignore_index=True,
+    )
+
+
+def _fit_and_predict(estimator, X, y, params, train, test):
+    of_train, of_test = (
+        {name: value[rows] for name, value in params.items()} for rows in (train, test)
+    )
+    rows = X.iloc if hasattr(X, "iloc") else X
+    estimator.fit(rows[train], y[train], **of_train)
+    return estimator.predict(rows[test], **of_test)

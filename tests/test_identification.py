@@ -137,8 +137,8 @@ def test_fit_forgets_what_partial_fit_knew(windows):
 
 
 def test_partial_fit_refuses_labels_of_another_type(windows):
-    model = ARXLaguerre(order=4).partial_fit(windows)
-    with pytest.raises(ValueError, match=r"conditions.*\[0, 1\].*model"):
+    model = ARXLaguerre(order=4).partial_fit(windows, list("ababab"))
+    with pytest.raises(ValueError, match=r"conditions.*\[0, 1\].*'a', 'b'"):
         model.partial_fit(windows, [0, 1, 0, 1, 0, 1])
 
 
@@ -277,3 +277,22 @@ def test_only_constant_windows_give_a_model_that_predicts_nothing():
         np.testing.assert_array_equal(model.noise_level_, 0)
         np.testing.assert_array_equal(model.transform(np.full((2, 20), 7.0)), 0)
         np.testing.assert_array_equal(model.fit_percentage(np.full((2, 20), 7.0)), 100)
+
+
+def test_partial_fit_goes_on_as_fit_began():
+    X, y = np.random.default_rng(0).normal(size=(8, 60)), np.repeat(["a", "b"], 4)
+    bank, one = ARXLaguerre(order=2).fit(X, y), ARXLaguerre(order=2).fit(X)
+    with pytest.raises(ValueError, match=r"y is None, expected conditions.*'a' 'b'"):
+        bank.partial_fit(X)
+    with pytest.raises(ValueError, match=r"y is \['a' 'b'\], expected None"):
+        one.partial_fit(X, y)
+    assert bank.partial_fit(X, y).classes_.tolist() == ["a", "b"]
+    assert one.partial_fit(X).classes_.tolist() == ["model"]
+    pooled = ARXLaguerre(order=2, bank=False).fit(X, y)
+    assert pooled.partial_fit(X).classes_.tolist() == ["model"]
+
+
+@pytest.mark.parametrize("y", [["a", 1, "a", 1], np.array(["a", 1, "a", 1], dtype=object)])
+def test_labels_that_mix_texts_and_numbers_are_refused_by_name(y):
+    with pytest.raises(ValueError, match="y has labels that are texts and labels that are numbers"):
+        ARXLaguerre(order=2).fit(np.random.default_rng(0).normal(size=(4, 60)), y)

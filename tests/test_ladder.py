@@ -223,3 +223,14 @@ def test_bad_parameters_are_named():
                 ThresholdLadder(**{name: value}).fit(X, y)
     with pytest.raises(ValueError, match=r"healthy='absent'.*\['ball', 'inner', 'normal'\]"):
         ThresholdLadder(healthy="absent").fit(X, y)
+
+
+@pytest.mark.parametrize("margin_db", [1e5, -1e5])
+def test_margin_beyond_any_number_is_refused(margin_db):
+    with pytest.raises(ValueError, match="margin_db == "):
+        ThresholdLadder(margin_db=margin_db).fit([[1.0], [2.0]], ["a", "b"])
+
+
+def test_labels_that_mix_texts_and_numbers_are_refused_by_name():
+    with pytest.raises(ValueError, match="y has labels that are texts and labels that are numbers"):
+        ThresholdLadder().fit([[1.0], [2.0]], ["a", 2])

@@ -1,7 +1,13 @@
 import numpy as np
+import pandas as pd
 import pytest
+import sklearn
+from sklearn.base import clone
+from sklearn.metrics import confusion_matrix
+from sklearn.model_selection import GridSearchCV, cross_validate
 
-from skarxlag import speed_splits
+from skarxlag import SpeedSplit, ThresholdLadder, cross_speed_predict, make_alpio, speed_splits
+from skarxlag.model_selection import first_and_second_half
 
 
 def as_lists(splits):
@@ -68,6 +74,9 @@ def test_nothing_is_on_both_sides():
         ({"rpm": [1, 2], "recording": ["a"]}, "inconsistent numbers"),
         ({"rpm": [1, 2, np.nan]}, "rpm contains NaN"),
         ({"rpm": [[1, 2], [3, 4]]}, "1d array"),
+        ({"rpm": [1, 2], "start": [0, 0]}, "`start` and `window_length`"),
+        ({"rpm": [1, 2], "start": [0, 0], "window_length": 3}, "`start` needs `recording`"),
+        ({"rpm": [1, 2], "recording": [0, 1], "start": [0, 0], "window_length": 0}, "must be >= 1"),
     ],
 )
 def test_errors_name_what_is_wrong(arguments, message):
@@ -78,3 +87,126 @@ def test_errors_name_what_is_wrong(arguments, message):
 def test_recordings_of_one_window_are_refused_where_they_leave_nothing():
     with pytest.raises(ValueError, match="recording"):
         speed_splits([1, 1, 2], recording=["a", "a", "b"])
+
+
+def test_overlapping_windows_of_different_halves_share_no_sample():
+    start = np.tile(np.arange(0, 5000, 250), 2)
+    rpm = np.repeat([300, 500], 20)
+    ((train, test),) = speed_splits(
+        rpm, train_rpm=300, recording=rpm, start=start, window_length=1000, same_speed=True
+    )[:1]
+    assert start[train].max() + 1000 <= start[test].min()
+    assert len(train) == len(test) == 8
+    # Without the starts windows are taken to follow one another.
+    ((train, test),) = speed_splits(rpm, train_rpm=300, recording=rpm, same_speed=True)[:1]
+    assert start[train].max() + 1000 > start[test].min()
+
+
+def test_order_of_windows_does_not_matter_where_starts_are_known():
+    start = np.array([30, 0, 20, 10])
+    first, second = first_and_second_half(["a"] * 4, start, 10)
+    assert sorted(start[first]) == [0, 10] and sorted(start[second]) == [20, 30]
+
+
+RNG = np.random.default_rng(0)
+SPEED = np.repeat([300, 400, 500], 20)
+RUN = np.arange(60) // 10
+START = np.tile(np.arange(0, 1000, 100), 6)
+LABELS = np.where(RUN % 2, "worn", "good")
+LEVELS = (1 + RUN % 2)[:, np.newaxis] * np.exp(0.1 * RNG.normal(size=(60, 1)))
+GROUPS = pd.DataFrame({"rpm": SPEED, "recording": RUN, "start": START})
+
+
+@pytest.mark.parametrize("same_speed", [False, True])
+@pytest.mark.parametrize("train_rpm", [None, 400])
+def test_splitter_gives_the_splits_of_the_function(train_rpm, same_speed):
+    settings = {"train_rpm": train_rpm, "same_speed": same_speed}
+    splitter = SpeedSplit(window_length=200, **settings)
+    expected = speed_splits(SPEED, recording=RUN, start=START, window_length=200, **settings)
+    for groups in (GROUPS, GROUPS.to_numpy(), GROUPS.to_numpy().tolist()):
+        assert as_lists(splitter.split(LEVELS, groups=groups)) == as_lists(expected)
+        assert splitter.get_n_splits(LEVELS, groups=groups) == len(expected)
+    assert clone(splitter, safe=False).train_rpm == train_rpm
+    assert repr(SpeedSplit(train_rpm=4)).startswith("SpeedSplit(")
+
+
+def test_splitter_without_recordings_uses_all_windows():
+    assert as_lists(SpeedSplit().split(LEVELS, groups=SPEED)) == as_lists(speed_splits(SPEED))
+
+
+def test_one_speed_is_left_out():
+    splits = as_lists(SpeedSplit(leave_out=True).split(LEVELS, groups=SPEED))
+    assert [set(SPEED[test]) for _, test in splits] == [{300}, {400}, {500}]
+    assert all(set(SPEED[train]) == {300, 400, 500} - set(SPEED[test]) for train, test in splits)
+    halves = as_lists(SpeedSplit(leave_out=True).split(LEVELS, groups=GROUPS.iloc[:, :2]))
+    assert [(len(train), len(test)) for train, test in halves] == [(20, 10)] * 3
+
+
+@pytest.mark.parametrize("routing", [False, True])
+def test_splitter_within_a_search_within_a_cross_validation(routing):
+    inner, outer = (SpeedSplit(leave_out=b, window_length=100) for b in (False, True))
+    settings = {"error_score": "raise"}
+    search = GridSearchCV(ThresholdLadder(), {"margin_db": [0, 3]}, cv=inner, **settings)
+    with sklearn.config_context(enable_metadata_routing=routing):
+        settings |= {"params": {"groups": GROUPS}} | ({} if routing else {"groups": GROUPS})
+        scores = cross_validate(search, LEVELS, LABELS, cv=outer, **settings)
+    assert scores["test_score"].tolist() == [1.0, 1.0, 1.0]
+
+
+def test_predictions_out_of_speed_make_a_confusion_matrix():
+    found = cross_speed_predict(ThresholdLadder(), LEVELS, LABELS, groups=SPEED)
+    assert confusion_matrix(found["true"], found["predicted"]).sum(axis=1).tolist() == [60, 60]
+    assert (found["true"] == found["predicted"]).mean() > 0.8
+    for (train, test), (_, rows) in zip(speed_splits(SPEED), found.groupby("split"), strict=True):
+        assert rows["window"].tolist() == test.tolist()
+        assert rows["true"].tolist() == LABELS[test].tolist()
+        fitted = ThresholdLadder().fit(LEVELS[train], LABELS[train])
+        assert rows["predicted"].tolist() == fitted.predict(LEVELS[test]).tolist()
+    table = cross_speed_predict(
+        ThresholdLadder(), pd.DataFrame(LEVELS, columns=["r"]), LABELS, groups=SPEED, n_jobs=2,
+        cv=SpeedSplit(train_rpm=400),
+    )  # fmt: skip
+    pd.testing.assert_frame_equal(table, found[found["split"].isin([2, 3])].reset_index(drop=True)
+                                  .assign(split=lambda t: t["split"] - 2))  # fmt: skip
+
+
+def test_metadata_of_windows_reach_fit_and_predict():
+    class Recorder(ThresholdLadder):
+        seen = []  # noqa: RUF012
+
+        def fit(self, X, y, rpm):
+            self.seen.append(set(rpm))
+            return super().fit(X, y)
+
+        def predict(self, X, rpm):
+            self.seen.append(set(rpm))
+            return super().predict(X)
+
+    cross_speed_predict(Recorder(), LEVELS, LABELS, groups=SPEED, cv=SpeedSplit(train_rpm=300),
+                        params={"rpm": SPEED})  # fmt: skip
+    assert Recorder.seen == [{300}, {400}, {300}, {500}]
+
+
+@pytest.mark.parametrize(
+    ("splitter", "groups", "message"),
+    [
+        (SpeedSplit(), None, "groups is None"),
+        (SpeedSplit(), SPEED[:5], "groups has shape"),
+        (SpeedSplit(), np.ones((60, 4)), "groups has shape"),
+        (SpeedSplit(), ["fast"] * 60, "the first column is no speed"),
+        (SpeedSplit(), np.ones(60), "one speed"),
+        (SpeedSplit(leave_out=True), np.ones(60), "one speed"),
+        (SpeedSplit(leave_out=True, train_rpm=300), SPEED, "leave_out=True goes with neither"),
+        (SpeedSplit(), GROUPS, "window_length"),
+    ],
+)
+def test_splitter_says_what_is_wrong(splitter, groups, message):
+    with pytest.raises(ValueError, match=message):
+        list(splitter.split(LEVELS, groups=groups))
+
+
+def test_diagnosers_are_cross_validated_at_other_speeds():
+    X = RNG.normal(size=(60, 300))
+    X[LABELS == "worn"] = np.diff(X[LABELS == "worn"], axis=1, prepend=0)
+    scores = cross_validate(make_alpio(), X, LABELS, groups=SPEED, cv=SpeedSplit(train_rpm=300))
+    assert scores["test_score"].tolist() == [1.0, 1.0]

@@ -225,3 +225,12 @@ def test_a_gain_that_overflows_is_named():
     observer = ExtendedStatePIObserver(saturation=1e200, exponent=3.0)
     with pytest.raises(ValueError, match=r"not finite.*saturation=1e\+200 and exponent=3.0"):
         observer.fit(np.zeros((2, 10)))
+
+
+def test_exponent_of_the_cepstral_norm_is_bounded():
+    for exponent in (10.5, 1e3):
+        with pytest.raises(ValueError, match="quefrency_exponent == "):
+            PIObserver(quefrency_exponent=exponent).fit(np.zeros((2, 30)))
+    X = np.random.default_rng(0).normal(size=(2, 300))
+    levels = PIObserver(evaluation="whiteness", quefrency_exponent=10).fit_transform(X)
+    assert np.isfinite(levels).all()

@@ -11,40 +11,10 @@ from time import process_time
 import numpy as np
 from sklearn.metrics import accuracy_score, recall_score
 
+from skarxlag.model_selection import first_and_second_half
+
 GROUP_SIZE = 10
 SMALLEST_PROBABILITY = 1e-6
-
-
-def first_and_second_half(recording, start, window_length):
-    """Windows of the first and of the second half of their recording, in time.
-
-    The middle lies halfway between the first sample of the first window and the last sample of
-    the last one. A window which straddles it belongs to neither half.
-
-    Parameters
-    ----------
-    recording : array of shape (n_windows,)
-        Recording that each window was cut from.
-    start : array of int of shape (n_windows,)
-        Index of each window's first sample in its recording.
-    window_length : int
-        Samples in a window.
-
-    Returns
-    -------
-    first, second : arrays of bool of shape (n_windows,)
-
-    Examples
-    --------
-    >>> first_and_second_half(["a", "a", "a"], [0, 100, 200], window_length=100)
-    (array([ True, False, False]), array([False, False,  True]))
-    """
-    recording, start = np.asarray(recording), np.asarray(start)
-    middle = np.empty(len(start))
-    for name in np.unique(recording):
-        here = recording == name
-        middle[here] = (start[here].min() + start[here].max() + window_length) / 2
-    return start + window_length <= middle, start >= middle
 
 
 def consecutive_groups(recording, start, size=GROUP_SIZE):
