@@ -38,7 +38,7 @@ def save_monitor_state(monitor, path, /, **facts):
     --------
     >>> import os, tempfile
     >>> from skarxlag import ConditionMonitor, make_detector
-    >>> X = np.random.default_rng(0).normal(size=(50, 1200))
+    >>> X = np.random.default_rng(0).normal(size=(100, 1200))
     >>> detector = make_detector().fit(X)
     >>> monitor = ConditionMonitor(None, 20e3, detector=detector)
     >>> _ = monitor.update(X[0, :700])

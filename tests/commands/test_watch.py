@@ -36,7 +36,8 @@ def sound(condition, n_samples, seed):
 def fitted():
     parts = [make_windows(sound(name, 30 * WINDOW, 1), WINDOW) for name in COLOURS]
     X, y = np.concatenate(parts), np.repeat(list(COLOURS), 30)
-    return make_diagnoser(healthy="good").fit(X, y), make_detector().fit(parts[0])
+    healthy = make_windows(sound("good", 100 * WINDOW, 2), WINDOW)
+    return make_diagnoser(healthy="good").fit(X, y), make_detector().fit(healthy)
 
 
 @pytest.fixture(scope="module")
