@@ -190,3 +190,19 @@ def test_memory_does_not_grow_with_the_recording(tmp_path, suffix):
     n_windows, megabytes = map(float, done.stdout.split())
     assert n_windows == n_samples // 1200
     assert megabytes < 60  # the samples are 190
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".feather", ".csv", ".npy", ".bin"])
+def test_no_samples_block_by_block(tmp_path, suffix):
+    path = tmp_path / f"run{suffix}"
+    empty = pd.DataFrame({"y": np.zeros(0)})
+    writer = {
+        ".parquet": lambda: empty.to_parquet(path),
+        ".feather": lambda: empty.to_feather(path),
+        ".csv": lambda: empty.to_csv(path, index=False),
+        ".npy": lambda: np.save(path, np.zeros(0)),
+        ".bin": path.touch,
+    }
+    writer[suffix]()
+    with pytest.raises(ValueError, match=rf"run{suffix}: channel '.' is"):
+        list(iter_windows(path, 5, dtype="<f8" if suffix == ".bin" else None))

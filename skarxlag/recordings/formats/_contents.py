@@ -99,11 +99,32 @@ def channels_or_refusal(name, array, refused):
 
 def array_blocks(channels, names, n_samples):
     """Blocks of some of the channels, each of which has a length and can be sliced."""
-    lengths = {name: len(channels[name]) for name in names}
-    if len(set(lengths.values())) > 1:
-        raise ContentError(f"channels of different length, in samples: {lengths}")
-    for part in slices(lengths[names[0]], n_samples):
+    n_total = common_length({name: len(channels[name]) for name in names}, names)
+    for part in slices(n_total, n_samples):
         yield [channels[name][part] for name in names]
+
+
+def common_length(lengths, names):
+    """Samples in each of the channels, which must be equally many."""
+    own = {name: lengths[name] for name in names}
+    if len(set(own.values())) > 1:
+        raise ContentError(f"channels of different length, in samples: {own}")
+    return own[names[0]]
+
+
+def rechunked(arrays, n_samples):
+    """Join arrays and cut them anew, into pieces of equal length and a rest."""
+    waiting, count = [], 0
+    for array in arrays:
+        while len(array):
+            part = array[: n_samples - count]
+            waiting.append(part)
+            array, count = array[len(part) :], count + len(part)
+            if count == n_samples:
+                yield np.concatenate(waiting)
+                waiting, count = [], 0
+    if count:
+        yield np.concatenate(waiting)
 
 
 def array_contents(channels, scalars, refused=None):

@@ -38,14 +38,17 @@ def signal_blocks(contents, channel, n_samples):
     if is_timed:
         rate = axis.sampling_rate
     read_names = [*names, axis.name] if is_timed and axis.name not in names else names
-    start = 0
+    start, is_read = 0, False
     for block in contents.read(list(dict.fromkeys(read_names)), n_samples):
+        is_read = True
         by_name = dict(zip(dict.fromkeys(read_names), block, strict=True))
         signals = [_as_signal(name, by_name[name], start) for name in names]
         if is_timed:
             axis.check(by_name[axis.name], start)
         yield signals[0] if is_single else np.stack(signals), rate
         start += len(signals[0])
+    if not is_read:
+        raise ContentError(f"channel {names[0]!r} is empty")
 
 
 def describe_channels(contents):

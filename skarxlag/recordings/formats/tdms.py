@@ -1,8 +1,19 @@
-"""National Instruments' TDMS files, which are read in parts."""
+"""National Instruments' TDMS files, which are read in the chunks in which they were written."""
+
+from contextlib import ExitStack
 
 import numpy as np
 
-from ._contents import ContentError, Contents, array_blocks, is_numeric, is_rate, letters, rounded
+from ._contents import (
+    ContentError,
+    Contents,
+    common_length,
+    is_numeric,
+    is_rate,
+    letters,
+    rechunked,
+    rounded,
+)
 
 TITLE = "NI TDMS"
 SUFFIXES = (".tdms",)
@@ -33,9 +44,21 @@ def contents(path):
                     units[name] = str(value)
 
     def read(names, n_samples):
-        with path.open("rb") as stream, TdmsFile.open(stream) as file:
-            nodes = _by_name(file)
-            yield from array_blocks(nodes, names, n_samples)
+        n_total = common_length(lengths, names)
+        with ExitStack() as stack:
+            parts = []
+            for name in names:
+                # Each channel is read from its start to its end, so each has a file of its own.
+                stream = stack.enter_context(path.open("rb"))
+                channel = _by_name(stack.enter_context(TdmsFile.open(stream)))[name]
+                chunks = (chunk[:] for chunk in channel.data_chunks())
+                parts.append(rechunked(chunks, n_samples or max(n_total, 1)))
+            n_read = 0
+            for block in zip(*parts, strict=True):
+                n_read += len(block[0])
+                yield list(block)
+        if n_read != n_total:
+            raise ValueError(f"{n_read} samples of {n_total}")
 
     return Contents(list(nodes), read, rates, units, lengths)
 

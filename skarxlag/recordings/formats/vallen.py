@@ -2,9 +2,7 @@
 
 from contextlib import contextmanager
 
-import numpy as np
-
-from ._contents import ContentError, Contents
+from ._contents import ContentError, Contents, common_length, rechunked
 
 TITLE = "Vallen tradb"
 SUFFIXES = (".tradb",)
@@ -27,12 +25,10 @@ def contents(path):
     rates = {str(row[0]): float(row[2]) for row in rows if row[2] == row[3]}
 
     def read(names, n_samples):
-        own = {name: lengths[name] for name in names}
-        if len(set(own.values())) > 1:
-            raise ContentError(f"channels of different length, in samples: {own}")
+        n_total = common_length(lengths, names)
         with _open(path) as database:
             parts = [
-                _rechunked(_records(database, name, rates), n_samples or max(own[name], 1))
+                rechunked(_records(database, name, rates), n_samples or max(n_total, 1))
                 for name in names
             ]
             yield from (list(block) for block in zip(*parts, strict=True))
@@ -65,17 +61,3 @@ def _records(database, name, rates):
             )
         end, n_read = start + record.samples / rate, n_read + record.samples
         yield record.data
-
-
-def _rechunked(arrays, n_samples):
-    """Join arrays and cut them anew, into pieces of equal length and a rest."""
-    waiting, count = [], 0
-    for array in arrays:
-        waiting.append(array)
-        count += len(array)
-        while count >= n_samples:
-            joined = np.concatenate(waiting)
-            yield joined[:n_samples]
-            waiting, count = [joined[n_samples:]], count - n_samples
-    if count:
-        yield np.concatenate(waiting)

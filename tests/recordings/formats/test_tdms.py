@@ -78,3 +78,20 @@ def test_truncated_files(path, kept):
     path.write_bytes(path.read_bytes()[:kept])
     with pytest.raises(ValueError, match=r"run.tdms: "):
         read_recording(path, channel="vibration")
+
+
+def test_channels_without_samples(tmp_path):
+    with nptdms.TdmsWriter(tmp_path / "run.tdms") as writer:
+        writer.write_segment([nptdms.ChannelObject("a", "y", np.zeros(0))])
+    with pytest.raises(ValueError, match=r"run.tdms: (channel 'y' is empty|holds no)"):
+        read_recording(tmp_path / "run.tdms")
+
+
+def test_two_channels_block_by_block(path):
+    with nptdms.TdmsWriter(path) as writer:
+        for part in (slice(0, 60), slice(60, None)):
+            channels = [nptdms.ChannelObject("a", n, v[part]) for n, v in (("y", Y), ("u", U))]
+            writer.write_segment(channels)
+    blocks = [block for block, _ in recording_blocks(path, 25, channel=["u", "y"])]
+    assert [block.shape for block in blocks] == [(2, 25)] * 4 + [(2, 3)]
+    np.testing.assert_array_equal(np.concatenate(blocks, axis=1), [U, Y])
