@@ -14,7 +14,8 @@ def diagnose_all(args, recordings, journal=None):
     Parameters
     ----------
     args : argparse.Namespace
-        With ``model``, ``resample``, ``n_jobs``, ``processes``, ``dask`` and ``quiet``.
+        With ``model``, ``output``, ``resample``, ``n_jobs``, ``processes``, ``dask`` and
+        ``quiet``.
     recordings : list of ListedRecording or similar
         What to diagnose.
     journal : Journal or None, default=None
@@ -60,4 +61,5 @@ def _tasks(args, recordings, n_workers):
     if args.dask is not None:
         # A worker may run in another folder.
         recordings = [replace(each, path=each.path.absolute()) for each in recordings]
-    return [Task(recording, model, args.resample) for recording in recordings]
+    is_drawn = args.output is not None and args.output.suffix.lower() == ".html"
+    return [Task(recording, model, args.resample, is_drawn) for recording in recordings]

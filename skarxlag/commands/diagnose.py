@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
+from .._files import write_atomically
 from .._version import __version__
 from ..recordings.table import list_recordings
 from ..verdicts import NO_SIGNAL, takes_rpm
 from .arguments import add_execution_arguments, positive_number
 from .batch import diagnose_all
 from .errors import UsageError, as_command_error
+from .html_report import html_report
 from .journal import Journal
 from .models import load_model, stated_facts
 from .results import (
@@ -98,8 +100,7 @@ def run(args):
         diagnoses = diagnose_all(args, recordings, journal)
         rows = recording_rows(recordings, diagnoses)
         if args.output is not None:
-            windows = window_rows(recordings, diagnoses)
-            write_tables(args.output, rows, windows, {"model": stated_facts(model)})
+            _write(args, model, recordings, diagnoses, rows)
     print(_report(args, model, diagnoses, rows))
     failed = rows.loc[rows["error"] != "", "error"]
     if len(failed):
@@ -126,10 +127,21 @@ def _check_output(args, recordings):
         check_output(path, inputs, suffixes=SUFFIXES, is_own=is_result_file, force=args.force)
 
 
+def _write(args, model, recordings, diagnoses, rows):
+    if args.output.suffix.lower() == ".html":
+        content = html_report(_heading(model), model, rows, diagnoses)
+        write_atomically(args.output, content.encode())
+    else:
+        windows = window_rows(recordings, diagnoses)
+        write_tables(args.output, rows, windows, {"model": stated_facts(model)})
+
+
 def _journal(args):
     if args.output is None:
         return nullcontext()
-    return Journal(args.output, args.model, [__version__, args.resample])
+    return Journal(
+        args.output, args.model, [__version__, args.resample, args.output.suffix.lower()]
+    )
 
 
 def _has_alarm(rows, model):

@@ -96,7 +96,7 @@ def _plain(diagnosis):
         "windows": columns,
         "sampling_rate": diagnosis.sampling_rate,
         "remarks": diagnosis.remarks,
-        "views": diagnosis.views,
+        "spectrum": diagnosis.spectrum,
     }
 
 
@@ -106,5 +106,5 @@ def _diagnosis(plain):
         pd.DataFrame(plain["windows"]),
         plain["sampling_rate"],
         tuple(plain["remarks"]),
-        plain["views"],
+        plain["spectrum"],
     )

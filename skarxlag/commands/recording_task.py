@@ -11,6 +11,7 @@ from ..verdicts import recording_verdict, verdict_remarks, window_verdicts
 from .errors import CommandError
 from .models import cached_model
 from .runner import cancelled
+from .spectrum_view import SpectrumView
 
 
 @dataclass(frozen=True)
@@ -27,8 +28,8 @@ class Diagnosis:
         In Hz, where it is known.
     remarks : tuple of str
         What to know before the verdict is used.
-    views : dict or None
-        What the report draws of the recording.
+    spectrum : dict or None
+        As `SpectrumView.drawn` gives it.
     error : str or None
         Why there is no verdict.
     """
@@ -37,7 +38,7 @@ class Diagnosis:
     windows: pd.DataFrame | None
     sampling_rate: float | None = None
     remarks: tuple = ()
-    views: dict | None = None
+    spectrum: dict | None = None
     error: str | None = None
 
     @classmethod
@@ -58,21 +59,25 @@ class Task:
         Arguments of `cached_model`.
     resample : bool
         Whether to bring the recording to the model's sampling rate.
+    draw : bool
+        Whether a report will be drawn.
     """
 
     recording: object
     model: tuple
-    resample: bool
+    resample: bool = False
+    draw: bool = False
 
     def __call__(self):
         """Diagnose the recording; what is wrong with it is told, not raised."""
         try:
-            return diagnose_recording(self.recording, cached_model(*self.model), self.resample)
+            model = cached_model(*self.model)
+            return diagnose_recording(self.recording, model, self.resample, self.draw)
         except (OSError, ValueError, ImportError, MemoryError, CommandError) as error:
             return Diagnosis.failed(error)
 
 
-def diagnose_recording(recording, model, resample=False):
+def diagnose_recording(recording, model, resample=False, draw=False):
     """Diagnose one recording, read part by part.
 
     Parameters
@@ -83,6 +88,8 @@ def diagnose_recording(recording, model, resample=False):
         The diagnoser.
     resample : bool, default=False
         Whether to bring the recording to the model's sampling rate.
+    draw : bool, default=False
+        Whether to keep what the report draws.
 
     Returns
     -------
@@ -103,16 +110,18 @@ def diagnose_recording(recording, model, resample=False):
             _check_fits(recording.name, signal, sampling_rate, model)
             yield signal
 
-    parts = [
-        window_verdicts(model.diagnoser, X, model.conditions, rpm)
-        for X in cut_blocks(signals(), recording.name, length)
-    ]
+    parts, view = [], SpectrumView(model) if draw else None
+    for X in cut_blocks(signals(), recording.name, length):
+        parts.append(window_verdicts(model.diagnoser, X, model.conditions, rpm))
+        if draw:
+            view.add(X, parts[-1]["quality"].to_numpy())
     windows = pd.concat(parts, ignore_index=True)
     windows.insert(0, "start", np.arange(len(windows)) * length)
     verdict = recording_verdict(windows, model.conditions)
     remarks = verdict_remarks(windows, verdict, model.conditions)
     remarks += [f"Resampled from {r:g} to {model.sampling_rate:g} Hz." for r in old_rates]
-    return Diagnosis(verdict, windows, sampling_rate, tuple(remarks))
+    drawn = view.drawn(windows, model.conditions) if draw else None
+    return Diagnosis(verdict, windows, sampling_rate, tuple(remarks), drawn)
 
 
 def _speed(recording, model):

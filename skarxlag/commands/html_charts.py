@@ -1,0 +1,129 @@
+"""Charts of the report as SVG text: what happened over time, and a spectrum."""
+
+from html import escape
+
+import numpy as np
+
+#: The healthy condition is the first colour; the others can be told apart without red and green.
+COLOURS = ("#2f7f6f", "#c2571a", "#5b4bb5", "#b8860b", "#a83279", "#2f6fb0", "#6b6b2a", "#7a4a2b")
+NO_SIGNAL_COLOUR = "#b9bdc4"
+_MOST_COLUMNS = 192
+_WIDTH, _LEFT = 460, 74
+
+
+def timeline(windows, conditions, colour_of, seconds):
+    """Verdict, confidence, alarm and quality over time, a column for one or several windows.
+
+    Parameters
+    ----------
+    windows : DataFrame
+        Rows of `window_verdicts`.
+    conditions : list of str
+        As there.
+    colour_of : dict of str to str
+        Colour of each verdict.
+    seconds : float or None
+        Length of a window; None where the sampling rate is not known.
+
+    Returns
+    -------
+    str
+        An svg element.
+    """
+    groups = np.array_split(np.arange(len(windows)), min(len(windows), _MOST_COLUMNS))
+    verdict, alarm = windows["verdict"].to_numpy(), windows["alarm"].to_numpy()
+    bad = windows["quality"].to_numpy() != "good"
+    confidence = _confidence(windows, conditions)
+    width = (_WIDTH - _LEFT) / len(groups)
+    rows = []
+    for place, group in enumerate(groups):
+        x = _LEFT + place * width
+        names, counts = np.unique(verdict[group], return_counts=True)
+        rows.append(_bar(x, 4, width, 22, colour_of[str(names[counts.argmax()])]))
+        known = confidence[group][~bad[group]]
+        if len(known) and np.isfinite(known).any():
+            height = 40 * float(np.nanmean(known))
+            rows.append(_bar(x, 74 - height, width, height, "#9db7d5"))
+        rows.append(_bar(x, 80, width, 12, "#b3261e", alarm[group].mean()))
+        rows.append(_bar(x, 98, width, 12, "#55585e", bad[group].mean()))
+    names = [("verdict", 19), ("confidence", 58), ("alarm", 90), ("no signal", 108)]
+    labels = [f'<text x="{_LEFT - 6}" y="{y}" text-anchor="end">{name}</text>' for name, y in names]
+    if not np.isfinite(confidence).any():
+        labels.pop(1)
+    unit, end = ("windows", len(windows)) if seconds is None else ("s", len(windows) * seconds)
+    axis = (
+        f'<path d="M{_LEFT} 114H{_WIDTH}" class="axis"/><text x="{_LEFT}" y="127">0</text>'
+        f'<text x="{_WIDTH}" y="127" text-anchor="end">{end:.4g} {unit}</text>'
+    )
+    return _svg("Verdict over time", 132, "".join([*rows, *labels, axis]))
+
+
+def spectrum_chart(spectrum, colour_of, sampling_rate):
+    """Spectrum of a window over the references of two conditions.
+
+    Parameters
+    ----------
+    spectrum : dict
+        As `SpectrumView.drawn` gives it.
+    colour_of : dict of str to str
+        Colour of each condition.
+    sampling_rate : float or None
+        In Hz.
+
+    Returns
+    -------
+    str
+        An svg element.
+    """
+    frequency = np.array(spectrum["frequency"])
+    curves = [spectrum["window"], *spectrum["references"].values()]
+    low, high = np.floor(np.min(curves) / 10) * 10, np.ceil(np.max(curves) / 10) * 10
+    x = _LEFT + frequency * 2 * (_WIDTH - _LEFT)
+
+    def path(curve, style):
+        y = 10 + 150 * (high - np.array(curve)) / max(high - low, 1)
+        points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
+        return f'<polyline points="{points}" fill="none" {style}/>'
+
+    lines = [
+        path(curve, f'stroke="{colour_of[name]}" stroke-width="2.5" stroke-dasharray="{dash}"')
+        for (name, curve), dash in zip(
+            spectrum["references"].items(), ("none", "7 4"), strict=False
+        )
+    ]
+    lines.append(path(spectrum["window"], 'stroke="#1b1d21" stroke-width="1.4"'))
+    unit, end = "cycles a sample", 0.5
+    if sampling_rate is not None:
+        unit, end = (
+            ("kHz", sampling_rate / 2000) if sampling_rate > 2000 else ("Hz", sampling_rate / 2)
+        )
+    axes = (
+        f'<path d="M{_LEFT} 8V162H{_WIDTH}" class="axis" fill="none"/>'
+        f'<text x="{_LEFT - 6}" y="18" text-anchor="end">{high:g} dB</text>'
+        f'<text x="{_LEFT - 6}" y="160" text-anchor="end">{low:g} dB</text>'
+        f'<text x="{_LEFT}" y="176">0</text>'
+        f'<text x="{_WIDTH}" y="176" text-anchor="end">{end:.5g} {unit}</text>'
+    )
+    return _svg("Spectrum of a typical window", 182, axes + "".join(lines))
+
+
+def _confidence(windows, conditions):
+    names = [f"probability of {name}" for name in conditions]
+    if names[0] not in windows:
+        return np.full(len(windows), np.nan)
+    return windows[names].to_numpy(dtype=float).max(axis=1)
+
+
+def _bar(x, y, width, height, colour, opacity=1.0):
+    if opacity == 0 or height == 0:
+        return ""
+    # A little wider than its column, or hairlines show between neighbours.
+    size = f'x="{x:.2f}" y="{y:.1f}" width="{width + 0.3:.2f}" height="{height:.1f}"'
+    return f'<rect {size} fill="{colour}" opacity="{opacity:.2g}"/>'
+
+
+def _svg(title, height, content):
+    return (
+        f'<svg viewBox="0 0 {_WIDTH + 4} {height}" role="img" aria-label="{escape(title)}">'
+        f"{content}</svg>"
+    )

@@ -1,0 +1,124 @@
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from skarxlag import load_diagnoser, make_diagnoser, make_windows, save_diagnoser
+from skarxlag.commands.models import load_model
+from skarxlag.commands.spectrum_view import SpectrumView
+from skarxlag.verdicts import window_verdicts
+
+WINDOW, RATE = 400, 8_000.0
+
+
+def signal(condition, seed, n_windows=30):
+    noise = np.random.default_rng(seed).normal(size=n_windows * WINDOW)
+    return lfilter([1.0], {"good": [1.0], "worn": [1.0, -0.9]}[condition], noise)
+
+
+@pytest.fixture(scope="module")
+def plant(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("plant")
+    X = np.concatenate([make_windows(signal(c, 0), WINDOW) for c in ("good", "worn")])
+    diagnoser = make_diagnoser(healthy="good").fit(X, np.repeat(["good", "worn"], 30))
+    save_diagnoser(diagnoser, folder / "m.skops", sampling_rate=RATE)
+    partly = signal("worn", 2)
+    partly[: 6 * WINDOW] = 0.0
+    recordings = {
+        "good": signal("good", 1), "worn": partly, "<b>": signal("good", 3), "dead": 0 * partly
+    }  # fmt: skip
+    lines = ["path,condition,rpm,sampling_rate,hall"]
+    for name, values in recordings.items():
+        np.save(folder / f"{name}.npy", values)
+        condition = "worn" if name in ("worn", "<b>") else "good"
+        lines.append(f"{name}.npy,{condition},300,{RATE},north & south")
+    (folder / "table.csv").write_text("\n".join([*lines, f"lost.npy,worn,300,{RATE},x"]))
+    return folder
+
+
+class Document(HTMLParser):
+    """Texts, attributes that load something, and whether all elements are closed."""
+
+    def __init__(self, content):
+        super().__init__()
+        self.texts, self.loads, self.open = [], [], []
+        self.feed(content)
+
+    def handle_starttag(self, tag, attributes):
+        self.loads += [value for name, value in attributes if name in ("src", "href")]
+        if tag not in ("meta", "rect", "path", "polyline"):
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        pass
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.texts.append(data)
+
+
+@pytest.fixture(scope="module")
+def report(plant):
+    from skarxlag.commands import main
+
+    output = plant / "report.html"
+    arguments = ["diagnose", plant / "m.skops", "--table", plant / "table.csv", "-o", output, "-q"]
+    assert main([str(each) for each in arguments]) == 1
+    return output.read_text()
+
+
+def test_the_report_is_one_file_that_asks_for_nothing(report):
+    document = Document(report)
+    assert not document.open
+    assert all(load.startswith("#r") for load in document.loads)
+    assert "http" not in report and "<script" not in report and "@import" not in report
+    assert 'name="viewport"' in report and "@media print" in report
+
+
+def test_the_report_says_what_the_table_says_and_what_came_of_it(report):
+    text = " ".join(" ".join(Document(report).texts).split())
+    assert "Diagnosis of 5 recordings" in text
+    assert "2 good" in text and "1 worn" in text and "1 no signal" in text and "1 failed" in text
+    # The dead sensor has no verdict, and <b> is good although worn is stated.
+    assert "2 of 3 verdicts (66.7 %) are the stated condition" in text
+    assert "hall: north & south" in text and "<b>.npy" in text
+    assert "6 of 30 windows carry no signal (constant: 6)" in text
+    assert "lost.npy: no such file" in text
+    assert "12 s" not in text and "1.5 s" in text and "4 kHz" in text
+
+
+def test_the_timeline_shows_each_window(report):
+    section = re.search(r'<section id="r1">.*?</section>', report, re.S).group()
+    bars = re.findall(r'y="([\d.]+)" width="[\d.]+" height="([\d.]+)" fill="(#\w+)"', section)
+    verdicts = [colour for y, _, colour in bars if y == "4.0"]
+    assert len(verdicts) == 30 and verdicts[:6] == ["#b9bdc4"] * 6
+    assert set(verdicts[6:]) == {"#c2571a"}
+    assert sum(y == "98.0" for y, _, _ in bars) == 6
+    assert section.count("<polyline") == 3
+
+
+def test_the_spectrum_lies_on_the_reference_of_its_condition(plant):
+    model = load_model(plant / "m.skops")
+    X = make_windows(signal("worn", 9), WINDOW)
+    view = SpectrumView(model)
+    verdicts = window_verdicts(model.diagnoser, X, model.conditions)
+    view.add(X[:10], np.full(10, "good"))
+    view.add(X[10:], np.where(np.arange(20) == 3, "constant", "good"))
+    drawn = view.drawn(verdicts, model.conditions)
+    assert list(drawn["references"]) == ["worn", "good"] and drawn["place"] != 13
+    curves = np.array([drawn["window"], *drawn["references"].values()])
+    distances = np.abs(curves[0] - curves[1:]).mean(axis=1)
+    assert distances[0] < distances[1] / 2
+    # The reference is the mean over the training windows, which the innovations' spectrum is.
+    colours = load_diagnoser(plant / "m.skops")[0]["compare"]
+    training = make_windows(signal("worn", 0), WINDOW)
+    innovations = model.diagnoser[0].transform(training)[:, 0]
+    mean = view._coefficients(innovations).mean(axis=0)
+    orders = np.arange(1, len(mean) + 1)[:, np.newaxis]
+    expected = 10 / np.log(10) * mean @ np.cos(orders * 2 * np.pi * np.array(drawn["frequency"]))
+    np.testing.assert_allclose(curves[1], expected, atol=0.006)
+    assert colours.n_models_ == 1
