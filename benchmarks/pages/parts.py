@@ -80,8 +80,8 @@ PARTS = {
     ),
     "confidence": Part(
         "-m benchmarks.recipe confidence --write docs/cross_speed.md",
-        (*_CROSS_SPEED, "benchmarks/recipe/confidence.py", "benchmarks/recipe/detection.py"),
-        {"docs/cross_speed.md": ("confidence", "detection")},
+        (*_CROSS_SPEED, "benchmarks/recipe/confidence.py"),
+        {"docs/cross_speed.md": ("confidence",)},
         downloads=True,
     ),
     "speed-effects": Part(
@@ -102,13 +102,14 @@ PARTS = {
     ),
     "paper-tables": Part(
         "-m benchmarks.paper tables --write docs/paper/tables.md",
-        (*_SIMULATED, "skarxlag/paper/*", "benchmarks/paper/tables.py"),
+        (*_SIMULATED, "skarxlag/paper/*", "benchmarks/paper/tables*.py"),
         {
             "docs/paper/tables.md": tuple(
                 f"paper tables {run}"
                 for run in ("compared", "bank", "single residual", "long windows")
             )
         },
+        ("docs/paper/images/tables_averages.svg",),
     ),
     "sensitivity": Part(
         "-m benchmarks.paper sensitivity --write docs/paper/sensitivity.md",

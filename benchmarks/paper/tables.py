@@ -13,6 +13,7 @@ import pandas as pd
 from sklearn.utils import Bunch
 
 from benchmarks.pages.blocks import markdown, page_parser, publish
+from benchmarks.paper.tables_plot import averages_figure
 from skarxlag import make_alpio, make_single_observer_pio
 from skarxlag.bearings import SKF_6205, strike_rate
 from skarxlag.commands.diagnosers import LADDERS
@@ -27,6 +28,8 @@ STRIKES = 3
 LONG_WINDOWS = 20
 #: Tables of which the page compares the runs.
 COMPARED = ("averages", "improvements")
+#: Those that have the cells of Tables 2-5 in another order.
+REORDERED = ("table8", "table9")
 
 
 def window_of_strikes(n_strikes):
@@ -167,18 +170,31 @@ def blocks(outcomes, command):
     for title, cells in compared(reports).values():
         parts += [f"**{title}**", table_text(cells)]
     named = {"paper tables compared": "\n\n".join(parts)}
-    for run in list(reports)[:3]:
-        parts = [
-            f"{made} Simulated rig, {_size(outcomes[run].verdicts)}; columns headed *paper* hold "
-            "what the paper prints."
-        ]
-        for table in reports[run]:
-            parts.append(f"**{table.title}**")
-            for caption, cells in table.blocks:
-                parts += [caption] if caption else []
-                parts.append(table_text(cells))
-        named[f"paper tables {run}"] = "\n\n".join(parts)
+    for place, run in enumerate(list(reports)[:3]):
+        parts = [f"{made} Simulated rig, {_size(outcomes[run].verdicts)}."]
+        parts += [folded(table, beside_paper=place == 0) for table in reports[run]]
+        named[f"paper tables {run}"] = "\n\n".join(filter(None, parts))
     return named
+
+
+def folded(table, *, beside_paper):
+    """Markdown of one table that opens at a click; nothing where it would repeat another.
+
+    Averages and improvements of all runs stand together on the page. The figures of the paper, and
+    Tables 8 and 9, which are Tables 2-5 in another order, stand beside the first run.
+    """
+    if table.stem in COMPARED or (table.stem in REORDERED and not beside_paper):
+        return ""
+    parts = [f"<details>\n<summary>{table.title}</summary>"]
+    for caption, cells in table.blocks:
+        if not beside_paper:
+            if caption.startswith("paper"):
+                continue
+            cells = cells[[name for name in cells if name[0] != "paper"]]
+            cells = cells[(cells != "").any(axis=1)]
+        parts += [caption] if caption else []
+        parts.append(table_text(cells))
+    return "\n\n".join([*parts, "</details>"])
 
 
 def _size(verdicts):
@@ -205,6 +221,10 @@ def main(arguments=None):
         stem = run.replace(", ", "_").replace(" ", "-")
         for table in paper_report(outcome):
             table.frame.to_csv(options.output / f"{stem}_{table.stem}.csv", float_format="%.6g")
+    reports = {run: paper_report(outcome) for run, outcome in outcomes.items()}
+    _, averages = compared(reports)["averages"]
+    images = (options.write.parent if options.write else options.output) / "images"
+    averages_figure(averages, images / "tables_averages.svg")
     publish(options, blocks(outcomes, "python -m benchmarks.paper tables"))
 
 

@@ -90,16 +90,19 @@ def test_every_run_has_every_table(written):
         if name == "compared":
             continue
         size = "2 windows of 800" if name == "long windows" else "4 windows of 400"
-        assert f"Simulated rig, {size} samples for each condition and speed; " in block
-        titles = re.findall(r"^\*\*Table (\d(?: by halves)?):", block, flags=re.M)
-        assert titles == ["2", "3", "4", "5", "5 by halves", "6", "7", "8", "9"]
+        assert f"Simulated rig, {size} samples for each condition and speed." in block
+        titles = re.findall(r"^<summary>Table (\d(?: by halves)?):", block, flags=re.M)
+        again = [] if name != "bank" else ["8", "9"]
+        assert titles == ["2", "3", "4", "5", "5 by halves", "6", "7", *again]
+        assert bool(re.search(r"^paper|paper:", block, flags=re.M)) == (name == "bank")
+        assert block.count("<details>") == block.count("</details>") == len(titles)
         assert ("Diagnoser" in block) == (name != "single residual")
 
 
 def test_cells_are_those_of_the_files(written):
     block = blocks(written / "page.md")["bank"]
     frame = pd.read_csv(written / "csv" / "bank_table2.csv", index_col="condition")
-    _, head, rule, *rows = re.search(r"(Table 2:.*?)\n\n\*\*", block, flags=re.S)[1].split("\n")[1:]
+    _, head, rule, *rows = re.search(r"Table 2:.*?(\n\|.*?)\n\n", block, flags=re.S)[1].split("\n")
     cells = {row.split(" | ")[0].strip("| "): row.strip("| ").split(" | ")[1:] for row in rows}
     names = head.strip("| ").split(" | ")
     heads = [name.replace("paper,", "paper:").replace("simulated rig, ", "") for name in frame]
@@ -125,6 +128,12 @@ def test_runs_are_compared_below_the_paper(written):
     sources = [source for source, basis in rows if basis == "rows of Tables 2-5"]
     runs = paper_tables.runs(400, 2400, 800, 4000)
     assert sources == ["paper", *(f"simulated rig, {run}" for run in runs)]
+
+
+def test_chart_has_a_row_for_the_paper_and_for_every_run(written):
+    drawn = (written / "images" / "tables_averages.svg").read_text("utf-8")
+    for name in ("paper", *paper_tables.runs(400, 2400, 800, 4000), "ALPIO", "Diagnoser"):
+        assert f">{name}<" in drawn
 
 
 def test_page_has_a_place_for_every_block():
