@@ -9,6 +9,7 @@ from .observer_bank import ExtendedStatePIObserverBank
 from .observers import ExtendedStatePIObserver, PIObserver
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
+from .spectra import LogSpectra
 from .stretches import StretchResidual
 
 
@@ -165,14 +166,14 @@ def make_diagnoser(*, healthy=None, memory=None, n_jobs=None):
 def make_stretch_diagnoser(*, sampling_rate=None, healthy=None, memory=None, n_jobs=None):
     """What we recommend for stretches of half a second and more, with their nominal speeds.
 
-    A stretch is a row that holds several turns of the shaft. The colour of the windows in it is
-    compared as in `make_diagnoser`; the residual is multiplied with that of `OrderResidual`, which
-    compares the orders of the shaft at which strikes come.
+    A stretch is a row that holds several turns of the shaft. `LogSpectra` measures the windows in
+    it, and `SpectralDistance` compares them; the residual is multiplied with that of
+    `OrderResidual`, which compares the orders of the shaft at which strikes come.
 
     Speeds are given as metadata: ``fit(X, y, rpm=rpm)`` and ``predict(X, rpm=rpm)``, one number of
     revolutions per minute for each stretch, or one for each of its samples. They may be wrong by
-    10 %. Without `rpm` in `predict` any speed is tried that is between 0.4 and 2.5 times that of
-    `fit`; `rpm` may also be left out of both.
+    5 to 10 %. Without `rpm` in `predict` any speed is tried that is between 0.4 and 2.5 times that
+    of `fit`; `rpm` may also be left out of both.
 
     Parameters
     ----------
@@ -205,7 +206,10 @@ def make_stretch_diagnoser(*, sampling_rate=None, healthy=None, memory=None, n_j
     array(['healthy', 'worn'], dtype='<U7')
     """
     compare = StretchResidual(
-        window_residual=CepstralResidual(n_jobs=n_jobs),
+        window_residual=DiagnosisPipeline(
+            [("measure", LogSpectra(n_jobs=n_jobs)), ("compare", SpectralDistance())],
+            n_jobs=n_jobs,
+        ),
         order_residual=OrderResidual(sampling_rate=sampling_rate, n_jobs=n_jobs),
     )
     steps = [

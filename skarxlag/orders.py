@@ -46,13 +46,15 @@ class OrderResidual(TransformerMixin, BaseEstimator):
 
     .. math::
 
-        r_c = \min_s \sqrt{ \frac{1}{\dim z} \sum_i
-        \frac{(z_{s,i} - \bar z_{c,i})^2}{\sigma_i^2 + v} }
+        r_c^2 = \min_s \frac{1}{\dim z} \sum_i
+        \frac{(z_{s,i} - \bar z_{c,i})^2}{\sigma_i^2 + v} +
+        \frac{1}{50} \Bigl(\frac{\ln s}{\tau}\Bigr)^2
 
     with :math:`\bar z_c` the mean over the training stretches of c, :math:`\sigma_i^2` the
     variance of the training stretches about these means, and v the variance `drift`, which a
     change of speed may add. The factor covers errors of the nominal speed and slip of the rolling
-    elements.
+    elements. It is taken to be log-normally distributed with the standard deviation :math:`\tau`;
+    the first term counts as 50 independent values.
 
     A row of X is a stretch: a part of a recording that holds several turns of the shaft. Speeds
     come as the metadata `rpm` of scikit-learn's metadata routing, which this estimator requests.
@@ -80,9 +82,11 @@ class OrderResidual(TransformerMixin, BaseEstimator):
         Samples in a window of the short-time spectrum, at least 4. At most an eighth of a stretch
         is used.
     speed_tolerance : float, default=0.1
-        Largest logarithm of the factor s where the speed is given, at least 0.
+        The standard deviation :math:`\tau` where the speed is given, at least 0. Logarithms of s up
+        to twice as large are tried.
     speed_range : float, default=2.5
         Largest factor s where the speed is not given, at least 1; the smallest is its reciprocal.
+        Half of its logarithm is :math:`\tau` then.
     drift : float, default=1.0
         The variance v in squared nepers of power, above 0.
     n_jobs : int or None, default=None
@@ -278,17 +282,17 @@ class OrderResidual(TransformerMixin, BaseEstimator):
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
         turns = self._samples_a_turn(rpm, X)
-        widest = self.speed_tolerance if rpm is not None else np.log(self.speed_range)
+        deviation = self.speed_tolerance if rpm is not None else np.log(self.speed_range) / 2
 
         def of_batch(batch):
             row = batch.start
-            return self._match_one(X[row], turns[row], widest)
+            return self._match_one(X[row], turns[row], deviation)
 
         found = map_batches(of_batch, len(X), self.n_jobs, batch_size=1)
         residuals, factors, spectra = map(np.stack, zip(*found, strict=True))
         return Bunch(residuals=residuals.astype(X.dtype), factors=factors, spectra=spectra)
 
-    def _match_one(self, models, turn, widest):
+    def _match_one(self, models, turn, deviation):
         """Residual, factor and order spectra of one stretch for each condition."""
         parts = []
         for model, samples in enumerate(models):
@@ -298,7 +302,7 @@ class OrderResidual(TransformerMixin, BaseEstimator):
                     *self._envelopes(samples, turn),
                     self.n_turns,
                     self.orders_,
-                    widest,
+                    deviation,
                     self.references_[mine],
                     self.variances_,
                 )

@@ -31,9 +31,11 @@ class StretchResidual(TransformerMixin, BaseEstimator):
 
     .. math::
 
-        r_c = \Bigl(\prod_{w=1}^{m} r_{c,w}\Bigr)^{1/m} r_c^{\mathrm{orders}}
+        r_c = \Bigl(\prod_{w=1}^{m} r_{c,w}\Bigr)^{1/m} (r_c^{\mathrm{orders}})^q
 
-    with :math:`r_{c,w}` the residual of window w of the m windows that fit into the stretch.
+    with :math:`r_{c,w}` the residual of window w of the m windows that fit into the stretch. The
+    exponent q is 1 where the speed is given and 1/2 where it is not, since a pattern of strikes
+    that is known only up to its scale tells less.
 
     The speed of each stretch comes as the metadata `rpm`, which this estimator requests; see
     `OrderResidual` for what happens without it.
@@ -157,7 +159,7 @@ class StretchResidual(TransformerMixin, BaseEstimator):
         Returns
         -------
         ndarray of shape (n_stretches, n_classes)
-            Products of the two residuals.
+            Products of both residuals.
 
         Raises
         ------
@@ -173,7 +175,8 @@ class StretchResidual(TransformerMixin, BaseEstimator):
         of_windows = of_windows.reshape(len(X), -1, len(self.classes_))
         with np.errstate(divide="ignore"):
             mean = np.exp(np.log(of_windows).mean(axis=1))
-        return mean * np.asarray(self.order_residual_.transform(X, rpm=rpm))
+        of_orders = np.asarray(self.order_residual_.transform(X, rpm=rpm))
+        return mean * (of_orders if rpm is not None else np.sqrt(of_orders))
 
     def adapt(self, X, y):
         """Move the references of the windows by what stretches of a new speed show.

@@ -18,10 +18,12 @@ _LEAST_POWER = 1e-9
 _PADDING = 4
 #: Frames of the short-time spectrum start half a frame apart, or down to this share of a frame.
 _MOST_OVERLAP = 8
-#: Step of the logarithm of the factor on the speed, and how much coarser it is for wide ranges.
-_FACTOR_STEP, _COARSER = 0.01, 2
+#: Step of the logarithm of the factor on the speed, and the largest one in standard deviations.
+_FACTOR_STEP, _MOST_DEVIATIONS = 0.02, 2
+#: Independent values that an order spectrum is worth, beside which an unlikely factor weighs.
+_INDEPENDENT_VALUES = 50
 #: Logarithm of the factor up to which segments of one length do.
-_GROUP_WIDTH = 0.1
+_GROUP_WIDTH = 0.2
 #: Segments of Welch's method start this share of a segment apart.
 _OVERLAP = 4
 
@@ -239,8 +241,14 @@ def distances(spectra, inside, references, variances):
     return np.sqrt(mean)
 
 
-def match(envelopes, step, n_turns, orders, widest, references, variances):
-    """Distance of a stretch from each reference at the factor on its speed that suits it best.
+def match(envelopes, step, n_turns, orders, deviation, references, variances):
+    r"""Distance of a stretch from each reference at the factor on its speed that suits it best.
+
+    The logarithm of the factor s, true speed over nominal speed, is taken to be normally
+    distributed, with standard deviation :math:`\tau`. So an unlikely factor adds to the mean square
+    distance d, over values that are worth some 50 independent ones,
+
+    .. math:: r^2 = \min_s d_s^2 + \tfrac{1}{50} (\ln s / \tau)^2, \qquad |\ln s| \le 2 \tau .
 
     A line of a spectrum is as wide as segments are short, so that segments must hold the same
     number of turns whatever the speed: the factors are tried in groups, each with segments of its
@@ -256,8 +264,8 @@ def match(envelopes, step, n_turns, orders, widest, references, variances):
         Turns in a segment.
     orders : ndarray of shape (n_orders,)
         Orders that are compared.
-    widest : float
-        Largest logarithm of a factor, true speed over nominal speed.
+    deviation : float
+        The standard deviation :math:`\tau`, at least 0.
     references : ndarray of shape (n_references, n_bands, n_orders)
         What is compared with.
     variances : ndarray of shape (n_bands, n_orders)
@@ -266,7 +274,7 @@ def match(envelopes, step, n_turns, orders, widest, references, variances):
     Returns
     -------
     residuals : ndarray of shape (n_references,)
-        The least distances.
+        The residuals r.
     factors : ndarray of shape (n_references,)
         The factors that they belong to.
     spectra : ndarray of shape (n_references, n_bands, n_orders)
@@ -275,19 +283,21 @@ def match(envelopes, step, n_turns, orders, widest, references, variances):
     n_references = len(references)
     least, chosen = np.full(n_references, np.inf), np.ones(n_references)
     closest = np.zeros_like(references)
+    widest = _MOST_DEVIATIONS * deviation
     n_groups = max(math.ceil(widest / _GROUP_WIDTH - 1e-9), 1)
-    resolution = _FACTOR_STEP * (1 if n_groups == 1 else _COARSER)
-    n_steps = int(widest / n_groups / resolution + 1e-9)
-    near = np.exp(resolution * np.arange(-n_steps, n_steps + 1))
+    n_steps = int(widest / n_groups / _FACTOR_STEP + 1e-9)
+    near = _FACTOR_STEP * np.arange(-n_steps, n_steps + 1)
     for group in range(n_groups):
-        centre = math.exp(widest * ((2 * group + 1) / n_groups - 1))
-        log_power, cell = order_spectrum(envelopes, step * centre, n_turns)
-        spectra, inside = at_orders(log_power, cell, orders, near)
+        centre = widest * ((2 * group + 1) / n_groups - 1)
+        log_power, cell = order_spectrum(envelopes, step * math.exp(centre), n_turns)
+        spectra, inside = at_orders(log_power, cell, orders, np.exp(near))
+        unlikely = ((centre + near) / max(deviation, np.finfo(float).tiny)) ** 2
         found = distances(spectra, inside, references, variances)
+        found = np.hypot(found, np.sqrt(unlikely / _INDEPENDENT_VALUES)[:, np.newaxis])
         best = found.argmin(axis=0)
         better = np.flatnonzero(found.min(axis=0) < least)
         least[better] = found.min(axis=0)[better]
-        chosen[better] = centre * near[best[better]]
+        chosen[better] = np.exp(centre + near[best[better]])
         closest[better] = spectra[best[better]]
     return least, chosen, closest
 

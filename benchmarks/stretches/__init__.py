@@ -1,0 +1,1 @@
+"""Accuracy on stretches of recordings across shaft speeds, with and without nominal speeds."""

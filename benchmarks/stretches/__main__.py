@@ -1,0 +1,5 @@
+"""``python -m benchmarks.stretches``."""
+
+from benchmarks.stretches.command import main
+
+main()
