@@ -84,9 +84,13 @@ EFFECTS = {
         "saturation": ({}, 0.3, levels),
     },
     CepstralResidual: {
-        name: ({}, value // 2 if isinstance(value, int) else value / 2, levels)
-        for name, value in CepstralResidual().get_params().items()
-        if name != "n_jobs"
+        "spectrum_order": ({}, 64, levels),
+        "n_coefficients": ({}, 24, levels),
+        "segment": ({}, 64, levels),
+        "smooth_drift": ({}, 0.05, levels),
+        "rough_drift": ({}, 0.005, levels),
+        "frequency_drift": ({}, 0.05, levels),
+        "noise_drift": ({}, 0.25, levels),
     },
     PIObserverBank: BANK_EFFECTS,
     ExtendedStatePIObserverBank: BANK_EFFECTS | {"saturation": ({}, 0.0, levels)},

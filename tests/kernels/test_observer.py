@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy import linalg
 from scipy.signal import lfilter
 
 from skarxlag.kernels import observer
@@ -190,6 +191,35 @@ def test_equal_ends_need_only_a_stable_loop():
     stable, unstable = loop_matrix(0.3, 0.1, 0.05), loop_matrix(0.3, 0.1, 3.0)
     assert common_lyapunov(stable, stable) is not None
     assert common_lyapunov(unstable, unstable) is None
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        -np.eye(2),  # not positive definite
+        np.diag([1.0, -1e-3]),  # positive in one direction only
+        np.zeros((2, 2)),
+        np.diag([1.0, 100.0]),  # positive definite, but the energy of a loop may grow
+    ],
+)
+def test_solution_that_certifies_nothing_is_not_returned(monkeypatch, wrong):
+    loops = loop_matrix(0.0, 0.5, 0.1), loop_matrix(0.0, 0.5, 0.1, 2.0)
+    right = common_lyapunov(*loops)
+    monkeypatch.setattr(observer.linalg, "solve_discrete_are", lambda *_, **__: -wrong)
+    assert common_lyapunov(*loops) is None
+    monkeypatch.setattr(observer.linalg, "solve_discrete_are", lambda *_, **__: -right)
+    np.testing.assert_array_equal(common_lyapunov(*loops), right)
+
+
+def test_each_of_the_two_loops_is_looked_at(monkeypatch):
+    slow, fast = loop_matrix(0.0, 0.5, 0.1), loop_matrix(0.0, 0.5, 0.1, 4.0)
+    for own, other in ((slow, fast), (fast, slow)):
+        # Barely a certificate of one loop alone.
+        P = linalg.solve_discrete_lyapunov(own.T, np.diag([1e-9, 1.0]))
+        assert np.linalg.eigvalsh(own.T @ P @ own - P)[-1] < 0
+        assert np.linalg.eigvalsh(other.T @ P @ other - P)[-1] > 0
+        monkeypatch.setattr(observer.linalg, "solve_discrete_are", lambda *_, P=P, **__: -P)
+        assert common_lyapunov(slow, fast) is None
 
 
 def test_certified_loops_stay_bounded_under_any_sequence_of_gains(random_loops):

@@ -1,0 +1,1 @@
+"""How many small errors in the kernels the tests would notice."""

@@ -1,0 +1,117 @@
+"""Small changes of a program, one at a time."""
+
+import ast
+import copy
+
+_COMPARISONS = {
+    ast.Lt: (ast.LtE, ast.GtE),
+    ast.LtE: (ast.Lt, ast.Gt),
+    ast.Gt: (ast.GtE, ast.LtE),
+    ast.GtE: (ast.Gt, ast.Lt),
+    ast.Eq: (ast.NotEq,),
+    ast.NotEq: (ast.Eq,),
+    ast.Is: (ast.IsNot,),
+    ast.IsNot: (ast.Is,),
+}
+_OPERATORS = {
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.Div,
+    ast.Div: ast.Mult,
+    ast.FloorDiv: ast.Mult,
+    ast.Mod: ast.Mult,
+    ast.Pow: ast.Mult,
+    ast.And: ast.Or,
+    ast.Or: ast.And,
+}
+_NAMES = {
+    "min": "max",
+    "max": "min",
+    "maximum": "minimum",
+    "minimum": "maximum",
+    "sin": "cos",
+    "cos": "sin",
+    "ceil": "floor",
+}
+
+
+def mutants(source):
+    """Every program that differs from the source by one small error.
+
+    Comparisons move their boundary and turn round, arithmetic and logic change their operator, a
+    number grows by 1 (an integer) or by a tenth, a sign is dropped, min and max are exchanged.
+
+    Parameters
+    ----------
+    source : str
+        A module.
+
+    Yields
+    ------
+    line : int
+        Where the error is.
+    change : str
+        The line as it reads with the error.
+    program : ast.Module
+        The module with the error.
+
+    Examples
+    --------
+    >>> [change for _, change, _ in mutants("if a < 2: b = -a")]
+    ['a <= 2', 'a >= 2', 'a < 3', 'b = a']
+    """
+    tree = ast.parse(source)
+    places = [node for node in ast.walk(tree) if hasattr(node, "lineno") and _changes(node)]
+    documentation = {id(n.value) for n in ast.walk(tree) if isinstance(n, ast.Expr)}
+    for place in sorted(places, key=lambda node: (node.lineno, node.col_offset)):
+        if id(place) in documentation:
+            continue
+        for number in range(len(_changes(place))):
+            program = copy.deepcopy(tree)
+            changed = _same_place(program, place)
+            parents = {id(c): p for p in ast.walk(program) for c in ast.iter_child_nodes(p)}
+            _changes(changed)[number]()
+            shown = changed
+            while not isinstance(shown, ast.stmt | ast.Compare) and id(shown) in parents:
+                shown = parents[id(shown)]
+            yield (
+                place.lineno,
+                ast.unparse(shown).split("\n")[0],
+                ast.fix_missing_locations(program),
+            )
+
+
+def _same_place(program, place):
+    for node in ast.walk(program):
+        at = (getattr(node, "lineno", None), getattr(node, "col_offset", None))
+        end = (getattr(node, "end_lineno", None), getattr(node, "end_col_offset", None))
+        if (
+            type(node) is type(place)
+            and at == (place.lineno, place.col_offset)
+            and end == (place.end_lineno, place.end_col_offset)
+        ):
+            return node
+    raise LookupError(ast.dump(place))
+
+
+def _changes(node):
+    """Functions that put one error each into a node."""
+
+    def put(name, value):
+        return lambda: setattr(node, name, value)
+
+    if isinstance(node, ast.Compare):
+        return [put("ops", [op(), *node.ops[1:]]) for op in _COMPARISONS.get(type(node.ops[0]), ())]
+    if isinstance(node, ast.BinOp | ast.AugAssign | ast.BoolOp) and type(node.op) in _OPERATORS:
+        return [put("op", _OPERATORS[type(node.op)]())]
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        return [put("op", ast.UAdd())]
+    if isinstance(node, ast.Constant) and type(node.value) is int:
+        return [put("value", node.value + 1)]
+    if isinstance(node, ast.Constant) and type(node.value) is float:
+        return [put("value", node.value * 1.1 or 1.0)]
+    if isinstance(node, ast.Name) and node.id in _NAMES:
+        return [put("id", _NAMES[node.id])]
+    if isinstance(node, ast.Attribute) and node.attr in _NAMES:
+        return [put("attr", _NAMES[node.attr])]
+    return []

@@ -1,0 +1,141 @@
+"""What must hold for any windows: properties that hypothesis tries to refute.
+
+``SKARXLAG_EXAMPLES=500 python -m pytest tests/test_properties.py`` tries more, and other ones each
+time.
+"""
+
+import os
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.signal import lfilter
+
+from skarxlag import make_alpio, make_diagnoser, make_extended_state_pio, signal_quality
+
+EXAMPLES = os.environ.get("SKARXLAG_EXAMPLES")
+some_examples = settings(
+    max_examples=int(EXAMPLES or 8),
+    derandomize=EXAMPLES is None,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)
+MAKERS = [make_alpio, make_extended_state_pio, make_diagnoser]
+
+
+def recordings(seed, n_windows=24, n_samples=256):
+    """Windows of three conditions that differ in colour, and their conditions."""
+    rng = np.random.default_rng(seed)
+    y = np.arange(n_windows) % 3
+    noise = rng.normal(size=(n_windows, n_samples))
+    X = np.stack([lfilter([1.0], [1.0, 0.8 * (c - 1)], w) for c, w in zip(y, noise, strict=True)])
+    return X, y
+
+
+@pytest.fixture(scope="module", params=MAKERS, ids=lambda make: make.__name__)
+def fitted(request):
+    return request.param().fit(*recordings(0))
+
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+@some_examples
+@given(seeds, st.floats(1e-300, 1e290), st.sampled_from([1.0, -1.0]))
+def test_unit_of_the_sensor_does_not_matter(fitted, seed, factor, sign):
+    X, _ = recordings(seed)
+    np.testing.assert_allclose(
+        fitted.predict_proba(sign * factor * X), fitted.predict_proba(X), rtol=1e-4, atol=1e-6
+    )
+
+
+@some_examples
+@given(seeds, st.floats(-1e3, 1e3))
+def test_offset_of_the_sensor_does_not_matter(fitted, seed, offset):
+    X, _ = recordings(seed)
+    np.testing.assert_allclose(
+        fitted.predict_proba(X + offset), fitted.predict_proba(X), rtol=1e-4, atol=1e-6
+    )
+
+
+@some_examples
+@given(seeds, st.randoms(use_true_random=False))
+def test_order_of_windows_does_not_matter(fitted, seed, random):
+    X, _ = recordings(seed, n_windows=70)
+    order = random.sample(range(len(X)), len(X))
+    np.testing.assert_array_equal(fitted.predict_proba(X[order]), fitted.predict_proba(X)[order])
+
+
+@some_examples
+@given(seeds, st.integers(0, 69))
+def test_window_alone_gets_the_verdict_that_it_gets_among_others(fitted, seed, row):
+    X, _ = recordings(seed, n_windows=70)
+    np.testing.assert_array_equal(
+        fitted.predict_proba(X[row : row + 1]), fitted.predict_proba(X)[row : row + 1]
+    )
+
+
+@some_examples
+@given(
+    seeds,
+    st.sampled_from(["<f8", ">f8", "<f4", ">f4"]),
+    st.sampled_from(["C", "F", "strided", "reversed", "read-only", "list"]),
+)
+def test_layout_and_byte_order_do_not_matter(fitted, seed, dtype, layout):
+    X, _ = recordings(seed)
+    native = X.astype(np.dtype(dtype).newbyteorder("="))
+    given_as = {
+        "C": lambda a: a,
+        "F": np.asfortranarray,
+        "strided": lambda a: np.repeat(a, 3, axis=1)[:, ::3],
+        "reversed": lambda a: np.ascontiguousarray(a[::-1, ::-1])[::-1, ::-1],
+        "read-only": np.copy,
+        "list": lambda a: a,
+    }[layout](X.astype(dtype))
+    if layout == "read-only":
+        given_as.flags.writeable = False
+    if layout == "list":
+        given_as, native = given_as.tolist(), native.astype(float)
+    np.testing.assert_allclose(
+        fitted.predict_proba(given_as), fitted.predict_proba(native), rtol=1e-9, atol=1e-12
+    )
+
+
+@some_examples
+@given(
+    st.sampled_from(MAKERS),
+    st.lists(
+        st.integers(-100, 100) | st.none(), min_size=3, max_size=3, unique=True
+    ).filter(lambda names: None not in names)
+    | st.lists(st.text("ab Ü0", min_size=1, max_size=4), min_size=3, max_size=3, unique=True),
+    st.randoms(use_true_random=False),
+)  # fmt: skip
+def test_names_of_conditions_and_order_of_training_do_not_matter(make, names, random):
+    X, y = recordings(1)
+    expected = make().fit(X, y).predict_proba(X)
+    order = random.sample(range(len(X)), len(X))
+    renamed = make().fit(X[order], np.array(names)[y][order])
+    column = [renamed.classes_.tolist().index(name) for name in names]
+    np.testing.assert_allclose(renamed.predict_proba(X)[:, column], expected, rtol=1e-4, atol=1e-6)
+
+
+@some_examples
+@given(seeds, st.integers(1, 4), st.integers(1, 300))
+def test_number_of_threads_does_not_matter(fitted, seed, n_jobs, n_windows):
+    X, _ = recordings(seed, n_windows)
+    expected = fitted.set_params(n_jobs=None).predict_proba(X)
+    steps = {f"{name}__n_jobs": n_jobs for name, step in fitted.steps if hasattr(step, "n_jobs")}
+    found = fitted.set_params(n_jobs=n_jobs, **steps).predict_proba(X)
+    fitted.set_params(n_jobs=None, **dict.fromkeys(steps))
+    np.testing.assert_array_equal(found, expected)
+
+
+@some_examples
+@given(seeds, st.sampled_from([1.0, -2.5, 1e-200, 1e200]), st.floats(-10, 10))
+def test_quality_does_not_depend_on_the_unit(seed, factor, offset):
+    X, _ = recordings(seed)
+    X[::5] = np.clip(X[::5], -1, 1)
+    X[1::7, 50:] = 0.0
+    assert signal_quality(factor * (X + offset)).tolist() == signal_quality(X).tolist()
