@@ -65,6 +65,9 @@ class DiagnosisPipeline(Pipeline):
     (600,)
     """
 
+    # scikit-learn 1.6 asks the class, not its steps, what a search may pass to `score`.
+    __metadata_request__score = {"rpm": True}  # noqa: RUF012
+
     def __init__(self, steps, *, transform_input=None, memory=None, verbose=False, n_jobs=None):
         super().__init__(steps, transform_input=transform_input, memory=memory, verbose=verbose)
         self.n_jobs = n_jobs
