@@ -1,0 +1,1 @@
+"""Detection from healthy recordings: rates, peers, runs to failure, conditions never seen."""
