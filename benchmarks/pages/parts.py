@@ -84,6 +84,18 @@ PARTS = {
         {"docs/cross_speed.md": ("confidence",)},
         downloads=True,
     ),
+    "detection": Part(
+        "-m benchmarks.detection rates --write docs/detection.md",
+        (*_CROSS_SPEED, "benchmarks/detection/*.py"),
+        {"docs/detection.md": ("detection", "detection families", "detection cost")},
+        downloads=True,
+    ),
+    "detection-runs": Part(
+        "-m benchmarks.detection runs --write docs/detection.md",
+        ("benchmarks/detection/runs.py",),
+        {"docs/detection.md": ("runs",)},
+        downloads=True,
+    ),
     "speed-effects": Part(
         "-m benchmarks.recipe speed-effects --write docs/cross_speed.md",
         (*_CROSS_SPEED, "benchmarks/recipe/s*.py", "benchmarks/recipe/evidence_over_time.py"),
