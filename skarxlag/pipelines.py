@@ -19,6 +19,12 @@ _BATCH_BYTES = 2**20
 #: Rows that go together however long they are, as far as they take less than so many bytes: the
 #: recursions work on as many signals side by side.
 _ROWS_TOGETHER, _MOST_BYTES = LANES, 2**25
+#: A batch of a dask array would compute everything before it once more.
+_LAZY = (
+    "X is a dask array, expected windows in memory or mapped from a file. Diagnose it block by "
+    "block, with one chunk along all axes but the first: X.map_blocks(diagnoser.predict, "
+    "dtype=diagnoser.classes_.dtype, drop_axis=1), for several channels drop_axis=[1, 2]."
+)
 
 
 def _last_step_has(name):
@@ -330,6 +336,8 @@ class DiagnosisPipeline(Pipeline):
             return super().score(X, y, sample_weight, **params)
 
     def _in_batches(self, method, X, params):
+        if hasattr(X, "map_blocks"):
+            raise TypeError(_LAZY)
         X = X if hasattr(X, "shape") else np.asarray(X)
         n_windows = X.shape[0] if X.shape else 0
         params = {name: _by_window(name, value, n_windows) for name, value in params.items()}

@@ -19,7 +19,7 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from benchmarks.pages.blocks import markdown, write_blocks
-from benchmarks.speed import identification, peers, processes, rows
+from benchmarks.speed import fleet, identification, peers, processes, rows
 from benchmarks.speed.timing import matrix_product, ratio, take_turns
 
 ROWS = {
@@ -33,6 +33,7 @@ ROWS = {
     "two-threads": rows.two_threads,
     "start-up": processes.start_up,
     "memory": processes.memory,
+    "fleet": fleet.fleet,
 }
 
 

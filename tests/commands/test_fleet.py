@@ -1,0 +1,177 @@
+import json
+import os
+import signal
+
+import dask
+import distributed
+import numpy as np
+import pytest
+from joblib import parallel_config
+from scipy.signal import lfilter
+from sklearn.model_selection import cross_val_score
+
+from skarxlag import load_diagnoser, make_alpio, save_diagnoser
+from skarxlag.commands.journal import Journal
+from skarxlag.commands.progress import Progress
+from skarxlag.commands.runner import WorkerDied, executors, run_tasks
+
+from .deadly_tasks import Deadly, Harmless
+
+WINDOW, N_RECORDINGS = 200, 20
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory):
+    """A model, many short recordings, and their table, which names one that does not exist."""
+    folder = tmp_path_factory.mktemp("fleet")
+    rng = np.random.default_rng(0)
+    X = rng.normal(size=(40, WINDOW))
+    X[20:] = lfilter([1.0], [1.0, -0.9], X[20:])
+    diagnoser = make_alpio(healthy="good").fit(X, np.repeat(["good", "worn"], 20))
+    save_diagnoser(diagnoser, folder / "m.skops")
+    lines = ["path,sampling_rate"]
+    for number in range(N_RECORDINGS):
+        noise = rng.normal(size=3 * WINDOW)
+        np.save(folder / f"{number}.npy", lfilter([1.0], [1.0, -0.1 * (number % 10)], noise))
+        lines.append(f"{number}.npy,5e3")
+    (folder / "table.csv").write_text("\n".join([*lines, "lost.npy,5e3"]))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    options = {"distributed.scheduler.allowed-failures": 1}
+    with (
+        dask.config.set(options),
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+        ) as cluster,
+    ):
+        yield cluster
+
+
+@pytest.fixture
+def diagnose(run, fleet, tmp_path):
+    """Diagnose the fleet; the contents of the two files of results."""
+
+    def diagnose_fleet(*options, name="out.csv"):
+        output = tmp_path / name
+        table = fleet / "table.csv"
+        code, out, err = run(
+            "diagnose", fleet / "m.skops", "--table", table, "-o", output, *options
+        )
+        assert code == 1 and "1 of 21 recordings failed" in err and "lost.npy" in err
+        assert not list(tmp_path.glob("*.partial"))
+        windows = output.with_name(f"{output.stem}_windows.csv")
+        return output.read_bytes(), windows.read_bytes(), out.replace(output.stem, "")
+
+    return diagnose_fleet
+
+
+@pytest.fixture
+def in_order(diagnose):
+    return diagnose("--n-jobs", "1", name="order.csv")
+
+
+def test_threads_and_processes_change_nothing(diagnose, in_order):
+    assert diagnose("--n-jobs", "2") == in_order
+    assert diagnose("--n-jobs", "2", "--processes") == in_order
+
+
+def test_a_cluster_that_loses_a_worker_during_the_run_changes_nothing(
+    diagnose, in_order, cluster, monkeypatch
+):
+    victim = next(iter(cluster.workers.values())).pid
+    seen = []
+
+    def step_and_kill(progress, line):
+        seen.append(line)
+        if len(seen) == 4:
+            os.kill(victim, signal.SIGKILL)
+
+    monkeypatch.setattr(Progress, "step", step_and_kill)
+    assert diagnose("--dask", cluster.scheduler_address) == in_order
+    assert len(seen) == N_RECORDINGS + 1
+    assert victim not in [worker.pid for worker in cluster.workers.values()]
+
+
+def test_an_address_where_no_scheduler_answers_is_named(run, fleet, monkeypatch):
+    monkeypatch.setattr("skarxlag.commands.runner._CONNECT_SECONDS", 0.3)
+    arguments = ("diagnose", fleet / "m.skops", fleet / "0.npy", "--dask", "tcp://127.0.0.1:1")
+    code, out, err = run(*arguments)
+    assert code == 1 and not out and "--dask tcp://127.0.0.1:1: no scheduler answers" in err
+
+
+class Options:
+    n_jobs, processes, dask = 2, True, None
+
+
+def test_a_death_costs_a_retry_and_a_second_one_that_task_alone(tmp_path):
+    tasks = [Harmless(0), Deadly(tmp_path / "flag"), Harmless(2), Deadly()]
+    tasks += [Harmless(place) for place in range(4, 9)]
+    with executors(Options()) as (start_executor, n_workers):
+        results = dict(run_tasks(tasks, start_executor, n_workers))
+    assert isinstance(results.pop(3), WorkerDied)
+    assert results.pop(1) == "survived"
+    assert results == {place: place for place in (0, 2, 4, 5, 6, 7, 8)}
+
+
+def test_an_interrupted_run_goes_on_where_it_stopped(run, fleet, tmp_path, monkeypatch, diagnose):
+    whole = diagnose(name="order.csv")
+    output = tmp_path / "out.csv"
+    arguments = ("diagnose", fleet / "m.skops", "--table", fleet / "table.csv", "-o", output)
+    add, added = Journal.add, []
+
+    def add_and_interrupt(journal, recording, diagnosis):
+        add(journal, recording, diagnosis)
+        added.append(recording.name)
+        if len(added) == 7:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Journal, "add", add_and_interrupt)
+    code, out, err = run(*arguments, "--n-jobs", "1")
+    assert code == 130 and not out and not output.exists()
+    partial = tmp_path / "out.csv.partial"
+    assert f"{partial}: the same command goes on from here" in err and "interrupted" in err
+    assert len(partial.read_text().splitlines()) == 8
+    # A line that was being written when the machine went down, and a file that has changed since.
+    with partial.open("a") as file:
+        file.write('{"recording": ["9.np')
+    os.utime(fleet / added[0], ns=(1, 1))
+    monkeypatch.setattr(Journal, "add", add)
+    code, _, err = run(*arguments)
+    assert err.count("(from an earlier run)") == 6
+    assert not partial.exists()
+    assert output.read_bytes() == whole[0]
+    assert output.with_name("out_windows.csv").read_bytes() == whole[1]
+
+
+def test_a_journal_of_another_model_is_not_used(fleet, tmp_path):
+    journal = Journal(tmp_path / "out.csv", fleet / "m.skops", ["0.1"])
+    with pytest.raises(KeyboardInterrupt), journal:
+        raise KeyboardInterrupt
+    head = json.loads(journal.path.read_text())
+    other = Journal(tmp_path / "out.csv", fleet / "table.csv", ["0.1"])
+    with pytest.raises(KeyboardInterrupt), other:
+        assert json.loads(journal.path.read_text())["model"] != head["model"]
+        raise KeyboardInterrupt
+
+
+def test_scikit_learn_cross_validates_on_a_cluster(cluster):
+    rng = np.random.default_rng(0)
+    X, y = rng.normal(size=(24, WINDOW)), np.repeat(["good", "worn"], 12)
+    X[12:] = lfilter([1.0], [1.0, -0.9], X[12:])
+    expected = cross_val_score(make_alpio(), X, y, cv=2)
+    with distributed.Client(cluster.scheduler_address), parallel_config("dask"):
+        np.testing.assert_array_equal(cross_val_score(make_alpio(), X, y, cv=2), expected)
+
+
+def test_a_dask_array_is_refused_with_a_recipe_that_works(fleet):
+    array = pytest.importorskip("dask.array")
+    diagnoser, _ = load_diagnoser(fleet / "m.skops")
+    X = np.random.default_rng(0).normal(size=(30, WINDOW))
+    lazy = array.from_array(X, chunks=(10, -1))
+    with pytest.raises(TypeError, match=r"X.map_blocks\(diagnoser.predict, dtype="):
+        diagnoser.predict(lazy)
+    verdicts = lazy.map_blocks(diagnoser.predict, dtype=diagnoser.classes_.dtype, drop_axis=1)
+    np.testing.assert_array_equal(verdicts.compute(scheduler="sync"), diagnoser.predict(X))
