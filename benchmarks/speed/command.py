@@ -49,25 +49,36 @@ def table(measurements):
     --------
     >>> lines = [{"what": "a", "reached": 2.5, "target": 3, "at_most": True, "spread": 0.04}]
     >>> table(lines).to_dict("records")
-    [{'what': 'a', 'ours': '', 'next to': '', 'target': 'at most 3', 'reached': '2.5', ...
+    [{'what': 'a', 'ours': '', 'next to': '', 'measured': '2.5', 'spread': '4%'}]
     """
-    rows = []
+    return pd.DataFrame(
+        {
+            "what": line["what"],
+            "ours": line.get("ours", ""),
+            "next to": line.get("beside", ""),
+            "measured": f"{line['reached']:.3g}",
+            "spread": f"{line['spread']:.0%}" if "spread" in line else "",
+        }
+        for line in measurements
+    )
+
+
+def missed_targets(measurements):
+    """One sentence for each measurement that is worse than the target of its row.
+
+    Parameters
+    ----------
+    measurements : list of dict
+        As `rows` describes them.
+    """
+    found = []
     for line in measurements:
         target, reached = line.get("target"), line["reached"]
         at_most = line.get("at_most", False)
-        missed = target is not None and (reached > target if at_most else reached < target)
-        bound = "at most" if at_most else "at least"
-        rows.append(
-            {
-                "what": line["what"],
-                "ours": line.get("ours", ""),
-                "next to": line.get("beside", ""),
-                "target": "" if target is None else f"{bound} {target:g}",
-                "reached": f"{reached:.3g}" + (" (missed)" if missed else ""),
-                "spread": f"{line['spread']:.0%}" if "spread" in line else "",
-            }
-        )
-    return pd.DataFrame(rows)
+        if target is not None and (reached > target if at_most else reached < target):
+            bound = "at most" if at_most else "at least"
+            found.append(f"{line['what']}: {reached:.3g}, target {bound} {target:g}")
+    return found
 
 
 def machine():
@@ -100,5 +111,6 @@ def main(arguments=None):
         + ([f"Not installed, so left out: {', '.join(missing)}."] if missing else [])
     )
     print(block)
+    print(*missed_targets(measurements), sep="\n", file=sys.stderr)
     if options.write:
         write_blocks(options.write, {"speed": block})
