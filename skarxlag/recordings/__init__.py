@@ -1,7 +1,8 @@
 """Recordings: from files and tables of files to windows."""
 
-from .collection import load_recordings, read_recording_table
+from .collection import read_recording_table
 from .files import iter_windows, list_channels, read_recording
+from .rig import load_recordings
 from .windows import make_windows
 
 __all__ = [

@@ -292,3 +292,12 @@ def test_a_diagnoser_fits_windows_on_disk(folder):
     expected = make_alpio().fit(rig.data, rig.target).predict(rig.data)
     predicted = make_alpio().fit(mapped.data, mapped.target).predict(mapped.data)
     assert predicted.tolist() == expected.tolist()
+
+
+@pytest.mark.parametrize("name", ["table.csv", "a.npy"])
+def test_windows_never_replace_what_is_read(folder, name):
+    path = write(folder, GOOD)
+    content = (folder / name).read_bytes()
+    with pytest.raises(ValueError, match=rf"memory_map=.*{name}' is among the files that are read"):
+        load_recordings(path, window_length=4, memory_map=folder / "sub" / ".." / name)
+    assert (folder / name).read_bytes() == content

@@ -1,0 +1,171 @@
+"""The windows of all recordings of a table or a folder, as a rig."""
+
+from numbers import Integral
+from pathlib import Path
+
+import numpy as np
+from sklearn.utils import Bunch, check_scalar
+
+from .collection import CommonFacts
+from .table import list_recordings
+from .windows import block_length, cut_blocks, thin_windows
+
+
+def load_recordings(
+    path,
+    *,
+    window_length=1200,
+    hop=None,
+    max_windows=None,
+    healthy=None,
+    pattern=None,
+    channel=None,
+    sampling_rate=None,
+    dtype=None,
+    resample=None,
+    memory_map=None,
+):
+    r"""Load a user's own recordings as a rig: the windows of all recordings of a table.
+
+    Recordings are read block after block, so that never more than the windows are in memory. Where
+    those are too many, take fewer of them by `hop` or `max_windows`, or keep them on disk by
+    `memory_map`.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The table, a folder or a glob, see :func:`read_recording_table`.
+    window_length : int, default=1200
+        Samples in a window.
+    hop : int, default=None
+        Samples from the start of one window to the start of the next. None takes
+        `window_length`; more than that leaves out samples between windows. The tail of a recording
+        that does not fill a window is left out.
+    max_windows : int, default=None
+        Windows of each recording, at most, at least 1. Of a recording that has more, every second,
+        fourth, eighth, ... window is kept, so that they are spread over all of it. None keeps all.
+    healthy : str, default=None
+        The healthy condition. None takes the condition in the first line of the table.
+    pattern, channel, sampling_rate, dtype, resample
+        As in :func:`read_recording_table`.
+    memory_map : str or path-like, default=None
+        A file that the windows are written to; an existing one is replaced. `data` is then read
+        from it as it is used, and may be larger than memory. None keeps the windows in memory.
+
+    Returns
+    -------
+    rig : :class:`~sklearn.utils.Bunch`
+        With the following attributes.
+
+        data : ndarray of float64, shape (n_windows[, n_channels], window_length)
+            Windows: recording after recording, in time order within each.
+        target : ndarray of str, shape (n_windows,), or None
+            Condition of each window. None if the table has no conditions.
+        target_names : list of str
+            The conditions, the healthy one first, then in the order of the table.
+        rpm : ndarray of float, shape (n_windows,), or None
+            Shaft speed, rev/min. None if the table has no speeds.
+        recording : ndarray of str, shape (n_windows,)
+            Recording that the window was cut from.
+        start : ndarray of int, shape (n_windows,)
+            Index of the window's first sample in its recording, counted after resampling.
+        sampling_rate : float
+            In Hz.
+        filenames : list of str
+            Paths of the files, in the order of the table.
+        further : DataFrame
+            The table's columns of other names, one row for each recording.
+        resampled : dict of str to float
+            The recordings that were resampled, and the rates in Hz that they had.
+        DESCR : str
+            Which table this is, and what was left out or resampled.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        As in :func:`read_recording_table`; if a recording is shorter than one window; if
+        `max_windows` is below 1; if `memory_map` is among the files that are read; and if
+        `healthy` is not a condition of the table.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import numpy as np
+    >>> from skarxlag.recordings import load_recordings
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     folder = pathlib.Path(folder)
+    ...     np.save(folder / "good_300.npy", np.zeros(5))
+    ...     rig = load_recordings(folder, window_length=2, sampling_rate=50e3,
+    ...                           pattern=r"(?P<condition>[a-z]+)_(?P<rpm>\d+)")
+    >>> rig.data.shape, rig.target, rig.start
+    ((2, 2), array(['good', 'good'], dtype='<U4'), array([0, 2]))
+    """
+    check_scalar(window_length, "window_length", Integral, min_val=1)
+    hop = window_length if hop is None else check_scalar(hop, "hop", Integral, min_val=1)
+    if max_windows is not None:
+        check_scalar(max_windows, "max_windows", Integral, min_val=1)
+    listed = list_recordings(
+        path, pattern=pattern, channel=channel, sampling_rate=sampling_rate, dtype=dtype
+    )
+    inputs = {Path(file).resolve() for file in (path, *(entry.path for entry in listed))}
+    if memory_map is not None and Path(memory_map).resolve() in inputs:
+        raise ValueError(f"memory_map={str(memory_map)!r} is among the files that are read")
+    facts, store = CommonFacts(listed), _WindowStore(memory_map)
+    starts, thinned = [], 0
+    for entry in listed:
+        blocks = facts.checked_blocks(entry, block_length(window_length), resample)
+        parts = cut_blocks(blocks, str(entry.path), window_length, hop)
+        windows, position = thin_windows(parts, max_windows)
+        store.add(windows)
+        starts.append(position * hop)
+        thinned += position[-1] >= len(position)
+    table = facts.described()
+    conditions = [] if table["condition"] is None else list(dict.fromkeys(table["condition"]))
+    conditions = [str(condition) for condition in conditions]
+    if healthy is not None:
+        if healthy not in conditions:
+            raise ValueError(f"healthy={healthy!r} is not a condition of {path}: {conditions}")
+        conditions.sort(key=lambda condition: condition != healthy)
+    source = np.repeat(np.arange(len(listed)), [len(start) for start in starts])
+    description = [f"{len(listed)} recordings listed in {path}, cut into windows"]
+    if thinned:
+        description.append(
+            f"at most {max_windows} windows of each, fewer than there are in {thinned}"
+        )
+    for name, rate in table["resampled"].items():
+        description.append(f"{name} resampled from {rate:g} to {table['sampling_rate']:g} Hz")
+    return Bunch(
+        data=store.windows(),
+        target=None if table["condition"] is None else table["condition"][source],
+        target_names=conditions,
+        rpm=None if table["rpm"] is None else table["rpm"][source],
+        recording=np.array(table["recording"])[source],
+        start=np.concatenate(starts),
+        sampling_rate=table["sampling_rate"],
+        filenames=table["filenames"],
+        further=table["further"],
+        resampled=table["resampled"],
+        DESCR="; ".join(description),
+    )
+
+
+class _WindowStore:
+    """Windows of all recordings, in memory or in a file that is mapped."""
+
+    def __init__(self, path):
+        self._path, self._parts, self._shape = path, [], (0,)
+        if path is not None:
+            Path(path).write_bytes(b"")
+
+    def add(self, windows):
+        self._shape = (self._shape[0] + len(windows), *windows.shape[1:])
+        if self._path is None:
+            self._parts.append(windows)
+        else:
+            with Path(self._path).open("ab") as file:
+                windows.tofile(file)
+
+    def windows(self):
+        if self._path is None:
+            return np.concatenate(self._parts)
+        return np.memmap(self._path, np.float64, "r", shape=self._shape)
