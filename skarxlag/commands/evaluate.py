@@ -9,16 +9,17 @@ import numpy as np
 import pandas as pd
 
 from .._files import write_atomically
-from ..accuracy_tables import scored_windows
-from ..model_selection import speed_splits
 from ..paper import run_protocol
 from . import figures
-from .arguments import job_count, positive_int, seed, speed_or_all, window_length
+from .arguments import add_execution_arguments, positive_int, seed, speed_or_all, window_length
 from .diagnosers import DIAGNOSERS, LADDERS
-from .errors import UsageError, as_command_error
+from .errors import CommandError, UsageError, as_command_error
 from .paper_report import paper_heading, paper_report
+from .progress import Progress
 from .report import evaluation_report
 from .rigs import TITLES, load_parts, select_windows
+from .runner import WorkerDied, executors, run_tasks
+from .trials import Trial, loaded_rigs
 
 _DESCRIPTION = """\
 Compare the three diagnosers across shaft speeds: ALPIO, the paper's baseline; the extended-state
@@ -61,9 +62,7 @@ def add_arguments(parser):
         "paper's single residual, of the healthy condition's model",
     )
     parser.add_argument("--seed", type=seed, metavar="N", help="of the simulated rig; default: 0")
-    parser.add_argument(
-        "--n-jobs", type=job_count, default=-1, metavar="N", help="threads; default: all cores"
-    )
+    add_execution_arguments(parser)
     parser.add_argument(
         "--output",
         type=Path,
@@ -80,8 +79,11 @@ def run(args):
         args.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"argument --output: {error}") from error
+    if args.rig == "simulated" and (args.processes or args.dask is not None):
+        raise UsageError("argument --processes, --dask: only the real rigs are worked on elsewhere")
     title = TITLES[args.rig]
-    _progress(f"{title}: loading\n")
+    say = _nothing if args.quiet else _progress
+    say(f"{title}: loading\n")
     parts = load_parts(args)
     fill = _paper_tables if args.rig == "simulated" else _speed_tables
     heading, tables, verdicts, fitted = fill(args, parts)
@@ -107,11 +109,11 @@ def _paper_tables(args, parts):
         rig = next(part.rig for part in parts if part.crack_mm == crack_mm)
         return select_windows(rig, rig.rpm == rpm)
 
-    started = perf_counter()
+    started, say = perf_counter(), _nothing if args.quiet else _progress
     makers = {title: partial(make, n_jobs=args.n_jobs) for title, make in LADDERS[ladder].items()}
     with as_command_error():
-        outcome = run_protocol(load, makers, progress=_progress)
-    _progress(f"{perf_counter() - started:.1f} s\n")
+        outcome = run_protocol(load, makers, progress=say)
+    say(f"{perf_counter() - started:.1f} s\n")
     heading = paper_heading(parts[0].rig, ladder, 0 if args.seed is None else args.seed)
     return heading, paper_report(outcome), outcome.verdicts, outcome.fitted
 
@@ -120,7 +122,7 @@ def _speed_tables(args, parts):
     """Every pair of speeds of a real rig."""
     (part,) = parts
     rig = part.rig
-    verdicts, fitted = _evaluate(rig, _train_speeds(args, rig.rpm), args.n_jobs)
+    verdicts, fitted = _evaluate(args, rig, _train_speeds(args, rig.rpm))
     title = TITLES[args.rig]
     speeds = ", ".join(f"{speed:g}" for speed in np.unique(rig.rpm))
     heading = (
@@ -141,31 +143,30 @@ def _train_speeds(args, rpm):
     return [args.train_rpm]
 
 
-def _evaluate(rig, train_speeds, n_jobs):
+def _evaluate(args, rig, train_speeds):
     """Verdicts on all tested windows, and the diagnosers of the first training speed."""
-    frames, fitted = [], {}
-    total = len(train_speeds) * len(DIAGNOSERS)
-    for train_rpm in train_speeds:
-        splits = speed_splits(
-            rig.rpm, train_rpm=train_rpm, recording=rig.recording, same_speed=True
-        )
-        for title, maker in DIAGNOSERS.values():
-            started = perf_counter()
-            number = 1 + len(frames) // len(splits)
-            _progress(f"[{number}/{total}] {title}, calibrated at {train_rpm:g} rpm: fitting,")
-            diagnoser = maker(healthy=rig.target_names[0], n_jobs=n_jobs)
-            train = splits[0][0]
-            with as_command_error():
-                diagnoser.fit(rig.data[train], rig.target[train])
-            constants = {"diagnoser": title, "train_rpm": train_rpm}
-            _progress(" scoring")
-            for _, test in splits:
-                _progress(f" {rig.rpm[test[0]]:g}")
-                frames.append(scored_windows(diagnoser, rig, test, constants))
-            _progress(f" rpm, {perf_counter() - started:.1f} s\n")
-            if train_rpm == train_speeds[0]:
-                fitted[None, title] = diagnoser
-    return pd.concat(frames, ignore_index=True), fitted
+    key = args.rig, args.data_home, args.window_length
+    loaded_rigs[key] = rig
+    names = [(train_rpm, name) for train_rpm in train_speeds for name in DIAGNOSERS]
+    outcomes = [None] * len(names)
+    with as_command_error(), executors(args) as (start_executor, n_workers):
+        is_elsewhere = args.processes or args.dask is not None
+        n_jobs = 1 if is_elsewhere else max(n_workers // len(names), 1)
+        tasks = [Trial(*key, *each, n_jobs) for each in names]
+        with Progress(len(names), "fits", quiet=args.quiet) as progress:
+            for place, outcome in run_tasks(tasks, start_executor, n_workers):
+                train_rpm, name = names[place]
+                title = DIAGNOSERS[name][0]
+                if isinstance(outcome, WorkerDied):
+                    raise CommandError(f"{title} at {train_rpm:g} rpm: every process for it died")
+                outcomes[place] = outcome
+                progress.step(f"{title}, calibrated at {train_rpm:g} rpm: {outcome.seconds:.1f} s")
+    fitted = {
+        (None, DIAGNOSERS[name][0]): outcome.diagnoser
+        for (train_rpm, name), outcome in zip(names, outcomes, strict=True)
+        if train_rpm == train_speeds[0]
+    }
+    return pd.concat([outcome.verdicts for outcome in outcomes], ignore_index=True), fitted
 
 
 def _file(args):
@@ -186,3 +187,7 @@ def _write_files(args, tables, verdicts, text):
 
 def _progress(text):
     print(text, end="", file=sys.stderr, flush=True)
+
+
+def _nothing(text):
+    """Progress for those who want none."""

@@ -18,7 +18,7 @@ from skarxlag import (
     make_diagnoser,
     make_extended_state_pio,
 )
-from skarxlag.commands import figures, main, rigs
+from skarxlag.commands import figures, main, rigs, trials
 from skarxlag.datasets.simulated import simulate_rig
 from skarxlag.paper import load_tables
 
@@ -280,6 +280,25 @@ def test_real_rig_is_calibrated_at_every_speed(run, tmp_path, fetched, real_rig)
     # The middle window of nine belongs to neither half: 4 windows, 3 conditions, 2 pairs.
     counts = numbers(tmp_path / "out", "uestc_confusion_alpio.csv", ["true"])
     assert counts.iloc[:3, 1:4].to_numpy().sum() == 24
+
+
+def test_threads_change_nothing_and_progress_can_be_silenced(run, tmp_path, fetched, no_figures):
+    outputs = tmp_path / "a", tmp_path / "b"
+    for output, options in zip(outputs, (["--n-jobs", "1"], ["--n-jobs", "3", "-q"]), strict=True):
+        code, _, err = run("evaluate", "--rig", "uestc", "--output", output, *options)
+        assert code == 0 and ("[6/6]" in err) == ("-q" not in options)
+        assert bool(err) == ("-q" not in options)
+    first, second = ((output / "uestc_verdicts.csv").read_bytes() for output in outputs)
+    assert first == second
+    code, _, err = run("evaluate", "--processes", "--output", tmp_path)
+    assert code == 2 and "only the real rigs are worked on elsewhere" in err
+
+
+def test_a_worker_loads_the_rig_itself(fetched, real_rig, tmp_path):
+    trials.loaded_rigs.clear()
+    scores = trials.Trial("uestc", tmp_path, 200, 800.0, "alpio", 1)()
+    assert fetched == {"data_home": tmp_path, "window_length": 200}
+    assert set(scores.verdicts["test_rpm"]) == {800, 900} and len(scores.diagnoser.classes_) == 3
 
 
 def test_one_training_speed_of_a_real_rig(run, tmp_path, fetched, no_figures):
