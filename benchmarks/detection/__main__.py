@@ -5,6 +5,7 @@ from benchmarks.commands import run_command
 COMMANDS = {
     "rates": "benchmarks.detection.rates",
     "runs": "benchmarks.detection.runs",
+    "unknown": "benchmarks.detection.unknown",
 }
 
 if __name__ == "__main__":

@@ -90,6 +90,12 @@ PARTS = {
         {"docs/detection.md": ("detection", "detection families", "detection cost")},
         downloads=True,
     ),
+    "detection-unknown": Part(
+        "-m benchmarks.detection unknown --write docs/detection.md",
+        (*_CROSS_SPEED, "benchmarks/detection/*.py"),
+        {"docs/detection.md": ("unknown",)},
+        downloads=True,
+    ),
     "detection-runs": Part(
         "-m benchmarks.detection runs --write docs/detection.md",
         ("benchmarks/detection/runs.py",),

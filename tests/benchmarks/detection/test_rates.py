@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.detection import rates, runs
+from benchmarks.detection import rates, runs, unknown
 from benchmarks.detection.detectors import one_class_svm, peer
 from tests.benchmarks.speed_rig import LENGTH, moving_rig
 
@@ -76,3 +76,15 @@ def test_alarm_needs_three_of_five():
     assert runs.first_alarm(np.array([1, 0, 1, 0, 0, 1, 1, 1], dtype=bool)) == 6
     assert runs.first_alarm(np.array([1, 1, 1], dtype=bool)) == 2
     assert runs.first_alarm(np.zeros(9, dtype=bool)) is None
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_conditions_that_were_left_out_are_rejected_at_the_training_speed():
+    rig = row_rig()
+    found = unknown.rejection_rates(rig, LENGTH)
+    assert len(found) == len(unknown.RATES) * 3 * 2 * 2
+    own = found[(found["split"] == "training speed") & (found["stated"] == 0.05)]
+    assert own["unknown rejected"].mean() > 0.9 > 0.1 > own["known rejected"].mean()
+    assert (own["auc"] > 0.9).all()
+    printed = unknown.table(found.assign(rig="r"))
+    assert printed.count("| r | rows of ") == 3
