@@ -2,6 +2,7 @@
 
 import io
 import math
+from typing import Any
 from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile
 
 import numpy as np
@@ -12,7 +13,7 @@ _MOST_BYTES, _MOST_TIMES = 100 * 2**20, 10
 _MOST_MEMBERS = 10_000
 
 
-def read_members(content):
+def read_members(content: bytes) -> tuple[dict[str, Any], bytes]:
     """Members of an archive, unpacked within bounds.
 
     Sizes are looked at before anything is unpacked, and no more is unpacked than they say. Methods
@@ -79,7 +80,7 @@ def _check_array_size(name, content):
         raise BadZipFile(f"{name} is an array of {dtype} that states {stated:,} bytes")
 
 
-def write_members(members, comment):
+def write_members(members: dict[str, Any], comment: bytes) -> bytes:
     """An archive of members, stored and not compressed.
 
     Parameters

@@ -7,7 +7,7 @@ import uuid
 from pathlib import Path
 
 
-def write_atomically(path, content):
+def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
     """Write a file beside its place and move it there, so that no half of it is ever seen.
 
     Several threads and processes may write to one path at the same time: one of the contents

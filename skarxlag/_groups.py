@@ -1,6 +1,9 @@
 """What all transformers share that measure windows by groups of log spectra."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
@@ -14,7 +17,7 @@ class GroupTransformer(TransformerMixin, BaseEstimator, auto_wrap_output_keys=No
     A subclass names the groups of one model in `_group_names`, and sets `n_models_` in `fit`.
     """
 
-    def get_feature_names_out(self, input_features=None):
+    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
         """Names of the groups.
 
         Parameters
@@ -36,7 +39,7 @@ class GroupTransformer(TransformerMixin, BaseEstimator, auto_wrap_output_keys=No
         models = [f"model{c}" for c in range(self.n_models_)] if names is None else names
         return np.array([f"{model}_{group}" for model in models for group in groups], dtype=object)
 
-    def set_output(self, *, transform=None):
+    def set_output(self, *, transform: str | None = None) -> Any:
         """Accept the setting and keep returning arrays: groups have three axes, tables two.
 
         It is here so that ``Pipeline.set_output`` reaches the steps that do return tables.
@@ -60,7 +63,7 @@ class GroupTransformer(TransformerMixin, BaseEstimator, auto_wrap_output_keys=No
             self, "n_models_", kind="i", valid=lambda n: n == n_models, expected=f"{n_models}"
         )
 
-    def __sklearn_tags__(self):
+    def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.input_tags.three_d_array = True
         tags.transformer_tags.preserves_dtype = ["float64", "float32"]

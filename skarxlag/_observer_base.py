@@ -1,8 +1,10 @@
 """What all observers share: validation, residual evaluation, trajectories."""
 
 from numbers import Integral
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin, clone
 from sklearn.utils import Bunch, check_scalar
 from sklearn.utils.validation import check_is_fitted
@@ -22,7 +24,7 @@ class Observer(TransformerMixin, BaseEstimator):
     `_small_signal_gains`.
     """
 
-    def fit(self, X, y=None):
+    def fit(self, X: ArrayLike, y: Any = None) -> Any:
         """Certify that the observer is stable.
 
         Parameters
@@ -49,7 +51,7 @@ class Observer(TransformerMixin, BaseEstimator):
         remember_parameters(self)
         return self
 
-    def transform(self, X):
+    def transform(self, X: ArrayLike) -> NDArray[Any]:
         """One residual level for each window and model.
 
         Parameters
@@ -80,7 +82,7 @@ class Observer(TransformerMixin, BaseEstimator):
     def _loop(self):
         return tuple(map(float, self._loop_constants()))
 
-    def small_signal_response(self, frequency):
+    def small_signal_response(self, frequency: NDArray[Any]) -> NDArray[Any]:
         """Frequency response from small innovations to the output error.
 
         Parameters
@@ -99,7 +101,7 @@ class Observer(TransformerMixin, BaseEstimator):
             return (z - pole) / (z - pole + kp)
         return (z - pole) * (z - 1) / ((z - pole + kp) * (z - 1) + ki)
 
-    def observe(self, X):
+    def observe(self, X: ArrayLike) -> Bunch:
         r"""Trajectories, for looking at them.
 
         Parameters
@@ -134,7 +136,7 @@ class Observer(TransformerMixin, BaseEstimator):
         }
         return Bunch(**{name: path.reshape(shape) for name, path in trajectories.items()})
 
-    def get_feature_names_out(self, input_features=None):
+    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
         """Names of the levels: model and evaluation.
 
         Parameters
@@ -200,7 +202,7 @@ class Observer(TransformerMixin, BaseEstimator):
             if not np.allclose(found, expected, rtol=1e-6):
                 raise ValueError(f"{name} == {found!r}, but the parameters give {expected!r}.")
 
-    def __sklearn_tags__(self):
+    def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.input_tags.three_d_array = True
         tags.transformer_tags.preserves_dtype = ["float64", "float32"]

@@ -3,7 +3,9 @@
 import functools
 import os
 import threading
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Self
 
 from joblib import effective_n_jobs
 from sklearn import config_context, get_config
@@ -27,17 +29,17 @@ class _OneThread:
     that overlaps with another would restore what the other had set.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._lock, self._n_inside = threading.Lock(), 0
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         with self._lock:
             if self._n_inside == 0:
                 _let_any_thread_set()
                 self._limits = _libraries().limit(limits=1, user_api="blas")
             self._n_inside += 1
 
-    def __exit__(self, *exception):
+    def __exit__(self, *exception: Any) -> None:
         with self._lock:
             self._n_inside -= 1
             if self._n_inside == 0:
@@ -62,7 +64,9 @@ def _become_worker():
     _worker.is_one = True
 
 
-def map_batches(function, n_windows, n_jobs, batch_size=BATCH):
+def map_batches(
+    function: Callable[..., Any], n_windows: int, n_jobs: int | None, batch_size: int = BATCH
+) -> list[Any]:
     """Call a function with one slice of the windows after another.
 
     Linear algebra inside runs on one thread: its matrices are small, and threads that wait for

@@ -7,9 +7,12 @@ raises a ValueError that names the attribute. `load_diagnoser` calls it once for
 """
 
 import weakref
+from collections.abc import Callable, Iterator
 from numbers import Integral, Real
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from sklearn.exceptions import NotFittedError
 from sklearn.pipeline import Pipeline
 from sklearn.utils.validation import check_is_fitted
@@ -22,7 +25,7 @@ _KINDS = {"f": "numbers", "i": "integers", "b": "booleans"}
 _sound: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
 
 
-def check_state(estimator):
+def check_state(estimator: Any) -> None:
     """Call ``estimator._check_state()``, unless nothing has changed since it last passed.
 
     Looking at whether an attribute was replaced costs about a microsecond, the checks themselves
@@ -46,7 +49,7 @@ def check_state(estimator):
     _sound[estimator] = state
 
 
-def estimators_within(value):
+def estimators_within(value: Any) -> Iterator[Any]:
     """A model, and everything of scikit-learn and of this package that is a part of it.
 
     Parameters
@@ -69,7 +72,7 @@ def estimators_within(value):
         yield from estimators_within(part)
 
 
-def check_model_state(model):
+def check_model_state(model: Any) -> None:
     """Check every fitted estimator within a model.
 
     Parameters
@@ -101,7 +104,7 @@ def _is_fitted(estimator):
     return True
 
 
-def check_pipeline_state(pipeline):
+def check_pipeline_state(pipeline: Pipeline) -> None:
     """Check every step of a fitted pipeline, and the widths of the steps against each other.
 
     Parameters
@@ -131,7 +134,7 @@ def check_pipeline_state(pipeline):
             raise ValueError(f"Step {name!r}: {error}") from error
 
 
-def remember_parameters(estimator):
+def remember_parameters(estimator: Any) -> None:
     """Note the parameters at the end of `fit`, for `check_parameters`."""
     parameters = estimator.get_params(deep=False)
     estimator._parameters = np.array(
@@ -142,7 +145,7 @@ def remember_parameters(estimator):
     )
 
 
-def check_parameters(estimator):
+def check_parameters(estimator: Any) -> None:
     """Refuse an estimator whose parameters are not those that it was fitted with.
 
     Parameters
@@ -182,7 +185,16 @@ def _plain(value):
     return value
 
 
-def check_fitted_array(estimator, name, shape, *, given=None, kind="f", valid=None, expected=None):
+def check_fitted_array(
+    estimator: Any,
+    name: str,
+    shape: tuple[Any, ...] | None,
+    *,
+    given: str | None = None,
+    kind: str = "f",
+    valid: Callable[..., Any] | None = None,
+    expected: str | None = None,
+) -> NDArray[Any]:
     """Check an array that `fit` made.
 
     Parameters
@@ -244,12 +256,19 @@ def check_fitted_array(estimator, name, shape, *, given=None, kind="f", valid=No
     return value
 
 
-def is_moderate(values):
+def is_moderate(values: Any) -> Any:
     """Whether squares of the values can be summed without overflow."""
     return np.abs(values) < _LARGEST
 
 
-def check_fitted_number(estimator, name, *, kind="f", valid=None, expected=None):
+def check_fitted_number(
+    estimator: Any,
+    name: str,
+    *,
+    kind: str = "f",
+    valid: Callable[..., Any] | None = None,
+    expected: str | None = None,
+) -> float | int:
     """Check a number that `fit` found.
 
     Parameters
@@ -285,7 +304,9 @@ def check_fitted_number(estimator, name, *, kind="f", valid=None, expected=None)
     return value
 
 
-def check_fitted_classes(estimator, name="classes_", n_classes=None):
+def check_fitted_classes(
+    estimator: Any, name: str = "classes_", n_classes: int | None = None
+) -> NDArray[Any]:
     """Check an array of different conditions.
 
     Parameters
@@ -320,7 +341,7 @@ def check_fitted_classes(estimator, name="classes_", n_classes=None):
     return value
 
 
-def check_fitted_input(estimator, *, windows=False):
+def check_fitted_input(estimator: Any, *, windows: bool = False) -> None:
     """Check what `fit` noted of its input: `n_features_in_` and the attributes beside it.
 
     Parameters

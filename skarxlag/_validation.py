@@ -1,9 +1,12 @@
 """Checks of what estimators are given."""
 
 import math
+from collections.abc import Sequence
 from numbers import Integral, Real
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array, check_scalar, get_tags
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
@@ -11,7 +14,15 @@ from sklearn.utils.validation import check_is_fitted, validate_data
 from ._state import check_state
 
 
-def validate_signals(estimator, X, y=None, *, reset, expected, any_length=False):
+def validate_signals(
+    estimator: Any,
+    X: ArrayLike,
+    y: ArrayLike | None = None,
+    *,
+    reset: bool,
+    expected: str,
+    any_length: bool = False,
+) -> tuple[NDArray[Any], NDArray[Any] | None]:
     """Check an array of two or three axes, and conditions where there are any.
 
     Parameters
@@ -77,7 +88,7 @@ def _check_window_shape(estimator, shape, any_length):
         )
 
 
-def check_labels(y):
+def check_labels(y: ArrayLike | None) -> None:
     """Refuse labels of which some are texts and some are numbers.
 
     Parameters
@@ -110,7 +121,14 @@ def check_labels(y):
         )
 
 
-def validate_innovations(estimator, X, y=None, *, reset, any_length=False):
+def validate_innovations(
+    estimator: Any,
+    X: ArrayLike,
+    y: ArrayLike | None = None,
+    *,
+    reset: bool,
+    any_length: bool = False,
+) -> tuple[NDArray[Any], NDArray[Any] | None]:
     """Check innovations and note how many models they came from.
 
     Parameters
@@ -153,7 +171,9 @@ def validate_innovations(estimator, X, y=None, *, reset, any_length=False):
     return (X if X.ndim == 3 else X[:, np.newaxis]), y
 
 
-def weighted_windows(X, y, sample_weight):
+def weighted_windows(
+    X: NDArray[Any], y: NDArray[Any] | None, sample_weight: ArrayLike | None
+) -> tuple[Any, Any, NDArray[Any]]:
     """Windows that count, and how much each of them does.
 
     Parameters
@@ -202,7 +222,7 @@ def weighted_windows(X, y, sample_weight):
     return X[counted], (None if y is None else y[counted]), weights[counted]
 
 
-def check_input_names(estimator, input_features):
+def check_input_names(estimator: Any, input_features: ArrayLike | None) -> NDArray[Any] | None:
     """Names of the features that an estimator was fitted on.
 
     Parameters
@@ -236,7 +256,7 @@ def check_input_names(estimator, input_features):
     return input_features
 
 
-def check_real(value, name, **bounds):
+def check_real(value: Any, name: str, **bounds: Any) -> None:
     """Check a real parameter, which must be finite.
 
     Parameters
@@ -260,7 +280,9 @@ def check_real(value, name, **bounds):
         raise ValueError(f"{name} == {value}, must be finite.")
 
 
-def check_networks(order, pole, n_channels):
+def check_networks(
+    order: int | Sequence[int], pole: Any, n_channels: int
+) -> tuple[NDArray[Any], list[float] | None]:
     """Order and pole of each channel's Laguerre network.
 
     Parameters
@@ -305,7 +327,7 @@ def _one_for_each(name, value, n_channels):
     return entries
 
 
-def check_alarm(false_alarm_rate, margin_db):
+def check_alarm(false_alarm_rate: float, margin_db: float) -> None:
     """Check what sets a detection threshold.
 
     Parameters

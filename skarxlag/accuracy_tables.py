@@ -5,14 +5,20 @@ Verdicts are a DataFrame with one row for each window that was tested and the co
 rig with cracks adds ``crack_mm``.
 """
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 from sklearn.metrics import confusion_matrix
+from sklearn.utils import Bunch
 
 AVERAGE = "Average"
 
 
-def scored_windows(diagnoser, rig, test, constants):
+def scored_windows(
+    diagnoser: Any, rig: Bunch, test: NDArray[Any], constants: dict[str, Any]
+) -> pd.DataFrame:
     """Verdicts of a fitted diagnoser on some windows of a rig.
 
     Parameters
@@ -43,7 +49,9 @@ def scored_windows(diagnoser, rig, test, constants):
     )
 
 
-def condition_accuracy(verdicts, conditions, columns):
+def condition_accuracy(
+    verdicts: pd.DataFrame, conditions: list[str], columns: list[str]
+) -> pd.DataFrame:
     """Accuracy for each condition: the shape of Tables 2-5, 8 and 9 of Piltan and Kim (2019).
 
     Parameters
@@ -87,7 +95,7 @@ def condition_accuracy(verdicts, conditions, columns):
     return table.rename_axis(index="condition")
 
 
-def speed_accuracy(verdicts):
+def speed_accuracy(verdicts: pd.DataFrame) -> pd.DataFrame:
     """Accuracy for each pair of speeds.
 
     Parameters
@@ -105,7 +113,7 @@ def speed_accuracy(verdicts):
     return right.groupby([verdicts["train_rpm"], verdicts["test_rpm"]]).mean().unstack("test_rpm")
 
 
-def speed_summary(accuracy):
+def speed_summary(accuracy: pd.DataFrame) -> dict[str, Any]:
     """What a table of speed pairs comes to.
 
     Parameters
@@ -142,7 +150,7 @@ def speed_summary(accuracy):
     }
 
 
-def confusion_table(verdicts, conditions):
+def confusion_table(verdicts: pd.DataFrame, conditions: list[str]) -> pd.DataFrame:
     """Confusion matrix with its margins: the shape of Tables 6 and 7 of Piltan and Kim (2019).
 
     Rows are true conditions, so the margin on the right is the recall and the one below the
@@ -181,7 +189,7 @@ def confusion_table(verdicts, conditions):
     )
 
 
-def confusion_margins(counts):
+def confusion_margins(counts: pd.DataFrame) -> pd.DataFrame:
     """Counts with recall and precision beside them, as `confusion_table` has them.
 
     Parameters

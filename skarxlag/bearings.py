@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 from numbers import Integral, Real
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 __all__ = [
     "SKF_6205",
@@ -51,7 +53,7 @@ class BearingGeometry:
     pitch_diameter: float
     contact_angle: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not isinstance(self.n_elements, Integral) or self.n_elements < 2:
             raise ValueError(f"n_elements must be an integer of at least 2, got {self.n_elements}.")
         for name in ("element_diameter", "pitch_diameter", "contact_angle"):
@@ -80,7 +82,7 @@ def _diameter_ratio(bearing):
     )
 
 
-def defect_frequencies(bearing, rpm):
+def defect_frequencies(bearing: BearingGeometry, rpm: float | NDArray[Any]) -> dict[str, Any]:
     r"""Characteristic frequencies of a bearing with a stationary outer ring.
 
     With the shaft rate :math:`f_r`, n elements of diameter d on the pitch diameter
@@ -128,7 +130,7 @@ def defect_frequencies(bearing, rpm):
     }
 
 
-def fault_orders(bearing):
+def fault_orders(bearing: BearingGeometry) -> dict[str, float]:
     r"""Orders of the shaft at which faults of a bearing show in the spectrum of the envelope.
 
     An order is a frequency divided by that of the shaft, so these numbers hold at every speed. They
@@ -163,7 +165,9 @@ def fault_orders(bearing):
     return {"shaft": 1.0, **orders, "ball": 2 * orders["spin"]}
 
 
-def strike_rate(bearing, rpm, location):
+def strike_rate(
+    bearing: BearingGeometry, rpm: float | NDArray[Any], location: str
+) -> float | NDArray[Any]:
     """Strikes a second of a defect at one location.
 
     A defect of a ring is struck by every element that passes. A defect of an element
@@ -193,7 +197,7 @@ def strike_rate(bearing, rpm, location):
     return 2 * frequencies["spin"] if location == "ball" else frequencies[location]
 
 
-def contact_speed(bearing, rpm):
+def contact_speed(bearing: BearingGeometry, rpm: float | NDArray[Any]) -> float | NDArray[Any]:
     r"""Speed at which the contact point runs along a surface.
 
     In pure rolling it is the same along both rings and around the element,

@@ -1,8 +1,10 @@
 """Residuals that are calibrated on how spectra scatter and on what a change of speed does."""
 
 from numbers import Integral
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils import check_scalar
@@ -111,18 +113,23 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
     array([0, 0, 1, 1])
     """
 
+    classes_: NDArray[Any]
+    references_: NDArray[Any]
+    whitener_: NDArray[Any]
+    shared_drift_: NDArray[Any]
+
     def __init__(
         self,
         *,
-        spectrum_order=128,
-        n_coefficients=48,
-        segment=128,
-        smooth_drift=0.1,
-        rough_drift=0.01,
-        frequency_drift=0.1,
-        noise_drift=0.5,
-        n_jobs=None,
-    ):
+        spectrum_order: int = 128,
+        n_coefficients: int = 48,
+        segment: int = 128,
+        smooth_drift: float = 0.1,
+        rough_drift: float = 0.01,
+        frequency_drift: float = 0.1,
+        noise_drift: float = 0.5,
+        n_jobs: int | None = None,
+    ) -> None:
         self.spectrum_order = spectrum_order
         self.n_coefficients = n_coefficients
         self.segment = segment
@@ -132,7 +139,7 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
         self.noise_drift = noise_drift
         self.n_jobs = n_jobs
 
-    def fit(self, X, y):
+    def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
         """Calibrate references and covariance.
 
         Parameters
@@ -157,7 +164,7 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
         self._calibrate(X, y)
         return self
 
-    def fit_transform(self, X, y):
+    def fit_transform(self, X: ArrayLike, y: ArrayLike) -> NDArray[Any]:
         """Calibrate, and give the residuals of the same windows.
 
         Parameters
@@ -203,7 +210,7 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
         remember_parameters(self)
         return X, cepstra
 
-    def adapt(self, X, y):
+    def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
         r"""Move all references by the smooth drift that windows at a new speed show.
 
         Healthy windows, which a user often has at every speed, tell how far their own cepstra have
@@ -240,7 +247,7 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
         self.references_ = self.references_ + self.shared_drift_ @ moved
         return self
 
-    def transform(self, X):
+    def transform(self, X: ArrayLike) -> NDArray[Any]:
         """One residual for each window and condition.
 
         Parameters
@@ -309,7 +316,7 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
             ]
         )
 
-    def get_feature_names_out(self, input_features=None):
+    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
         """Names of the residuals: their conditions.
 
         Parameters
@@ -370,7 +377,7 @@ class CepstralResidual(TransformerMixin, BaseEstimator):
                 expected="below 1e150",
             )
 
-    def __sklearn_tags__(self):
+    def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.target_tags.required = True
         tags.input_tags.three_d_array = True

@@ -1,6 +1,9 @@
 """Comparison of log spectra with those of each condition, across speeds."""
 
+from typing import Any, Self
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
@@ -107,20 +110,26 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
     array([0, 0, 1, 1])
     """
 
+    classes_: NDArray[Any]
+    whiteners_: NDArray[Any]
+    references_: NDArray[Any]
+    joint_whitener_: NDArray[Any]
+    joint_references_: NDArray[Any]
+
     def __init__(
         self,
         *,
-        joint_weight=0.0,
-        smooth_drift=0.1,
-        rough_drift=0.01,
-        frequency_drift=0.1,
-    ):
+        joint_weight: float = 0.0,
+        smooth_drift: float = 0.1,
+        rough_drift: float = 0.01,
+        frequency_drift: float = 0.1,
+    ) -> None:
         self.joint_weight = joint_weight
         self.smooth_drift = smooth_drift
         self.rough_drift = rough_drift
         self.frequency_drift = frequency_drift
 
-    def fit(self, X, y):
+    def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
         """Calibrate references and covariances.
 
         Parameters
@@ -143,7 +152,7 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
         self._calibrate(X, y)
         return self
 
-    def fit_transform(self, X, y):
+    def fit_transform(self, X: ArrayLike, y: ArrayLike) -> NDArray[Any]:
         """Calibrate, and give the residuals of the same windows.
 
         Parameters
@@ -190,7 +199,7 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
         whitener = np.linalg.cholesky(np.linalg.inv(covariance))
         return whitener, whitened(centres, whitener)
 
-    def adapt(self, X, y):
+    def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
         r"""Move all references by the smooth drift that windows at a new speed show.
 
         Healthy windows, which a user often has at every speed, tell by how much their own cosine
@@ -239,7 +248,7 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
         smooth = self._smooth_variance(cepstra.shape[1], 0.0)
         return references + whitener.T @ (smooth * (whitener @ moved))
 
-    def transform(self, X):
+    def transform(self, X: ArrayLike) -> NDArray[Any]:
         """One residual for each window and condition.
 
         Parameters
@@ -276,7 +285,7 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
         of_group = smooth_variance(int(self.window_shape_[-1]) - 1, self.smooth_drift, rough)
         return np.tile(of_group, n_groups)
 
-    def get_feature_names_out(self, input_features=None):
+    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
         """Names of the residuals: their conditions.
 
         Parameters
@@ -323,7 +332,7 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
         for name, wanted in shapes.items():
             check_fitted_array(self, name, wanted, valid=is_moderate, expected="below 1e150")
 
-    def __sklearn_tags__(self):
+    def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.target_tags.required = True
         tags.input_tags.three_d_array = True

@@ -2,9 +2,10 @@
 
 import warnings
 from numbers import Integral
-from typing import ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, OutlierMixin
 from sklearn.utils import check_scalar
 
@@ -146,18 +147,32 @@ class FaultDetector(OutlierMixin, BaseEstimator):
     True
     """
 
+    offset_: float
+    speeds_: NDArray[Any]
+    drift_scale_: float
+    left_out_rates_: NDArray[Any]
+    n_rows_: int
+    n_windows_: int
+
     #: Metadata routing hands `rpm` over without a call of `set_fit_request` and its like.
     __metadata_request__fit: ClassVar = {"rpm": True}
     __metadata_request__predict: ClassVar = {"rpm": True}
     __metadata_request__decision_function: ClassVar = {"rpm": True}
 
-    def __init__(self, *, false_alarm_rate=0.01, fixed_gain=False, window_length=4800, n_jobs=None):
+    def __init__(
+        self,
+        *,
+        false_alarm_rate: float = 0.01,
+        fixed_gain: bool = False,
+        window_length: int = 4800,
+        n_jobs: int | None = None,
+    ) -> None:
         self.false_alarm_rate = false_alarm_rate
         self.fixed_gain = fixed_gain
         self.window_length = window_length
         self.n_jobs = n_jobs
 
-    def fit(self, X, y=None, rpm=None):
+    def fit(self, X: ArrayLike, y: Any = None, rpm: ArrayLike | None = None) -> Self:
         """Calibrate the limits on healthy rows.
 
         Parameters
@@ -245,7 +260,7 @@ class FaultDetector(OutlierMixin, BaseEstimator):
                 stacklevel=3,
             )
 
-    def p_values(self, X, rpm=None):
+    def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Probability that a healthy row is at least as far off.
 
         Parameters
@@ -272,7 +287,7 @@ class FaultDetector(OutlierMixin, BaseEstimator):
         """
         return np.exp(self.score_samples(X, rpm))
 
-    def score_samples(self, X, rpm=None):
+    def score_samples(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Logarithm of the p-value of each row.
 
         Parameters
@@ -292,7 +307,7 @@ class FaultDetector(OutlierMixin, BaseEstimator):
         rows = self._measure(X, with_level=self.means_.shape[1] > 1)
         return log_p_values(self._limits(), rows, log_speed, self.drift_scale_)
 
-    def decision_function(self, X, rpm=None):
+    def decision_function(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Logarithm of the p-value over the false-alarm rate: negative for an alarm.
 
         Parameters
@@ -309,7 +324,7 @@ class FaultDetector(OutlierMixin, BaseEstimator):
         """
         return self.score_samples(X, rpm) - self.offset_
 
-    def predict(self, X, rpm=None):
+    def predict(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """1 for a row like the healthy ones, -1 for an alarm.
 
         Parameters
@@ -326,7 +341,9 @@ class FaultDetector(OutlierMixin, BaseEstimator):
         """
         return np.where(self.decision_function(X, rpm) < 0, -1, 1)
 
-    def fit_predict(self, X, y=None, rpm=None):
+    def fit_predict(
+        self, X: ArrayLike, y: Any = None, rpm: ArrayLike | None = None
+    ) -> NDArray[Any]:
         """Calibrate on rows, and say which of them are unlike the others.
 
         Parameters
@@ -447,7 +464,7 @@ class FaultDetector(OutlierMixin, BaseEstimator):
         check_scalar(self.fixed_gain, "fixed_gain", (bool, np.bool_))
         check_scalar(self.window_length, "window_length", Integral, min_val=1)
 
-    def __sklearn_tags__(self):
+    def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.input_tags.three_d_array = True
         return tags

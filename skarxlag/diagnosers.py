@@ -1,5 +1,7 @@
 """The diagnosers, from windows to conditions, and the detector for healthy windows alone."""
 
+from typing import Any
+
 from .cepstral import CepstralResidual
 from .comparison import SpectralDistance
 from .detector import FaultDetector
@@ -22,7 +24,9 @@ def _observing(observer, healthy, memory):
     return DiagnosisPipeline(steps, memory=memory, n_jobs=observer.n_jobs)
 
 
-def make_alpio(*, healthy=None, memory=None, n_jobs=None):
+def make_alpio(
+    *, healthy: Any = None, memory: Any = None, n_jobs: int | None = None
+) -> DiagnosisPipeline:
     """The paper's baseline: ARX-Laguerre bank, linear observer, power of the error.
 
     Parameters
@@ -48,7 +52,9 @@ def make_alpio(*, healthy=None, memory=None, n_jobs=None):
     return _observing(PIObserver(n_jobs=n_jobs), healthy, memory)
 
 
-def make_extended_state_pio(*, healthy=None, memory=None, n_jobs=None):
+def make_extended_state_pio(
+    *, healthy: Any = None, memory: Any = None, n_jobs: int | None = None
+) -> DiagnosisPipeline:
     """The paper's proposal, repaired: a bank of extended-state observers over frequency.
 
     One model of all conditions leaves innovations. Each observer of the bank estimates the
@@ -89,7 +95,9 @@ def make_extended_state_pio(*, healthy=None, memory=None, n_jobs=None):
     return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)
 
 
-def make_single_observer_pio(*, healthy=None, memory=None, n_jobs=None):
+def make_single_observer_pio(
+    *, healthy: Any = None, memory: Any = None, n_jobs: int | None = None
+) -> DiagnosisPipeline:
     """The paper's proposal with one observer, as the printed equations suggest.
 
     One extended-state observer sees the innovations of each condition's model; its sliding-mode
@@ -120,7 +128,9 @@ def make_single_observer_pio(*, healthy=None, memory=None, n_jobs=None):
     return _observing(ExtendedStatePIObserver(n_jobs=n_jobs), healthy, memory)
 
 
-def make_diagnoser(*, healthy=None, memory=None, n_jobs=None):
+def make_diagnoser(
+    *, healthy: Any = None, memory: Any = None, n_jobs: int | None = None
+) -> DiagnosisPipeline:
     """What we recommend: cepstral residuals of what one model of all conditions leaves.
 
     The model takes out what all conditions share, and what measured inputs explain;
@@ -163,7 +173,13 @@ def make_diagnoser(*, healthy=None, memory=None, n_jobs=None):
     return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)
 
 
-def make_stretch_diagnoser(*, sampling_rate=None, healthy=None, memory=None, n_jobs=None):
+def make_stretch_diagnoser(
+    *,
+    sampling_rate: float | None = None,
+    healthy: Any = None,
+    memory: Any = None,
+    n_jobs: int | None = None,
+) -> DiagnosisPipeline:
     """What we recommend for stretches of half a second and more, with their nominal speeds.
 
     A stretch is a row that holds several turns of the shaft. `LogSpectra` measures the windows in
@@ -220,7 +236,13 @@ def make_stretch_diagnoser(*, sampling_rate=None, healthy=None, memory=None, n_j
     return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)
 
 
-def make_detector(*, false_alarm_rate=0.01, fixed_gain=False, memory=None, n_jobs=None):
+def make_detector(
+    *,
+    false_alarm_rate: float = 0.01,
+    fixed_gain: bool = False,
+    memory: Any = None,
+    n_jobs: int | None = None,
+) -> DiagnosisPipeline:
     """Detection at any speed from healthy recordings alone.
 
     One model takes out what measured inputs explain; `FaultDetector` compares the rest with what it

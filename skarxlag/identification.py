@@ -1,8 +1,11 @@
 """ARX-Laguerre identification: from windows to innovations."""
 
+from collections.abc import Sequence
 from numbers import Integral
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils import Bunch, check_scalar
 from sklearn.utils.validation import check_is_fitted
@@ -131,19 +134,27 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
     (10, 1, 1198)
     """
 
+    classes_: NDArray[Any]
+    coef_: NDArray[Any]
+    orders_: NDArray[Any]
+    poles_: NDArray[Any]
+    noise_level_: NDArray[Any]
+    sums_: NDArray[Any]
+    weights_: NDArray[Any]
+
     def __init__(
         self,
         *,
-        order=32,
-        pole=0.3,
-        alpha=1e-6,
-        bank=True,
-        healthy=None,
-        unit_rms=True,
-        transient=None,
-        forgetting_factor=1.0,
-        n_jobs=None,
-    ):
+        order: int | Sequence[int] = 32,
+        pole: Any = 0.3,
+        alpha: float = 1e-6,
+        bank: bool = True,
+        healthy: Any = None,
+        unit_rms: bool = True,
+        transient: int | None = None,
+        forgetting_factor: float = 1.0,
+        n_jobs: int | None = None,
+    ) -> None:
         self.order = order
         self.pole = pole
         self.alpha = alpha
@@ -154,7 +165,9 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         self.forgetting_factor = forgetting_factor
         self.n_jobs = n_jobs
 
-    def fit(self, X, y=None, sample_weight=None):
+    def fit(
+        self, X: ArrayLike, y: ArrayLike | None = None, sample_weight: ArrayLike | None = None
+    ) -> Self:
         """Identify the models.
 
         Parameters
@@ -179,7 +192,9 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         """
         return self._identify(X, y, sample_weight, start_afresh=True)
 
-    def partial_fit(self, X, y=None, sample_weight=None):
+    def partial_fit(
+        self, X: ArrayLike, y: ArrayLike | None = None, sample_weight: ArrayLike | None = None
+    ) -> Self:
         """Add windows to the sums and solve again.
 
         Parameters
@@ -311,7 +326,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         sums[place], weights[place] = self.sums_, self.weights_
         self.classes_, self.sums_, self.weights_ = merged, sums, weights
 
-    def transform(self, X):
+    def transform(self, X: ArrayLike) -> NDArray[Any]:
         """Innovations of every model on every window.
 
         Parameters
@@ -346,7 +361,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         map_batches(of_batch, n_windows, self.n_jobs)
         return innovations
 
-    def state_space(self):
+    def state_space(self) -> Bunch:
         """The networks and the coefficients as one state-space model.
 
         Returns
@@ -361,7 +376,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         A, b = network_matrices(self.orders_, self.poles_)
         return Bunch(A=A, b_y=b[:, 0], b_u=b[:, 1:], coef=self.coef_)
 
-    def predict_output(self, X, *, free_run=False):
+    def predict_output(self, X: ArrayLike, *, free_run: bool = False) -> NDArray[Any]:
         """Output of every model in the sensor's unit.
 
         Parameters
@@ -410,7 +425,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
                     "a lower order or a larger alpha."
                 )
 
-    def fit_percentage(self, X, *, free_run=False):
+    def fit_percentage(self, X: ArrayLike, *, free_run: bool = False) -> NDArray[Any]:
         r"""How well each model reproduces each window, as system identification reports it.
 
         :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)` over the samples after the transient, one
@@ -433,7 +448,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         windows, _ = self._validate_windows(X, None, reset=False)
         return fit_percentage(windows[:, :1, -predicted.shape[-1] :], predicted)
 
-    def get_feature_names_out(self, input_features=None):
+    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
         """Name of each model: its condition.
 
         Parameters
@@ -450,7 +465,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         check_input_names(self, input_features)
         return np.array([str(name) for name in self.classes_], dtype=object)
 
-    def set_output(self, *, transform=None):
+    def set_output(self, *, transform: str | None = None) -> Self:
         """Accept the setting and keep returning arrays: innovations have three axes, tables two.
 
         It is here so that ``Pipeline.set_output`` reaches the steps that do return tables.
@@ -550,7 +565,7 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
             expected="sums of squares, at least 0, on the diagonal",
         )
 
-    def __sklearn_tags__(self):
+    def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.input_tags.three_d_array = True
         tags.transformer_tags.preserves_dtype = ["float64", "float32"]

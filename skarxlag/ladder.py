@@ -1,6 +1,9 @@
 """Calibrated decisions on residual levels: the threshold ladder."""
 
+from typing import Any, Self
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from scipy.special import log_softmax
 from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils.multiclass import check_classification_targets
@@ -95,13 +98,28 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
     array(['normal', 'ball', 'inner'], dtype='<U6')
     """
 
-    def __init__(self, *, healthy=None, false_alarm_rate=0.01, margin_db=0.0, priors=None):
+    classes_: NDArray[Any]
+    detection_threshold_: float
+    isolation_thresholds_: NDArray[Any]
+    rungs_: NDArray[Any]
+    healthy_index_: int
+    confidence_scale_: float
+    priors_: NDArray[Any]
+
+    def __init__(
+        self,
+        *,
+        healthy: Any = None,
+        false_alarm_rate: float = 0.01,
+        margin_db: float = 0.0,
+        priors: ArrayLike | None = None,
+    ) -> None:
         self.healthy = healthy
         self.false_alarm_rate = false_alarm_rate
         self.margin_db = margin_db
         self.priors = priors
 
-    def fit(self, X, y, sample_weight=None):
+    def fit(self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None) -> Self:
         """Calibrate the thresholds.
 
         Parameters
@@ -209,7 +227,7 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
         check_state(self)
         return np.abs(validate_data(self, X, dtype=[np.float64, np.float32], reset=False))
 
-    def decision_function(self, X):
+    def decision_function(self, X: ArrayLike) -> Any:
         """Scores of the conditions; the highest is the verdict.
 
         Parameters
@@ -227,7 +245,7 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
         scores = self._scores(self._validate(X))
         return scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
 
-    def predict(self, X):
+    def predict(self, X: ArrayLike) -> NDArray[Any]:
         """Condition of each window.
 
         Parameters
@@ -243,7 +261,7 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
         verdict = np.argmax(self._scores(self._validate(X)), axis=1)
         return self.classes_[verdict]
 
-    def predict_proba(self, X):
+    def predict_proba(self, X: ArrayLike) -> NDArray[Any]:
         """Confidence in each condition, calibrated on the training windows.
 
         One factor on the scores is fitted with smoothed targets, which keeps confidences modest:
@@ -261,7 +279,7 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
         """
         return np.exp(self.predict_log_proba(X))
 
-    def predict_log_proba(self, X):
+    def predict_log_proba(self, X: ArrayLike) -> NDArray[Any]:
         """Logarithm of the confidence in each condition.
 
         For a verdict over several windows, sum it. The sum overstates the confidence, since
@@ -280,7 +298,7 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
         scores = self._scores(self._validate(X))
         return log_softmax(self.confidence_scale_ * scores, axis=1)
 
-    def detect(self, X):
+    def detect(self, X: ArrayLike) -> NDArray[Any]:
         r"""Whether the healthy residual of each window exceeds :math:`\Gamma` (equation 24).
 
         The stated rate holds where levels are those of the calibration or lower: in the sensor's
@@ -336,7 +354,7 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
             expected="at least 0" if is_bank else "at least 0 and ascending",
         )
 
-    def __sklearn_tags__(self):
+    def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         # Made for residual levels: on arbitrary features it need not separate anything.
         tags.classifier_tags.poor_score = True

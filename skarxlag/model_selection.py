@@ -1,16 +1,26 @@
 """Cross-validation across shaft speeds."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
+from numpy.typing import ArrayLike, NDArray
 from sklearn.base import clone
 from sklearn.model_selection import BaseCrossValidator
 from sklearn.utils import check_array, check_consistent_length, check_scalar, column_or_1d
 
 
 def speed_splits(
-    rpm, *, train_rpm=None, recording=None, start=None, window_length=None, same_speed=False
-):
+    rpm: ArrayLike,
+    *,
+    train_rpm: float | None = None,
+    recording: ArrayLike | None = None,
+    start: ArrayLike | None = None,
+    window_length: int | None = None,
+    same_speed: bool = False,
+) -> list[Any]:
     """Splits that train at one speed and test at another.
 
     The splits are row numbers of these windows. Inside another cross-validation, which hands on
@@ -77,7 +87,9 @@ def speed_splits(
     return _checked(splits)
 
 
-def first_and_second_half(recording, start=None, window_length=1):
+def first_and_second_half(
+    recording: ArrayLike, start: ArrayLike | None = None, window_length: int = 1
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """Windows of the first and of the second half of their recording, in time.
 
     The middle lies halfway between the first sample of the first window and the last sample of
@@ -190,13 +202,22 @@ class SpeedSplit(BaseCrossValidator):
 
     __metadata_request__split = {"groups": True}  # noqa: RUF012
 
-    def __init__(self, *, train_rpm=None, leave_out=False, same_speed=False, window_length=None):
+    def __init__(
+        self,
+        *,
+        train_rpm: float | None = None,
+        leave_out: bool = False,
+        same_speed: bool = False,
+        window_length: int | None = None,
+    ) -> None:
         self.train_rpm = train_rpm
         self.leave_out = leave_out
         self.same_speed = same_speed
         self.window_length = window_length
 
-    def split(self, X, y=None, groups=None):
+    def split(
+        self, X: ArrayLike, y: Any = None, groups: ArrayLike | None = None
+    ) -> Iterator[tuple[NDArray[Any], NDArray[Any]]]:
         """Row numbers of the windows to train with and to test on.
 
         Parameters
@@ -237,7 +258,9 @@ class SpeedSplit(BaseCrossValidator):
             ]
         )
 
-    def get_n_splits(self, X=None, y=None, groups=None):
+    def get_n_splits(
+        self, X: ArrayLike | None = None, y: Any = None, groups: ArrayLike | None = None
+    ) -> int:
         """Number of splits.
 
         Parameters
@@ -275,7 +298,16 @@ class SpeedSplit(BaseCrossValidator):
         return columns + [None] * (3 - len(columns))
 
 
-def cross_speed_predict(estimator, X, y, *, groups, cv=None, params=None, n_jobs=None):
+def cross_speed_predict(
+    estimator: Any,
+    X: ArrayLike,
+    y: ArrayLike,
+    *,
+    groups: ArrayLike,
+    cv: Any = None,
+    params: dict[str, Any] | None = None,
+    n_jobs: int | None = None,
+) -> pd.DataFrame:
     """Predictions at speeds that the estimator was not fitted at.
 
     Unlike in `sklearn.model_selection.cross_val_predict` a window may be tested in several splits,

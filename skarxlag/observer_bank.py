@@ -1,8 +1,11 @@
 """Banks of observers over frequency: from innovations to groups of log spectra."""
 
+from collections.abc import Sequence
 from numbers import Integral
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import Bunch, check_scalar
 
 from ._groups import GroupTransformer
@@ -23,7 +26,10 @@ class ObserverBank(GroupTransformer):
     A subclass sets `bounds_` in `_certify`, from gains that are in place.
     """
 
-    def fit(self, X, y=None):
+    ki_: Any
+    kp_: Any
+
+    def fit(self, X: ArrayLike, y: Any = None) -> Any:
         """Tune the members and certify that each of them is stable.
 
         Parameters
@@ -59,7 +65,7 @@ class ObserverBank(GroupTransformer):
             ]
         )
 
-    def transform(self, X):
+    def transform(self, X: ArrayLike) -> NDArray[Any]:
         """Three log spectra over the members for each window.
 
         Parameters
@@ -86,7 +92,7 @@ class ObserverBank(GroupTransformer):
         parts = map_batches(of_batch, len(X), self.n_jobs)
         return np.concatenate(parts).astype(X.dtype, copy=False)
 
-    def observe(self, X, members):
+    def observe(self, X: ArrayLike, members: Sequence[int]) -> Bunch:
         """Trajectories of chosen members, for looking at them.
 
         Parameters
@@ -138,7 +144,7 @@ class ObserverBank(GroupTransformer):
         return Bunch(**found)
 
     @property
-    def frequencies_(self):
+    def frequencies_(self) -> Any:
         """Frequency that each member is tuned to, in radians a sample."""
         return centre_frequencies(len(self.kp_))
 
@@ -236,7 +242,18 @@ class PIObserverBank(ObserverBank):
     1.01
     """
 
-    def __init__(self, *, pole=0.3, n_members=64, bandwidth=1.0, adaptation_step=0.05, n_jobs=None):
+    bounds_: NDArray[Any]
+    spectral_radii_: NDArray[Any]
+
+    def __init__(
+        self,
+        *,
+        pole: float = 0.3,
+        n_members: int = 64,
+        bandwidth: float = 1.0,
+        adaptation_step: float = 0.05,
+        n_jobs: int | None = None,
+    ) -> None:
         self.pole = pole
         self.n_members = n_members
         self.bandwidth = bandwidth
@@ -332,16 +349,19 @@ class ExtendedStatePIObserverBank(ObserverBank):
     True
     """
 
+    bounds_: NDArray[Any]
+    lyapunov_: NDArray[Any]
+
     def __init__(
         self,
         *,
-        pole=0.3,
-        n_members=64,
-        bandwidth=1.5,
-        saturation=1.0,
-        adaptation_step=0.05,
-        n_jobs=None,
-    ):
+        pole: float = 0.3,
+        n_members: int = 64,
+        bandwidth: float = 1.5,
+        saturation: float = 1.0,
+        adaptation_step: float = 0.05,
+        n_jobs: int | None = None,
+    ) -> None:
         self.pole = pole
         self.n_members = n_members
         self.bandwidth = bandwidth

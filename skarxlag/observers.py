@@ -1,6 +1,9 @@
 """Proportional-integral observers: from innovations to residual levels."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ._observer_base import Observer
 from ._validation import check_real
@@ -88,21 +91,24 @@ class PIObserver(Observer):
     0.5
     """
 
+    closed_loop_: NDArray[Any]
+    spectral_radius_: float
+
     def __init__(
         self,
         *,
-        pole=0.3,
-        kp=0.1,
-        ki=0.05,
-        evaluation="power",
-        sliding_slope=10.0,
-        adaptation_step=0.005,
-        boundary_layer=0.0,
-        spectrum_order=64,
-        quefrency_exponent=0.5,
-        fault_estimate=False,
-        n_jobs=None,
-    ):
+        pole: float = 0.3,
+        kp: float = 0.1,
+        ki: float = 0.05,
+        evaluation: str = "power",
+        sliding_slope: float = 10.0,
+        adaptation_step: float = 0.005,
+        boundary_layer: float = 0.0,
+        spectrum_order: int = 64,
+        quefrency_exponent: float = 0.5,
+        fault_estimate: bool = False,
+        n_jobs: int | None = None,
+    ) -> None:
         self.pole = pole
         self.kp = kp
         self.ki = ki
@@ -223,25 +229,28 @@ class ExtendedStatePIObserver(Observer):
     ValueError: No common quadratic Lyapunov function certifies the observer with pole=0.3, ...
     """
 
+    lyapunov_: NDArray[Any]
+    closed_loops_: NDArray[Any]
+
     def __init__(
         self,
         *,
-        pole=0.3,
-        kp=0.1,
-        ki_a=0.025,
-        ki_b=0.025,
-        gain=2.0,
-        exponent=1.0,
-        saturation=1.0,
-        evaluation="switching_gain",
-        sliding_slope=10.0,
-        adaptation_step=0.005,
-        boundary_layer=0.0,
-        spectrum_order=64,
-        quefrency_exponent=0.5,
-        fault_estimate=False,
-        n_jobs=None,
-    ):
+        pole: float = 0.3,
+        kp: float = 0.1,
+        ki_a: float = 0.025,
+        ki_b: float = 0.025,
+        gain: float = 2.0,
+        exponent: float = 1.0,
+        saturation: float = 1.0,
+        evaluation: str = "switching_gain",
+        sliding_slope: float = 10.0,
+        adaptation_step: float = 0.005,
+        boundary_layer: float = 0.0,
+        spectrum_order: int = 64,
+        quefrency_exponent: float = 0.5,
+        fault_estimate: bool = False,
+        n_jobs: int | None = None,
+    ) -> None:
         self.pole = pole
         self.kp = kp
         self.ki_a = ki_a

@@ -1,9 +1,10 @@
 """Residuals of order spectra: what strikes with the shaft, whatever the shaft's speed."""
 
 from numbers import Integral
-from typing import ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils import Bunch, check_scalar
 from sklearn.utils.validation import check_is_fitted
@@ -141,22 +142,29 @@ class OrderResidual(TransformerMixin, BaseEstimator):
     array([0, 1])
     """
 
+    classes_: NDArray[Any]
+    orders_: NDArray[Any]
+    references_: NDArray[Any]
+    variances_: NDArray[Any]
+    samples_a_turn_: float
+    speed_known_: bool
+
     __metadata_request__fit: ClassVar = {"rpm": True}
     __metadata_request__transform: ClassVar = {"rpm": True}
 
     def __init__(
         self,
         *,
-        sampling_rate=None,
-        n_turns=5.0,
-        max_order=16.0,
-        n_bands=4,
-        frame=64,
-        speed_tolerance=0.1,
-        speed_range=2.5,
-        drift=1.0,
-        n_jobs=None,
-    ):
+        sampling_rate: float | None = None,
+        n_turns: float = 5.0,
+        max_order: float = 16.0,
+        n_bands: int = 4,
+        frame: int = 64,
+        speed_tolerance: float = 0.1,
+        speed_range: float = 2.5,
+        drift: float = 1.0,
+        n_jobs: int | None = None,
+    ) -> None:
         self.sampling_rate = sampling_rate
         self.n_turns = n_turns
         self.max_order = max_order
@@ -167,7 +175,7 @@ class OrderResidual(TransformerMixin, BaseEstimator):
         self.drift = drift
         self.n_jobs = n_jobs
 
-    def fit(self, X, y, rpm=None):
+    def fit(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
         """Calibrate the references.
 
         Parameters
@@ -221,7 +229,9 @@ class OrderResidual(TransformerMixin, BaseEstimator):
         remember_parameters(self)
         return self
 
-    def fit_transform(self, X, y, rpm=None):
+    def fit_transform(
+        self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None
+    ) -> NDArray[Any]:
         """Calibrate, and give the residuals of the same stretches.
 
         Parameters
@@ -240,7 +250,7 @@ class OrderResidual(TransformerMixin, BaseEstimator):
         """
         return self.fit(X, y, rpm=rpm).transform(X, rpm=rpm)
 
-    def transform(self, X, rpm=None):
+    def transform(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """One residual for each stretch and condition.
 
         Parameters
@@ -263,7 +273,7 @@ class OrderResidual(TransformerMixin, BaseEstimator):
         """
         return self.match(X, rpm=rpm).residuals
 
-    def match(self, X, rpm=None):
+    def match(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
         """Residuals, and the factors on the speed that they belong to.
 
         Parameters
@@ -320,7 +330,7 @@ class OrderResidual(TransformerMixin, BaseEstimator):
             raise ValueError("rpm was given, but not in fit; expected it in both or in neither.")
         return samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])
 
-    def get_feature_names_out(self, input_features=None):
+    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
         """Names of the residuals: their conditions.
 
         Parameters
@@ -380,7 +390,7 @@ class OrderResidual(TransformerMixin, BaseEstimator):
     def _n_orders(self):
         return int((self.max_order - _LOWEST_ORDER) / _ORDER_STEP + 1 + 1e-9)
 
-    def __sklearn_tags__(self):
+    def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.target_tags.required = True
         tags.input_tags.three_d_array = True

@@ -3,7 +3,9 @@
 import copy
 import hashlib
 import json
+import os
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import sklearn
@@ -72,7 +74,9 @@ _FORMAT = "skarxlag diagnoser 1"
 _FACT_TYPES = (str, int, float, type(None))
 
 
-def save_diagnoser(diagnoser, path, /, **facts):
+def save_diagnoser(
+    diagnoser: Pipeline | CalibratedClassifierCV, path: str | os.PathLike[str], /, **facts: Any
+) -> None:
     """Save a fitted diagnoser and facts about it, all or nothing.
 
     The file is a skops archive, written beside its place and then moved there, so that a reader
@@ -140,7 +144,7 @@ def save_diagnoser(diagnoser, path, /, **facts):
     write_atomically(path, write_members(members, _digest(members)))
 
 
-def check_saving_is_possible():
+def check_saving_is_possible() -> None:
     """Ask before a long fit whether :func:`save_diagnoser` will work after it.
 
     Raises
@@ -156,7 +160,9 @@ def check_saving_is_possible():
         ) from error
 
 
-def load_diagnoser(path):
+def load_diagnoser(
+    path: str | os.PathLike[str],
+) -> tuple[Pipeline | CalibratedClassifierCV, dict[str, Any]]:
     """Load a diagnoser that :func:`save_diagnoser` wrote, and nothing else.
 
     Before anything is unpacked, the sizes that the file states are bounded. Before anything is

@@ -2,8 +2,10 @@
 
 import math
 from functools import partial
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn import config_context
 from sklearn.pipeline import Pipeline
 from sklearn.utils import Bunch
@@ -74,11 +76,19 @@ class DiagnosisPipeline(Pipeline):
     # scikit-learn 1.6 asks the class, not its steps, what a search may pass to `score`.
     __metadata_request__score = {"rpm": True}  # noqa: RUF012
 
-    def __init__(self, steps, *, transform_input=None, memory=None, verbose=False, n_jobs=None):
+    def __init__(
+        self,
+        steps: Any,
+        *,
+        transform_input: list[str] | None = None,
+        memory: Any = None,
+        verbose: bool = False,
+        n_jobs: int | None = None,
+    ) -> None:
         super().__init__(steps, transform_input=transform_input, memory=memory, verbose=verbose)
         self.n_jobs = n_jobs
 
-    def fit(self, X, y=None, **params):
+    def fit(self, X: ArrayLike, y: ArrayLike | None = None, **params: Any) -> Self:
         """Fit all steps, one after another.
 
         Parameters
@@ -101,7 +111,7 @@ class DiagnosisPipeline(Pipeline):
             return super().fit(X, y, **params)
 
     @_last_step_has("transform")
-    def transform(self, X, **params):
+    def transform(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
         """What the last step makes of the windows, all in one batch.
 
         Parameters
@@ -120,7 +130,7 @@ class DiagnosisPipeline(Pipeline):
             return super().transform(X, **params)
 
     @_last_step_has("predict")
-    def predict(self, X, **params):
+    def predict(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
         """Condition of each window.
 
         Parameters
@@ -138,7 +148,7 @@ class DiagnosisPipeline(Pipeline):
         return self._in_batches(super().predict, X, params)
 
     @_last_step_has("predict_proba")
-    def predict_proba(self, X, **params):
+    def predict_proba(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
         """Confidence in each condition.
 
         Parameters
@@ -156,7 +166,7 @@ class DiagnosisPipeline(Pipeline):
         return self._in_batches(super().predict_proba, X, params)
 
     @_last_step_has("predict_log_proba")
-    def predict_log_proba(self, X, **params):
+    def predict_log_proba(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
         """Logarithm of the confidence in each condition.
 
         Parameters
@@ -174,7 +184,7 @@ class DiagnosisPipeline(Pipeline):
         return self._in_batches(super().predict_log_proba, X, params)
 
     @_last_step_has("decision_function")
-    def decision_function(self, X, **params):
+    def decision_function(self, X: ArrayLike, **params: Any) -> Any:
         """Scores of the conditions.
 
         Parameters
@@ -192,7 +202,7 @@ class DiagnosisPipeline(Pipeline):
         return self._in_batches(super().decision_function, X, params)
 
     @_last_step_has("predict")
-    def diagnose(self, X, **params):
+    def diagnose(self, X: ArrayLike, **params: Any) -> Bunch:
         """Verdict, confidence and alarm of each window together, in one pass.
 
         Parameters
@@ -248,7 +258,7 @@ class DiagnosisPipeline(Pipeline):
         return X, routed[self.steps[-1][0]].predict
 
     @_last_step_has("score_samples")
-    def score_samples(self, X, **params):
+    def score_samples(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
         """Log p-value of each window, where the last step is a detector.
 
         Parameters
@@ -266,7 +276,7 @@ class DiagnosisPipeline(Pipeline):
         return self._in_batches(partial(self._of_last_step, "score_samples"), X, params)
 
     @_last_step_has("p_values")
-    def p_values(self, X, **params):
+    def p_values(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
         """Probability that a healthy window is at least as far off, from a detector.
 
         Parameters
@@ -288,7 +298,7 @@ class DiagnosisPipeline(Pipeline):
         return getattr(self.steps[-1][1], method)(levels, **routed)
 
     @_some_step_has("adapt")
-    def adapt(self, X, y):
+    def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
         """Move references by what windows of a new speed show, commonly healthy ones.
 
         The windows go through the steps before the first one that has a method `adapt`, which is
@@ -313,7 +323,13 @@ class DiagnosisPipeline(Pipeline):
         return self
 
     @_last_step_has("score")
-    def score(self, X, y=None, sample_weight=None, **params):
+    def score(
+        self,
+        X: ArrayLike,
+        y: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
+        **params: Any,
+    ) -> float:
         """Score of the last step, the share of right verdicts where it is a classifier.
 
         Parameters

@@ -1,6 +1,9 @@
 """Whether a window carries a signal at all."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array
 
 from ._parallel import map_batches
@@ -13,7 +16,9 @@ _FEWEST_LEVELS = 8
 _SHORTEST_COARSE = 64
 
 
-def signal_quality(X, *, clipped_share=0.02, held_share=0.5):
+def signal_quality(
+    X: ArrayLike, *, clipped_share: float = 0.02, held_share: float = 0.5
+) -> NDArray[Any]:
     """Whether each window carries a signal, and if not, why.
 
     An estimator must answer for every row that it is given, also for the row of a sensor that was

@@ -1,8 +1,11 @@
 """Measures of windows: their log spectra, in groups that a comparison can weigh."""
 
+from collections.abc import Sequence
 from numbers import Integral
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_scalar
 
 from ._groups import GroupTransformer
@@ -75,17 +78,17 @@ class LogSpectra(GroupTransformer):
     def __init__(
         self,
         *,
-        measures=("colour", "floor", "steadiness"),
-        segment=128,
-        spectrum_order=128,
-        n_jobs=None,
-    ):
+        measures: Sequence[str] = ("colour", "floor", "steadiness"),
+        segment: int = 128,
+        spectrum_order: int = 128,
+        n_jobs: int | None = None,
+    ) -> None:
         self.measures = measures
         self.segment = segment
         self.spectrum_order = spectrum_order
         self.n_jobs = n_jobs
 
-    def fit(self, X, y=None):
+    def fit(self, X: ArrayLike, y: Any = None) -> Self:
         """Check the parameters.
 
         Parameters
@@ -110,7 +113,7 @@ class LogSpectra(GroupTransformer):
         remember_parameters(self)
         return self
 
-    def transform(self, X):
+    def transform(self, X: ArrayLike) -> NDArray[Any]:
         """Log spectra of each window.
 
         Parameters

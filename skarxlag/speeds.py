@@ -1,12 +1,17 @@
 """Shaft speeds: what users give, and what a signal tells."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 #: Turns of the shaft below which a stretch says nothing of orders.
 LEAST_TURNS = 3
 
 
-def samples_a_turn(rpm, sampling_rate, n_stretches, n_samples):
+def samples_a_turn(
+    rpm: ArrayLike, sampling_rate: float | None, n_stretches: int, n_samples: int
+) -> NDArray[Any]:
     """Samples in a turn of the shaft, from nominal speeds.
 
     Parameters
@@ -44,7 +49,7 @@ def samples_a_turn(rpm, sampling_rate, n_stretches, n_samples):
     return 60 * sampling_rate / speeds
 
 
-def check_speeds(rpm, n_stretches, n_samples):
+def check_speeds(rpm: ArrayLike, n_stretches: int, n_samples: int) -> NDArray[Any]:
     """Check nominal speeds.
 
     Parameters

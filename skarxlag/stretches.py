@@ -1,9 +1,10 @@
 """Residuals of stretches: the colour of the windows in them, times the orders of the shaft."""
 
 from numbers import Integral
-from typing import ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin, clone
 from sklearn.utils import check_scalar
 from sklearn.utils.validation import check_is_fitted
@@ -80,15 +81,25 @@ class StretchResidual(TransformerMixin, BaseEstimator):
     array([0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1])
     """
 
+    classes_: NDArray[Any]
+    window_residual_: Any
+    order_residual_: OrderResidual
+
     __metadata_request__fit: ClassVar = {"rpm": True}
     __metadata_request__transform: ClassVar = {"rpm": True}
 
-    def __init__(self, *, window_residual=None, order_residual=None, window_length=4800):
+    def __init__(
+        self,
+        *,
+        window_residual: Any = None,
+        order_residual: OrderResidual | None = None,
+        window_length: int = 4800,
+    ) -> None:
         self.window_residual = window_residual
         self.order_residual = order_residual
         self.window_length = window_length
 
-    def fit(self, X, y, rpm=None):
+    def fit(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
         """Calibrate both residuals.
 
         Parameters
@@ -114,7 +125,9 @@ class StretchResidual(TransformerMixin, BaseEstimator):
         self._calibrate(X, y, rpm)
         return self
 
-    def fit_transform(self, X, y, rpm=None):
+    def fit_transform(
+        self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None
+    ) -> NDArray[Any]:
         """Calibrate, and give the residuals of the same stretches.
 
         Parameters
@@ -146,7 +159,7 @@ class StretchResidual(TransformerMixin, BaseEstimator):
         remember_parameters(self)
         return X
 
-    def transform(self, X, rpm=None):
+    def transform(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """One residual for each stretch and condition.
 
         Parameters
@@ -178,7 +191,7 @@ class StretchResidual(TransformerMixin, BaseEstimator):
         of_orders = np.asarray(self.order_residual_.transform(X, rpm=rpm))
         return mean * (of_orders if rpm is not None else np.sqrt(of_orders))
 
-    def adapt(self, X, y):
+    def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
         """Move the references of the windows by what stretches of a new speed show.
 
         Orders do not move with speed.
@@ -206,7 +219,7 @@ class StretchResidual(TransformerMixin, BaseEstimator):
         return self
 
     @property
-    def speed_known_(self):
+    def speed_known_(self) -> Any:
         """Whether `fit` was given `rpm`."""
         return self.order_residual_.speed_known_
 
@@ -218,7 +231,7 @@ class StretchResidual(TransformerMixin, BaseEstimator):
         cut = X[..., : count * length].reshape(n_stretches, n_models, count, length)
         return np.swapaxes(cut, 1, 2).reshape(-1, n_models, length)
 
-    def get_feature_names_out(self, input_features=None):
+    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
         """Names of the residuals: their conditions.
 
         Parameters
@@ -262,7 +275,7 @@ class StretchResidual(TransformerMixin, BaseEstimator):
             for step in steps:
                 check_state(step)
 
-    def __sklearn_tags__(self):
+    def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.target_tags.required = True
         tags.input_tags.three_d_array = True

@@ -1,8 +1,12 @@
 """From the windows of recordings to one verdict for each recording."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike, NDArray
 from scipy.special import softmax
+from sklearn.pipeline import Pipeline
 from sklearn.utils import check_consistent_length
 from sklearn.utils.metadata_routing import get_routing_for_object
 
@@ -17,7 +21,12 @@ _SMALLEST_PROBABILITY = 1e-6
 _MOST_WINDOWS = 0.5
 
 
-def window_verdicts(diagnoser, X, conditions=None, rpm=None):
+def window_verdicts(
+    diagnoser: Pipeline,
+    X: NDArray[Any],
+    conditions: list[str] | None = None,
+    rpm: ArrayLike | None = None,
+) -> pd.DataFrame:
     """What a diagnoser says of each window.
 
     Windows that carry no signal (see :func:`skarxlag.signal_quality`) are not shown to the
@@ -74,7 +83,7 @@ def window_verdicts(diagnoser, X, conditions=None, rpm=None):
     return pd.DataFrame({"verdict": verdict, "alarm": alarm, "quality": quality} | columns)
 
 
-def takes_rpm(diagnoser):
+def takes_rpm(diagnoser: Any) -> Any:
     """Whether some step of a diagnoser requests the speed of windows, and knew it in `fit`."""
     was_known = all(getattr(step, "speed_known_", True) for _, step in diagnoser.steps)
     return was_known and bool(get_routing_for_object(diagnoser).consumes("predict", ["rpm"]))
@@ -99,7 +108,7 @@ def _classified(diagnoser, X, conditions, params):
     return verdict, alarm, probability[:, places]
 
 
-def recording_verdict(windows, conditions):
+def recording_verdict(windows: pd.DataFrame, conditions: list[str]) -> dict[str, Any]:
     r"""One verdict from the windows of one recording.
 
     Evidence adds up: the condition of largest :math:`\sum_w \log p_w(c)` wins; a detector's
@@ -158,7 +167,9 @@ def recording_verdict(windows, conditions):
     } | {f"share of {name}": float((usable["verdict"] == name).mean()) for name in possible}
 
 
-def verdict_remarks(windows, verdict, conditions):
+def verdict_remarks(
+    windows: pd.DataFrame, verdict: dict[str, Any], conditions: list[str]
+) -> list[str]:
     """What a person should know before the verdict on a recording is used.
 
     Parameters
@@ -221,7 +232,14 @@ def _no_signal_remark(verdict, listed):
     )
 
 
-def recording_verdicts(diagnoser, X, recording, conditions=None, *, rpm=None):
+def recording_verdicts(
+    diagnoser: Pipeline,
+    X: NDArray[Any],
+    recording: ArrayLike,
+    conditions: list[str] | None = None,
+    *,
+    rpm: ArrayLike | None = None,
+) -> pd.DataFrame:
     """One verdict for each recording, from windows of several recordings.
 
     Parameters

@@ -2,11 +2,12 @@
 
 import argparse
 import math
+from typing import Any
 
 from ..recordings.speeds import SpeedRange
 
 
-def add_execution_arguments(parser):
+def add_execution_arguments(parser: Any) -> None:
     """Declare what many recordings are worked on with, and how much is said meanwhile."""
     parser.add_argument(
         "--n-jobs", type=job_count, default=-1, metavar="N", help="at a time; default: all cores"
@@ -27,37 +28,37 @@ def add_execution_arguments(parser):
     parser.add_argument("-q", "--quiet", action="store_true", help="tell no progress")
 
 
-def positive_int(text):
+def positive_int(text: Any) -> Any:
     """An integer of at least 1."""
     return _integer(text, "an integer of at least 1", lambda value: value >= 1)
 
 
-def window_length(text):
+def window_length(text: Any) -> Any:
     """A number of samples; in fewer there is no model to identify."""
     return _integer(text, "an integer of at least 100", lambda value: value >= 100)
 
 
-def seed(text):
+def seed(text: Any) -> Any:
     """An integer that seeds a random number generator."""
     return _integer(text, "an integer from 0 to 4294967295", lambda value: 0 <= value < 2**32)
 
 
-def job_count(text):
+def job_count(text: Any) -> Any:
     """A number of threads, or a negative one as in joblib."""
     return _integer(text, "a number of threads, or -1 for all cores", lambda value: value != 0)
 
 
-def positive_number(text):
+def positive_number(text: Any) -> Any:
     """A finite number above 0."""
     return _number(text, "a number above 0", lambda value: value > 0)
 
 
-def rate(text):
+def rate(text: Any) -> Any:
     """A number strictly between 0 and 1."""
     return _number(text, "a number between 0 and 1", lambda value: 0 < value < 1)
 
 
-def speed_range(text):
+def speed_range(text: Any) -> Any:
     """A shaft speed, alone, with a tolerance, or as a range."""
     try:
         return SpeedRange.parse(text)
@@ -65,7 +66,7 @@ def speed_range(text):
         raise argparse.ArgumentTypeError(str(error)) from error
 
 
-def speed_or_all(text):
+def speed_or_all(text: Any) -> Any:
     """A shaft speed, or the word all."""
     return text if text == "all" else _number(text, "a speed in rpm, or all", lambda v: v > 0)
 

@@ -2,13 +2,14 @@
 
 import os
 from dataclasses import replace
+from typing import Any
 
 from .progress import Progress
 from .recording_task import Diagnosis, Task
 from .runner import WorkerDied, executors, run_tasks
 
 
-def diagnose_all(args, recordings, journal=None):
+def diagnose_all(args: Any, recordings: Any, journal: Any = None) -> list[Any]:
     """Diagnose recordings; what is wrong with one does not touch the others.
 
     Parameters

@@ -4,6 +4,7 @@ import sys
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -41,7 +42,7 @@ _ALARM = 3
 _MOST_NAMES = 5
 
 
-def add_arguments(parser):
+def add_arguments(parser: Any) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
     parser.add_argument("model", type=Path, metavar="MODEL.skops", help="what fit has saved")
@@ -82,7 +83,7 @@ def add_arguments(parser):
     parser.set_defaults(run=run, fail=parser.error)
 
 
-def run(args):
+def run(args: Any) -> Any:
     """Run the command."""
     _check_arguments(args)
     model = load_model(args.model)

@@ -1,6 +1,8 @@
 """The diagnosers by the names that the commands give them."""
 
+from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 from sklearn.pipeline import Pipeline
 
@@ -10,7 +12,9 @@ from ..ladder import ThresholdLadder
 from ..observers import ExtendedStatePIObserver, PIObserver
 
 
-def make_single_ladder(observer, *, healthy, n_jobs=None):
+def make_single_ladder(
+    observer: Callable[..., Any], *, healthy: Any, n_jobs: int | None = None
+) -> Any:
     """The paper's ladder as printed: one model, of the healthy condition, and one residual.
 
     Its thresholds cut the residual's level into bands (Eqs. 23-32), one for each condition. The
@@ -44,7 +48,7 @@ DIAGNOSERS = {
 }
 #: What `evaluate` puts into the paper's tables, by its option --ladder: makers by title. A single
 #: residual has no counterpart of our own diagnoser.
-LADDERS = {
+LADDERS: dict[str, dict[str, Any]] = {
     "bank": dict(DIAGNOSERS.values()),
     "single": {
         DIAGNOSERS["alpio"][0]: partial(make_single_ladder, PIObserver),
@@ -53,7 +57,7 @@ LADDERS = {
 }
 
 
-def set_threads(diagnoser, n_jobs):
+def set_threads(diagnoser: Any, n_jobs: Any) -> None:
     """Set the number of threads of the diagnoser and of all steps that have one."""
     names = [name for name in diagnoser.get_params() if name.split("__")[-1] == "n_jobs"]
     diagnoser.set_params(**dict.fromkeys(names, n_jobs))

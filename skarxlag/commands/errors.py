@@ -1,6 +1,8 @@
 """Mistakes of a user, which end a command with one line instead of a traceback."""
 
+from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 
 class UsageError(Exception):
@@ -12,7 +14,7 @@ class CommandError(Exception):
 
 
 @contextmanager
-def as_command_error(*kinds):
+def as_command_error(*kinds: Any) -> Iterator[Any]:
     """Turn what readers, writers and estimators raise on bad input into a `CommandError`.
 
     Parameters
@@ -27,7 +29,7 @@ def as_command_error(*kinds):
         raise CommandError(" ".join(str(error).split())) from error
 
 
-def printable(text):
+def printable(text: Any) -> Any:
     r"""A text as it can be written to any file: bytes that are no UTF-8 become escapes.
 
     Examples

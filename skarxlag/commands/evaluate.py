@@ -4,6 +4,7 @@ import sys
 from functools import partial
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -33,7 +34,7 @@ every recording of every speed.
 _PAPER_CONFUSION_RPM = 400.0
 
 
-def add_arguments(parser):
+def add_arguments(parser: Any) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
     parser.add_argument("--rig", choices=TITLES, default="simulated", help="default: simulated")
@@ -73,7 +74,7 @@ def add_arguments(parser):
     parser.set_defaults(run=run, fail=parser.error)
 
 
-def run(args):
+def run(args: Any) -> Any:
     """Run the command."""
     try:
         args.output.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,10 @@
 """The figures of ``evaluate``; drawn without pyplot, so no backend is chosen for the user."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
+import pandas as pd
 
 from ..plotting import SpeedAccuracyDisplay
 from .diagnosers import DIAGNOSERS
@@ -19,7 +23,7 @@ from .rigs import TITLES
 _RESIDUALS_OF = DIAGNOSERS["alpio"][0]
 
 
-def why_missing():
+def why_missing() -> Any:
     """A sentence that tells why no figures can be drawn, or None if they can."""
     try:
         import matplotlib  # noqa: F401
@@ -28,7 +32,14 @@ def why_missing():
     return None
 
 
-def save_figures(verdicts, parts, fitted, rig_title, confusion_rpm, path):
+def save_figures(
+    verdicts: pd.DataFrame,
+    parts: list[Any],
+    fitted: dict[str, Any],
+    rig_title: str,
+    confusion_rpm: float | None,
+    path: Callable[..., Any],
+) -> None:
     """Draw and save everything.
 
     Accuracy by speed, confusion matrices, and what the paper shows in its Figures 7, 8, 10, 11

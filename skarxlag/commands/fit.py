@@ -6,6 +6,7 @@ import warnings
 from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -44,7 +45,7 @@ _DETECTOR_LENGTH = 4800
 _HEALTHY = {"healthy", "normal", "good", "intact", "baseline"}
 
 
-def add_arguments(parser):
+def add_arguments(parser: Any) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
     parser.add_argument("table", type=Path, help="csv table of the recordings, a folder, or a glob")
@@ -115,7 +116,7 @@ def add_arguments(parser):
     parser.set_defaults(run=run, fail=parser.error)
 
 
-def run(args):
+def run(args: Any) -> Any:
     """Run the command."""
     with as_command_error():
         listed = list_recordings(args.table, **stated(args))

@@ -1,8 +1,10 @@
 """Charts of the report as SVG text: what happened over time, and a spectrum."""
 
 from html import escape
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 #: The healthy condition is the first colour; the others can be told apart without red and green.
 COLOURS = ("#2f7f6f", "#c2571a", "#5b4bb5", "#b8860b", "#a83279", "#2f6fb0", "#6b6b2a", "#7a4a2b")
@@ -11,7 +13,9 @@ _MOST_COLUMNS = 192
 _WIDTH, _LEFT = 460, 74
 
 
-def timeline(windows, conditions, colour_of, seconds):
+def timeline(
+    windows: pd.DataFrame, conditions: list[str], colour_of: dict[str, str], seconds: float | None
+) -> str:
     """Verdict, confidence, alarm and quality over time, a column for one or several windows.
 
     Parameters
@@ -58,7 +62,9 @@ def timeline(windows, conditions, colour_of, seconds):
     return _svg("Verdict over time", 132, "".join([*rows, *labels, axis]))
 
 
-def spectrum_chart(spectrum, colour_of, sampling_rate):
+def spectrum_chart(
+    spectrum: dict[str, Any], colour_of: dict[str, str], sampling_rate: float | None
+) -> str:
     """Spectrum of a window over the references of two conditions.
 
     Parameters

@@ -1,6 +1,7 @@
 """The report of `diagnose` as one HTML file, without network, to read on a telephone and print."""
 
 from html import escape
+from typing import Any
 
 import pandas as pd
 
@@ -41,7 +42,7 @@ svg text { font-size: 8px; fill: var(--soft); } .axis { stroke: var(--line); }
 """
 
 
-def html_report(heading, model, rows, diagnoses):
+def html_report(heading: str, model: Any, rows: pd.DataFrame, diagnoses: list[Any]) -> str:
     """The report.
 
     Parameters

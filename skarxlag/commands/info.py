@@ -3,6 +3,7 @@
 import json
 import textwrap
 from pathlib import Path
+from typing import Any
 
 from .._version import __version__
 from .models import held_rate, load_model, stated_facts
@@ -13,7 +14,7 @@ that saved it, its calibration, and what must not be expected of it.
 """
 
 
-def add_arguments(parser):
+def add_arguments(parser: Any) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
     parser.add_argument("model", type=Path, metavar="MODEL.skops", help="what fit has saved")
@@ -21,7 +22,7 @@ def add_arguments(parser):
     parser.set_defaults(run=run, fail=parser.error)
 
 
-def run(args):
+def run(args: Any) -> Any:
     """Run the command."""
     model = load_model(args.model)
     if args.json:
@@ -37,7 +38,7 @@ def run(args):
     return 0
 
 
-def model_card(model):
+def model_card(model: Any) -> dict[str, str]:
     """What is known of a model, as pairs of a name and a text.
 
     Parameters
@@ -74,7 +75,7 @@ def model_card(model):
     return card
 
 
-def limits(model):
+def limits(model: Any) -> list[str]:
     """What must not be expected of a model.
 
     Parameters

@@ -4,6 +4,7 @@ import hashlib
 import json
 import sys
 from pathlib import Path
+from typing import Any, Self
 
 import pandas as pd
 
@@ -26,13 +27,15 @@ class Journal:
         All else that results depend on, as JSON has it.
     """
 
-    def __init__(self, output, model, settings):
+    path: Any
+
+    def __init__(self, output: Path, model: Path, settings: list[Any]) -> None:
         self.path = output.with_name(output.name + ".partial")
         digest = hashlib.sha256(Path(model).read_bytes()).hexdigest()
         self._head = {"format": _FORMAT, "model": digest, "settings": settings}
         self._file = None
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         """Read what an earlier run has finished, if it had the same model and settings."""
         lines = self._whole_lines()
         if not lines or lines[0] != self._head:
@@ -43,19 +46,19 @@ class Journal:
         self._file = self.path.open("ab")
         return self
 
-    def __exit__(self, kind, *exception):
+    def __exit__(self, kind: object, *exception: Any) -> None:
         self._file.close()
         if kind is None:
             self.path.unlink()
         elif kind is KeyboardInterrupt:
             print(f"{self.path}: the same command goes on from here", file=sys.stderr)
 
-    def result(self, recording):
+    def result(self, recording: Any) -> Any:
         """What an earlier run found of a recording that has not changed since, or None."""
         plain = self._finished.get(_key(_identity(recording)))
         return None if plain is None else _diagnosis(plain)
 
-    def add(self, recording, diagnosis):
+    def add(self, recording: Any, diagnosis: Any) -> None:
         """Keep a result. A recording that failed is not kept: it is tried again."""
         if diagnosis.error is None:
             line = {"recording": _identity(recording), "result": _plain(diagnosis)}

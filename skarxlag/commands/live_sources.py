@@ -2,8 +2,11 @@
 
 import os
 import time
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -54,14 +57,14 @@ class Patience:
     poll: float
     idle: float | None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self.renew()
 
-    def renew(self):
+    def renew(self) -> None:
         """Something new has come."""
         self._since = time.monotonic()
 
-    def wait(self):
+    def wait(self) -> Any:
         """Sleep, and say whether to look again."""
         if self.idle is not None and time.monotonic() - self._since >= self.idle:
             return False
@@ -70,7 +73,7 @@ class Patience:
         return True
 
 
-def from_stream(stream, parser, stopping):
+def from_stream(stream: Any, parser: Any, stopping: Any) -> Iterator[Any]:
     """Blocks from a pipe, until it ends."""
     while True:
         with stopping.waiting():
@@ -80,7 +83,9 @@ def from_stream(stream, parser, stopping):
             return
 
 
-def from_growing_file(path, parser, patience, warn, place=0):
+def from_growing_file(
+    path: Any, parser: Any, patience: Any, warn: Any, place: Any = 0
+) -> Iterator[Any]:
     """Blocks from a file to which somebody appends, from a place on.
 
     A file that got shorter was started afresh, and is read from its beginning. A last line or
@@ -114,7 +119,13 @@ def _started_afresh(path, file):
     return now.st_size < file.tell() or not os.path.samestat(now, os.fstat(file.fileno()))
 
 
-def from_folder(folder, options, patience, warn, place=None):
+def from_folder(
+    folder: Path,
+    options: dict[str, Any],
+    patience: Patience,
+    warn: Callable[..., Any],
+    place: list[Any] | None = None,
+) -> Iterator[Any]:
     """Blocks from the files of a folder, in the order in which they were finished.
 
     A file is read when its size and time have not changed between two looks. What has an older time

@@ -4,6 +4,7 @@ import functools
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile, ZipFile
 
 from ..persistence import load_diagnoser
@@ -39,16 +40,16 @@ class SavedModel:
 
     path: Path
     diagnoser: object
-    facts: dict
+    facts: dict[str, Any]
     kind: str
-    conditions: list
+    conditions: list[Any]
     n_channels: int
     window_length: int
     sampling_rate: float | None
-    train_rpm: list | None
+    train_rpm: list[Any] | None
 
 
-def load_model(path, n_jobs=None):
+def load_model(path: Path, n_jobs: int | None = None) -> SavedModel:
     """Load a model. What `fit` states and `save_diagnoser` may not is taken from its steps.
 
     Parameters
@@ -90,7 +91,7 @@ def load_model(path, n_jobs=None):
     )
 
 
-def stated_facts(model):
+def stated_facts(model: Any) -> Any:
     """What a file of results states of the model."""
     return {
         "file": printable(model.path),
@@ -103,7 +104,7 @@ def stated_facts(model):
 
 
 @functools.lru_cache(maxsize=2)
-def cached_model(path, changed, n_jobs):
+def cached_model(path: Path, changed: int, n_jobs: int | None) -> SavedModel:
     """`load_model` of a file as it was at a time: a worker loads it once for all recordings.
 
     Parameters
@@ -123,7 +124,7 @@ def cached_model(path, changed, n_jobs):
     return load_model(path, n_jobs)
 
 
-def is_model_file(path):
+def is_model_file(path: Any) -> Any:
     """Whether a file is a saved model, damaged or not."""
     try:
         with ZipFile(path) as file:
@@ -132,7 +133,7 @@ def is_model_file(path):
         return False
 
 
-def held_rate(n_windows, rate):
+def held_rate(n_windows: int, rate: float) -> list[str]:
     """What to say where fewer healthy windows were at hand than the false-alarm rate needs.
 
     Of n windows and a further one of the same kind, the further one is the largest with

@@ -3,7 +3,12 @@
 They are drawn without pyplot, so no backend is chosen for the user.
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
+from sklearn.pipeline import Pipeline
+from sklearn.utils import Bunch
 
 from ..plotting import (
     IdentificationDisplay,
@@ -28,7 +33,7 @@ _SHOWN_SAMPLES = 320
 _BINS = 800
 
 
-def new_figure(title, width, height):
+def new_figure(title: str, width: float, height: float) -> Any:
     """A figure with a title, outside pyplot.
 
     Parameters
@@ -50,7 +55,9 @@ def new_figure(title, width, height):
     return figure
 
 
-def identification_figure(diagnoser, rig, condition, window, title):
+def identification_figure(
+    diagnoser: Pipeline, rig: Bunch, condition: str, window: NDArray[Any], title: str
+) -> Any:
     """Figures 7 and 8: output of one window, prediction by the healthy model, and their error.
 
     Parameters
@@ -83,7 +90,7 @@ def identification_figure(diagnoser, rig, condition, window, title):
     return figure
 
 
-def raw_signal_figure(rig, rpm, title):
+def raw_signal_figure(rig: Bunch, rpm: float, title: str) -> Any:
     """Figure 10: the first recording of each condition at one speed, all samples of it.
 
     Each signal is drawn as the area between the smallest and the largest sample of each of 800
@@ -124,7 +131,7 @@ def raw_signal_figure(rig, rpm, title):
     return figure
 
 
-def detection_figure(diagnoser, rig, chosen, title):
+def detection_figure(diagnoser: Pipeline, rig: Bunch, chosen: NDArray[Any], title: str) -> Any:
     """Figure 11: level of the healthy model's residual in many windows, and Gamma.
 
     Parameters
@@ -146,7 +153,7 @@ def detection_figure(diagnoser, rig, chosen, title):
     return _ladder_figure(diagnoser, rig, chosen, title, "detection")
 
 
-def isolation_figure(diagnoser, rig, chosen, title):
+def isolation_figure(diagnoser: Any, rig: Any, chosen: Any, title: Any) -> Any:
     """All Deltas over the same windows; parameters as `detection_figure` has them."""
     return _ladder_figure(diagnoser, rig, chosen, title, "isolation")
 
@@ -164,7 +171,7 @@ def _ladder_figure(diagnoser, rig, chosen, title, decision):
     return figure
 
 
-def residual_figure(diagnoser, rig, windows, title):
+def residual_figure(diagnoser: Pipeline, rig: Bunch, windows: dict[str, Any], title: str) -> Any:
     """Figures 12-19: residual of one window of each condition with the ladder's thresholds.
 
     Parameters

@@ -1,9 +1,11 @@
 """Tables 2-9 of the paper, filled on the simulated rig, as text and as CSV."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from sklearn.utils import Bunch
 
 from ..paper import (
     accuracy_beside_paper,
@@ -29,7 +31,7 @@ _RESIDUALS = {
 _SAME_WINDOWS = "At 500 rpm the same windows are calibrated and scored, as in the paper's Table 5."
 
 
-def paper_heading(rig, ladder, seed):
+def paper_heading(rig: Bunch, ladder: str, seed: int) -> str:
     """What the tables are about, for a terminal.
 
     Parameters
@@ -58,7 +60,7 @@ simulation, not from measurements, and can neither confirm nor refute them.
 """
 
 
-def paper_report(outcome):
+def paper_report(outcome: Bunch) -> list[Any]:
     """Tables 2-9, averages and improvements, beside the paper's.
 
     Parameters

@@ -1,6 +1,7 @@
 """How far a long command is: a bar on a terminal, lines in a log, nothing on request."""
 
 import sys
+from typing import Any, Self
 
 
 class Progress:
@@ -16,7 +17,7 @@ class Progress:
         Whether to say nothing.
     """
 
-    def __init__(self, total, unit, *, quiet=False):
+    def __init__(self, total: int, unit: str, *, quiet: bool = False) -> None:
         self._total, self._done, self._quiet, self._bar = total, 0, quiet, None
         if sys.stderr.isatty() and not quiet:
             try:
@@ -25,7 +26,7 @@ class Progress:
                 return
             self._bar = tqdm(total=total, unit=f" {unit}", file=sys.stderr, dynamic_ncols=True)
 
-    def step(self, line):
+    def step(self, line: Any) -> None:
         """One step is done; the line says which and what came of it."""
         self._done += 1
         if self._quiet:
@@ -35,9 +36,9 @@ class Progress:
         else:
             self._bar.update()
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *exception):
+    def __exit__(self, *exception: Any) -> None:
         if self._bar is not None:
             self._bar.close()

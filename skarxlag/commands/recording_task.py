@@ -1,6 +1,7 @@
 """The work on one recording: read it, cut it, diagnose it. A worker does this by itself."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -34,15 +35,15 @@ class Diagnosis:
         Why there is no verdict.
     """
 
-    verdict: dict
+    verdict: dict[str, Any]
     windows: pd.DataFrame | None
     sampling_rate: float | None = None
-    remarks: tuple = ()
-    spectrum: dict | None = None
+    remarks: tuple[Any, ...] = ()
+    spectrum: dict[str, Any] | None = None
     error: str | None = None
 
     @classmethod
-    def failed(cls, reason):
+    def failed(cls, reason: Any) -> Any:
         """A recording without a verdict, and why."""
         return cls({}, None, error=" ".join(str(reason).split()))
 
@@ -64,11 +65,11 @@ class Task:
     """
 
     recording: object
-    model: tuple
+    model: tuple[Any, ...]
     resample: bool = False
     draw: bool = False
 
-    def __call__(self):
+    def __call__(self) -> Any:
         """Diagnose the recording; what is wrong with it is told, not raised."""
         try:
             model = cached_model(*self.model)
@@ -77,7 +78,9 @@ class Task:
             return Diagnosis.failed(error)
 
 
-def diagnose_recording(recording, model, resample=False, draw=False):
+def diagnose_recording(
+    recording: Any, model: Any, resample: bool = False, draw: bool = False
+) -> Diagnosis:
     """Diagnose one recording, read part by part.
 
     Parameters

@@ -1,6 +1,7 @@
 """The tables of ``evaluate`` on a real rig, as text and as CSV."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import pandas as pd
 
@@ -29,12 +30,12 @@ class Table:
     """
 
     title: str
-    blocks: list
+    blocks: list[Any]
     stem: str
     frame: pd.DataFrame
 
     @property
-    def text(self):
+    def text(self) -> Any:
         """Title, captions and cells, for a terminal."""
         lines = [self.title]
         for caption, cells in self.blocks:
@@ -43,7 +44,7 @@ class Table:
         return "\n".join(lines) + "\n"
 
 
-def evaluation_report(verdicts, conditions, rig_title):
+def evaluation_report(verdicts: pd.DataFrame, conditions: list[str], rig_title: str) -> list[Any]:
     """All tables of an evaluation.
 
     Parameters
@@ -77,12 +78,12 @@ def evaluation_report(verdicts, conditions, rig_title):
     ]
 
 
-def of_part(verdicts, part):
+def of_part(verdicts: Any, part: Any) -> Any:
     """Rows of one part."""
     return verdicts if part.crack_mm is None else verdicts[verdicts["crack_mm"] == part.crack_mm]
 
 
-def confusion_verdicts(verdicts, confusion_rpm):
+def confusion_verdicts(verdicts: pd.DataFrame, confusion_rpm: float | None) -> pd.DataFrame | str:
     """Rows that confusion matrices count, and what to call them.
 
     Tests at the training speed count only where there is no other.
@@ -109,18 +110,18 @@ def confusion_verdicts(verdicts, confusion_rpm):
     return chosen, f"calibrated at {_speed_list(trained)}, tested at {_speed_list(tested)} rpm"
 
 
-def file_stem(title):
+def file_stem(title: Any) -> Any:
     """Name of a diagnoser in a file's name."""
     return title.lower().replace(" ", "-")
 
 
-def matrix_text(table, digits=1):
+def matrix_text(table: Any, digits: Any = 1) -> Any:
     """Cells of a confusion matrix with margins, as text with at most that many decimals."""
     cells = table.map(lambda value: number_text(value, digits) or "-")
     return cells.rename_axis(None).rename_axis(None, axis=1)
 
 
-def number_text(value, digits):
+def number_text(value: Any, digits: Any) -> Any:
     """A number with at most `digits` decimals; nothing for NaN.
 
     Examples

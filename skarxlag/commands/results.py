@@ -3,6 +3,9 @@
 import io
 import json
 import os
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -15,7 +18,7 @@ SUFFIXES = (".csv", ".json", ".parquet", ".html")
 _HEADS = (b"recording,verdict,confidence,", b"recording,start,verdict,alarm,")
 
 
-def result_paths(output):
+def result_paths(output: Any) -> Any:
     """The files that are written for an output.
 
     Examples
@@ -31,7 +34,14 @@ def result_paths(output):
     return [output, output.with_name(f"{output.stem}_windows{output.suffix}")]
 
 
-def check_output(output, inputs, *, is_own, force, suffixes=None):
+def check_output(
+    output: Path,
+    inputs: Iterable[Any],
+    *,
+    is_own: Callable[..., Any],
+    force: bool,
+    suffixes: Sequence[str] | None = None,
+) -> None:
     """Refuse an output that cannot be meant, before anything is computed.
 
     Parameters
@@ -66,7 +76,7 @@ def check_output(output, inputs, *, is_own, force, suffixes=None):
         raise UsageError(f"{where} exists and was not written by this command; --force replaces it")
 
 
-def is_result_file(path):
+def is_result_file(path: Any) -> Any:
     """Whether a file is one of results, of any format."""
     with path.open("rb") as file:
         start = file.read(4096)
@@ -75,7 +85,7 @@ def is_result_file(path):
     return start.startswith(_HEADS) or MARK.encode() in start or MARK.encode() in end
 
 
-def recording_rows(recordings, diagnoses):
+def recording_rows(recordings: list[Any], diagnoses: list[Any]) -> pd.DataFrame:
     """One row for each recording.
 
     Parameters
@@ -105,14 +115,14 @@ def recording_rows(recordings, diagnoses):
     return table.astype(dict.fromkeys(whole, "Int64"))
 
 
-def stated_columns(recording):
+def stated_columns(recording: Any) -> Any:
     """What the table, or the name of the file, states of a recording."""
     stated = {"condition": recording.condition, "rpm": recording.rpm}
     stated = {name: value for name, value in stated.items() if value is not None}
     return stated | {f"stated {name}": value for name, value in recording.further.items()}
 
 
-def window_rows(recordings, diagnoses):
+def window_rows(recordings: Any, diagnoses: Any) -> Any:
     """One row for each window of the recordings that did not fail."""
     frames = []
     for recording, diagnosis in zip(recordings, diagnoses, strict=True):
@@ -124,7 +134,9 @@ def window_rows(recordings, diagnoses):
     return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=columns)
 
 
-def write_tables(output, recordings, windows, head):
+def write_tables(
+    output: Path, recordings: pd.DataFrame, windows: pd.DataFrame, head: dict[str, Any]
+) -> Any:
     """Write csv, json or parquet.
 
     Parameters

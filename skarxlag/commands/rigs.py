@@ -1,8 +1,10 @@
 """The rigs that ``evaluate`` offers, cut into parts that are diagnosed separately."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from sklearn.utils import Bunch
 
 from ..datasets import FETCHERS, simulate_rig
@@ -33,17 +35,17 @@ class Part:
     rig: Bunch
 
     @property
-    def stem(self):
+    def stem(self) -> Any:
         """What tells its files from those of other parts."""
         return "" if self.crack_mm is None else f"_{self.crack_mm:g}mm"
 
     @property
-    def title(self):
+    def title(self) -> Any:
         """What tells its tables from those of other parts."""
         return "" if self.crack_mm is None else f", crack {self.crack_mm:g} mm"
 
 
-def load_parts(args):
+def load_parts(args: Any) -> list[Any]:
     """Load the rig that the arguments name.
 
     Parameters
@@ -117,7 +119,7 @@ def _check_halves(rig, window_length):
         )
 
 
-def select_windows(rig, chosen):
+def select_windows(rig: Bunch, chosen: NDArray[Any]) -> Bunch:
     """Some windows of a rig.
 
     Parameters

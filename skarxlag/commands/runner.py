@@ -8,9 +8,11 @@ cluster has a single core it computes in the calling process.
 
 import threading
 from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from typing import Any
 
 from joblib import effective_n_jobs
 from joblib.externals.loky import get_reusable_executor
@@ -23,14 +25,16 @@ _AHEAD = 2
 
 _CONNECT_SECONDS = 10
 #: Set when nobody waits for results any more; a thread cannot be ended from outside.
-cancelled = threading.Event()
+cancelled: threading.Event = threading.Event()
 
 
 class WorkerDied:
     """In the place of a result: whatever process worked on the task ended."""
 
 
-def run_tasks(tasks, start_executor, n_workers):
+def run_tasks(
+    tasks: Sequence[Any], start_executor: Callable[..., Any], n_workers: int
+) -> Iterator[Any]:
     """Run tasks and yield what they return as soon as it is there.
 
     A worker process that dies takes other tasks with it, and nobody can tell which of them was the
@@ -87,7 +91,7 @@ def run_tasks(tasks, start_executor, n_workers):
 
 
 @contextmanager
-def executors(args):
+def executors(args: Any) -> Iterator[tuple[Callable[..., Any], int]]:
     """What runs the tasks of a command.
 
     Parameters

@@ -1,6 +1,7 @@
 """From the bytes of a running source to samples."""
 
 import re
+from typing import Any
 
 import numpy as np
 
@@ -23,23 +24,22 @@ class RawSamples:
     ----------
     n_bad : int
         Always 0: any bytes are samples.
-    n_pending : int
-        Bytes that wait for the rest of their sample.
     """
 
     n_bad = 0
 
-    def __init__(self, dtype, columns):
+    def __init__(self, dtype: str, columns: list[int] | None) -> None:
         self._frame = frame_type(dtype)
         names = list(self._frame.names)
         self._names = names if columns is None else [names[column] for column in columns]
         self._rest = b""
 
     @property
-    def n_pending(self):  # noqa: D102
+    def n_pending(self) -> Any:
+        """Bytes that wait for the rest."""
         return len(self._rest)
 
-    def parse(self, data, *, is_end=False):
+    def parse(self, data: Any, *, is_end: Any = False) -> Any:
         """Samples of shape (n_channels, n_samples); a sample that is not whole yet waits."""
         data = self._rest + data
         n_whole = len(data) // self._frame.itemsize * self._frame.itemsize
@@ -63,20 +63,21 @@ class TextSamples:
     ----------
     n_bad : int
         Lines that could not be read.
-    n_pending : int
-        Bytes that wait for the rest of their line.
     """
 
-    def __init__(self, columns):
+    n_bad: int
+
+    def __init__(self, columns: list[int] | None) -> None:
         self.n_bad = 0
         self._columns, self._n_columns, self._is_first = columns, None, True
         self._rest = b""
 
     @property
-    def n_pending(self):  # noqa: D102
+    def n_pending(self) -> Any:
+        """Bytes that wait for the rest."""
         return len(self._rest)
 
-    def parse(self, data, *, is_end=False):
+    def parse(self, data: Any, *, is_end: Any = False) -> Any:
         """Samples of shape (n_channels, n_samples); a line that is not whole yet waits."""
         *lines, self._rest = (self._rest + data).split(b"\n")
         if is_end and self._rest:

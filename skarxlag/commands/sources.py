@@ -3,6 +3,7 @@
 import os
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from ..recordings.listing import ListedRecording, is_file_source, list_files
 from .arguments import positive_number
@@ -11,7 +12,7 @@ from .arguments import positive_number
 _STATED = ("pattern", "channel", "sampling_rate", "dtype")
 
 
-def add_source_arguments(parser, of):
+def add_source_arguments(parser: Any, of: str) -> None:
     """Declare the arguments that tell about recordings without a table.
 
     Parameters
@@ -44,7 +45,7 @@ def add_source_arguments(parser, of):
     )
 
 
-def stated(args):
+def stated(args: Any) -> dict[str, Any]:
     """What the arguments tell about recordings without a table.
 
     Parameters
@@ -63,7 +64,7 @@ def stated(args):
     return options
 
 
-def named_recordings(args):
+def named_recordings(args: Any) -> list[Any]:
     """The recordings that RECORDING arguments name: files, folders, globs.
 
     Parameters

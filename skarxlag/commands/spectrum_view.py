@@ -1,6 +1,10 @@
 """The spectrum of a typical window beside those of the nearest conditions, for the report."""
 
+from typing import Any
+
 import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from ..cepstral import CepstralResidual
@@ -28,11 +32,11 @@ class SpectrumView:
         The diagnoser. If none of its steps compares log spectra, there is no view.
     """
 
-    def __init__(self, model):
+    def __init__(self, model: Any) -> None:
         self._model, self._compare = model, _comparison(model.diagnoser)
         self._cepstra, self._places, self._n_seen = [], [], 0
 
-    def add(self, X, quality):
+    def add(self, X: NDArray[Any], quality: NDArray[Any]) -> None:
         """Take some of the next windows.
 
         Parameters
@@ -50,7 +54,7 @@ class SpectrumView:
             self._places += (self._n_seen + good).tolist()
         self._n_seen += len(X)
 
-    def drawn(self, windows, conditions):
+    def drawn(self, windows: pd.DataFrame, conditions: list[str]) -> dict[str, Any] | None:
         """What there is to draw.
 
         Parameters

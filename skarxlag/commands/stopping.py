@@ -2,7 +2,9 @@
 
 import signal
 import threading
+from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any, Self
 
 
 class StopRequestedError(Exception):
@@ -20,17 +22,19 @@ class Stopping:
         Whether a signal came.
     """
 
-    def __init__(self):
+    requested: bool
+
+    def __init__(self) -> None:
         self.requested, self._is_waiting, self._before = False, False, {}
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         # Python lets only the main thread handle signals.
         if threading.current_thread() is threading.main_thread():
             for number in (signal.SIGINT, signal.SIGTERM):
                 self._before[number] = signal.signal(number, self._note)
         return self
 
-    def __exit__(self, *exception):
+    def __exit__(self, *exception: Any) -> None:
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
@@ -40,7 +44,7 @@ class Stopping:
             raise StopRequestedError
 
     @contextmanager
-    def waiting(self):
+    def waiting(self) -> Iterator[Any]:
         """Let a signal end what is done in here, by a `StopRequestedError`."""
         self._is_waiting = True
         try:

@@ -10,7 +10,7 @@ _SECONDS, _TURNS = 1.0, 10
 _FEWEST, _ENOUGH = 2, 4
 
 
-def stretch_windows(rig):
+def stretch_windows(rig: Bunch) -> int | None:
     """Windows that make up a stretch.
 
     A stretch takes a second, or ten turns of the slowest shaft where these take longer. Where a
@@ -50,7 +50,7 @@ def stretch_windows(rig):
     return n_windows if shortest >= _FEWEST * n_windows else None
 
 
-def join_windows(rig, n_windows):
+def join_windows(rig: Bunch, n_windows: int) -> Bunch:
     """Join consecutive windows of each recording to stretches.
 
     Parameters

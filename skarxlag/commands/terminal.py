@@ -3,11 +3,13 @@
 import shutil
 import sys
 
+import pandas as pd
+
 _PERCENTAGES = ("confidence", "alarms")
 _SHORTEST_NAME = 12
 
 
-def verdict_table(rows, *, width=None):
+def verdict_table(rows: pd.DataFrame, *, width: int | None = None) -> str:
     """The verdicts as text.
 
     Parameters

@@ -5,6 +5,7 @@ import math
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 from ..monitoring import ConditionMonitor, load_monitor_state, save_monitor_state
 from .arguments import positive_number
@@ -25,7 +26,7 @@ input, or on Ctrl-C.
 _SAVE_EVERY = 60.0
 
 
-def add_arguments(parser):
+def add_arguments(parser: Any) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
     parser.add_argument("model", type=Path, metavar="MODEL.skops", help="what fit has saved")
@@ -93,7 +94,7 @@ def add_arguments(parser):
     parser.set_defaults(run=run, fail=parser.error)
 
 
-def run(args):
+def run(args: Any) -> Any:
     """Run the command."""
     model = load_model(args.model)
     sampling_rate = args.sampling_rate or model.sampling_rate

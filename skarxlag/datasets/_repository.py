@@ -5,6 +5,7 @@ import sys
 from contextlib import suppress
 from http.client import HTTPException
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 import numpy as np
@@ -16,20 +17,20 @@ from skarxlag.recordings.windows import stack_windows
 
 
 def fetch_rig(
-    name,
-    checksums,
-    base_url,
+    name: str,
+    checksums: dict[str, str],
+    base_url: str,
     *,
-    sampling_rate,
-    description,
-    data_home,
-    download_if_missing,
-    return_X_y,
-    window_length,
-    n_retries,
-    delay,
-    verbose,
-):
+    sampling_rate: float,
+    description: str,
+    data_home: Any,
+    download_if_missing: Any,
+    return_X_y: Any,
+    window_length: Any,
+    n_retries: Any,
+    delay: Any,
+    verbose: Any,
+) -> Bunch | tuple[Any, ...]:
     """Fetch the files of a rig and cut its recordings into windows.
 
     Parameters
@@ -67,7 +68,16 @@ def fetch_rig(
     return (rig.data, rig.target) if return_X_y else rig
 
 
-def fetch_files(checksums, folder, base_url, *, download_if_missing, n_retries, delay, verbose):
+def fetch_files(
+    checksums: dict[str, str],
+    folder: Path,
+    base_url: str,
+    *,
+    download_if_missing: Any,
+    n_retries: Any,
+    delay: Any,
+    verbose: Any,
+) -> list[Any]:
     """Bring the files of a repository into a folder and verify every one.
 
     Parameters
@@ -122,7 +132,7 @@ def fetch_files(checksums, folder, base_url, *, download_if_missing, n_retries, 
     return paths
 
 
-def load_rig(paths, *, window_length, sampling_rate, description):
+def load_rig(paths: Any, *, window_length: Any, sampling_rate: Any, description: Any) -> Any:
     """Cut recordings named ``condition_rpm...mat``, one array in each, into a rig's Bunch.
 
     The conditions stand in the order in which the paths bring them up, the healthy one first.

@@ -1,5 +1,8 @@
 """The SpectraQuest rig of the HIT-SM bearing data sets: seven conditions at three speeds."""
 
+import os
+from typing import Any
+
 from skarxlag.datasets._repository import fetch_rig
 
 REPOSITORY = (
@@ -55,15 +58,15 @@ CHECKSUMS = {
 
 def fetch_hit_sm(
     *,
-    data_home=None,
-    download_if_missing=True,
-    return_X_y=False,
-    window_length=1200,
-    mirror=None,
-    n_retries=3,
-    delay=1.0,
-    verbose=True,
-):
+    data_home: str | os.PathLike[str] | None = None,
+    download_if_missing: bool = True,
+    return_X_y: bool = False,
+    window_length: int = 1200,
+    mirror: str | None = None,
+    n_retries: int = 3,
+    delay: float = 1.0,
+    verbose: bool = True,
+) -> tuple[Any, tuple[Any, ...], tuple[Any, ...]]:
     """Fetch the SpectraQuest rig of the HIT-SM data sets, cut into windows (download of 37 MB).
 
     Vibration of normal bearings and of bearings with a fault of the inner or the outer race in

@@ -1,8 +1,11 @@
 """What the simulated rig emits: each defect, and the background of a recording."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import oaconvolve
 from sklearn.utils import check_scalar
 
@@ -91,7 +94,7 @@ class Rig:
     bearing: BearingGeometry
     paths: TransmissionPaths
     torque: DriveTorque
-    torque_leak: tuple
+    torque_leak: tuple[Any, ...]
     slip: float
     load_distribution: float
     impact_level: float
@@ -101,7 +104,7 @@ class Rig:
     asperity_um: float
     noise_level: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, (least, largest, included) in RANGES.items():
             check_scalar(
                 getattr(self, name),
@@ -167,7 +170,14 @@ def _strikes_at_sensor(rig, rpm, location, crack_mm, n_samples, rng):
     return oaconvolve(train, response, mode="valid")
 
 
-def defect_emission(rig, rpm, location, crack_mm, n_samples, generator):
+def defect_emission(
+    rig: Rig,
+    rpm: float,
+    location: str,
+    crack_mm: float,
+    n_samples: int,
+    generator: Callable[..., Any],
+) -> NDArray[Any]:
     r"""Emission of one defect at the sensor: its strikes, and rubbing at its crack.
 
     .. math:: y_d = h_d * s_d + c\,w_d\,v\,(g_d * \xi_d)
@@ -199,7 +209,9 @@ def defect_emission(rig, rpm, location, crack_mm, n_samples, generator):
     return strikes + rig.rubbing_level * crack_mm * contact_speed(rig.bearing, rpm) * rubbing
 
 
-def background(rig, rpm, n_samples, generator):
+def background(
+    rig: Rig, rpm: float, n_samples: int, generator: Callable[..., Any]
+) -> tuple[NDArray[Any], NDArray[Any]]:
     r"""What a recording holds with or without a defect.
 
     .. math::

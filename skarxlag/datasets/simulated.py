@@ -1,7 +1,9 @@
 """The simulated rig: acoustic emission of a faulty bearing and the torque that drives it."""
 
+from collections.abc import Sequence
 from functools import partial
 from itertools import product
+from typing import Any
 
 import numpy as np
 from sklearn.utils import Bunch, check_random_state, check_scalar
@@ -14,7 +16,7 @@ from skarxlag.datasets.transmission import TransmissionPaths
 __all__ = ["CONDITIONS", "simulate_rig"]
 
 # The conditions of the bearing, as the paper names them, and where each has its defects.
-CONDITIONS = {
+CONDITIONS: dict[str, Any] = {
     "Normal": (),
     "IR": ("inner",),
     "OR": ("outer",),
@@ -82,28 +84,28 @@ def _generator(entropy, key, stream):
 
 def simulate_rig(
     *,
-    rpm=(300, 400, 450, 500),
-    crack_mm=(3, 6),
-    conditions=None,
-    n_samples=120_000,
-    window_length=1200,
-    sampling_rate=250_000.0,
-    bearing=SKF_6205,
-    paths=None,
-    torque=None,
-    torque_leak=(0.10, 0.05, -0.05, -0.10),
-    slip=0.01,
-    load_distribution=0.5,
-    impact_level=0.5,
-    entry_ratio=0.3,
-    friction_level=0.02,
-    rubbing_level=0.01,
-    asperity_um=5.0,
-    noise_level=5e-4,
-    random_state=0,
-    return_fault=False,
-    return_X_y=False,
-):
+    rpm: float | Sequence[float] = (300, 400, 450, 500),
+    crack_mm: float | Sequence[float] = (3, 6),
+    conditions: str | Sequence[str] | None = None,
+    n_samples: int = 120_000,
+    window_length: int = 1200,
+    sampling_rate: float = 250_000.0,
+    bearing: Any = SKF_6205,
+    paths: TransmissionPaths | None = None,
+    torque: DriveTorque | None = None,
+    torque_leak: Sequence[float] = (0.10, 0.05, -0.05, -0.10),
+    slip: float = 0.01,
+    load_distribution: float = 0.5,
+    impact_level: float = 0.5,
+    entry_ratio: float = 0.3,
+    friction_level: float = 0.02,
+    rubbing_level: float = 0.01,
+    asperity_um: float = 5.0,
+    noise_level: float = 5e-4,
+    random_state: Any = 0,
+    return_fault: bool = False,
+    return_X_y: bool = False,
+) -> Any:
     r"""Simulate the acoustic emission and the drive torque of a bearing rig.
 
     The output of a recording is

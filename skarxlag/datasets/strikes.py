@@ -1,6 +1,9 @@
 """Instants and strengths of the strikes of a local bearing defect."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from skarxlag.bearings import METRES_PER_MM, contact_speed, defect_frequencies, strike_rate
 
@@ -9,7 +12,7 @@ __all__ = ["impact_velocity", "load_distribution_at", "simulate_strikes", "trans
 POINT_CONTACT_EXPONENT = 1.5
 
 
-def transit_time(bearing, rpm, crack_mm):
+def transit_time(bearing: Any, rpm: float, crack_mm: float) -> float:
     r"""Time from an element's entry into a crack to its impact on the far edge.
 
     The element hits the far edge when its centre is over the middle of a crack of
@@ -45,7 +48,7 @@ def transit_time(bearing, rpm, crack_mm):
     return float(crack_mm * METRES_PER_MM / (2 * contact_speed(bearing, rpm)))
 
 
-def impact_velocity(bearing, rpm, crack_mm):
+def impact_velocity(bearing: Any, rpm: float, crack_mm: float) -> float:
     r"""Velocity at which an element meets the far edge of a crack.
 
     An element of diameter d that rests on both edges of a crack of width w has turned
@@ -76,7 +79,7 @@ def impact_velocity(bearing, rpm, crack_mm):
     return float(contact_speed(bearing, rpm) * crack_mm / bearing.element_diameter)
 
 
-def load_distribution_at(angle, load_distribution):
+def load_distribution_at(angle: float | NDArray[Any], load_distribution: float) -> NDArray[Any]:
     r"""Load of an element at an angle from the load's direction, relative to the largest.
 
     Stribeck's distribution with load distribution factor :math:`\epsilon` and the
@@ -119,7 +122,17 @@ def _interval_sums(expected, slip, rng):
     return np.concatenate([[0.0], np.cumsum(1 + slip * rng.standard_normal(n_intervals))])
 
 
-def simulate_strikes(bearing, rpm, location, *, duration, before, slip, load_distribution, rng):
+def simulate_strikes(
+    bearing: Any,
+    rpm: float,
+    location: str,
+    *,
+    duration: float,
+    before: float,
+    slip: float,
+    load_distribution: float,
+    rng: np.random.Generator,
+) -> tuple[NDArray[Any], NDArray[Any]]:
     r"""Instants of the entries into a defect, and the load carried at each.
 
     The intervals are independent, :math:`(1 + s\,\xi) / f` with the defect's strike rate f,

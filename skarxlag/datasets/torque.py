@@ -1,8 +1,10 @@
 """Drive torque of the simulated rig: the measured input."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 __all__ = ["DriveTorque", "simulate_torque"]
 
@@ -49,13 +51,15 @@ class DriveTorque:
     electrical_order: float = 12.0
     fluctuation: float = 0.02
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if not np.isfinite(value) or value < 0:
                 raise ValueError(f"{name} must be finite and not negative, got {value!r}.")
 
 
-def simulate_torque(torque, rpm, n_samples, sampling_rate, rng):
+def simulate_torque(
+    torque: DriveTorque, rpm: float, n_samples: int, sampling_rate: float, rng: np.random.Generator
+) -> NDArray[Any]:
     r"""Drive torque over time.
 
     .. math:: u(t) = M \left(1 + \sum_i r_i \cos(2\pi o_i f_r t + \phi_i)\right) + \sigma \xi(t)

@@ -1,8 +1,10 @@
 """Transmission paths of the simulated rig: from a source in the bearing to the sensor."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 __all__ = ["TransmissionPath", "TransmissionPaths", "friction_response", "impulse_response"]
@@ -40,13 +42,13 @@ class TransmissionPath:
     0.5
     """
 
-    frequencies: tuple
-    damping: tuple
-    amplitudes: tuple
+    frequencies: tuple[Any, ...]
+    damping: tuple[Any, ...]
+    amplitudes: tuple[Any, ...]
     gain: float
     delay: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         n_modes = len(self.frequencies)
         for name in ("frequencies", "damping", "amplitudes"):
             values = getattr(self, name)
@@ -135,7 +137,7 @@ class TransmissionPaths:
     ball: TransmissionPath = field(default_factory=_default_ball)
 
 
-def impulse_response(path, sampling_rate):
+def impulse_response(path: TransmissionPath, sampling_rate: float) -> NDArray[Any]:
     r"""Response of a path to a unit impulse, scaled to a peak of 1.
 
     .. math::
@@ -190,7 +192,9 @@ def impulse_response(path, sampling_rate):
     return np.concatenate([lead, response / np.abs(response).max()])
 
 
-def friction_response(path, sampling_rate, contact_time):
+def friction_response(
+    path: TransmissionPath, sampling_rate: float, contact_time: float
+) -> NDArray[Any]:
     r"""Filter that colours white noise into friction emission, scaled to unit RMS at its output.
 
     Asperities in contact for a time :math:`\tau_c` emit pulses of about that length, so the

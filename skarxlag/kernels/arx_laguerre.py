@@ -6,8 +6,10 @@ Laguerre states of channel 0, then of channel 1, and so on; it is strictly causa
 """
 
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import linalg
 
 from .compiled import compiled, inlined
@@ -18,7 +20,13 @@ from .lanes import LANES, TILE, carry, deinterleave, interleave
 _STATES, _MODELS = 4, 2
 
 
-def accumulate_sums(windows, weights, orders, poles, n_transient):
+def accumulate_sums(
+    windows: NDArray[Any],
+    weights: NDArray[Any],
+    orders: NDArray[Any],
+    poles: NDArray[Any],
+    n_transient: int,
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Weighted sums from which `sums_of_products` follow, over samples after the transient.
 
     Parameters
@@ -53,7 +61,16 @@ def accumulate_sums(windows, weights, orders, poles, n_transient):
 
 
 @compiled
-def sum_driven_states(windows, weights, orders, poles, n_transient, driven, first, last):
+def sum_driven_states(
+    windows: Any,
+    weights: Any,
+    orders: Any,
+    poles: Any,
+    n_transient: Any,
+    driven: Any,
+    first: Any,
+    last: Any,
+) -> None:
     """Fill the last three arrays, which come as zeros.
 
     They get the sums of each state times each channel's signal, and of each window the states at
@@ -85,7 +102,13 @@ def sum_driven_states(windows, weights, orders, poles, n_transient, driven, firs
                 begin += orders[channel]
 
 
-def sums_of_products(power, driven, moved, orders, poles):
+def sums_of_products(
+    power: NDArray[Any],
+    driven: NDArray[Any],
+    moved: NDArray[Any],
+    orders: NDArray[Any],
+    poles: NDArray[Any],
+) -> NDArray[Any]:
     r"""Sums for least squares of y(k) on x(k).
 
     The sums D of products of states need not be formed sample by sample. With
@@ -116,7 +139,14 @@ def sums_of_products(power, driven, moved, orders, poles):
     return np.block([[states, driven[0][:, np.newaxis]], [driven[0], power[0, 0]]])
 
 
-def innovations(windows, orders, poles, coef, n_transient, out):
+def innovations(
+    windows: NDArray[Any],
+    orders: NDArray[Any],
+    poles: NDArray[Any],
+    coef: NDArray[Any],
+    n_transient: int,
+    out: NDArray[Any],
+) -> NDArray[Any]:
     """What each model could not predict: eps_c(k) = y(k) - coef_c . x(k).
 
     Parameters
@@ -163,8 +193,16 @@ def innovations(windows, orders, poles, coef, n_transient, out):
 
 @compiled
 def subtract_predictions(
-    windows, orders, poles, coef, n_transient, errors, histories, signals, block
-):
+    windows: Any,
+    orders: Any,
+    poles: Any,
+    coef: Any,
+    n_transient: Any,
+    errors: Any,
+    histories: Any,
+    signals: Any,
+    block: Any,
+) -> None:
     """Fill `errors` with the innovations, block by block.
 
     `coef` is padded, the last three arrays are for blocks of states, signals and predictions; made
@@ -212,7 +250,13 @@ def _subtract_block(coef, histories, output, errors):
 
 
 @compiled
-def free_run(windows, orders, poles, coef, n_start):
+def free_run(
+    windows: NDArray[Any],
+    orders: NDArray[Any],
+    poles: NDArray[Any],
+    coef: NDArray[Any],
+    n_start: int,
+) -> NDArray[Any]:
     """Simulation on the inputs alone, fed by its own output after the first samples.
 
     Parameters

@@ -1,6 +1,8 @@
 """The one way in which this package compiles a loop."""
 
 import functools
+from collections.abc import Callable
+from typing import Any
 
 import numba
 
@@ -12,20 +14,20 @@ class _LenientCache:
     computation that only wanted to be faster the next time.
     """
 
-    def __init__(self, cache):
+    def __init__(self, cache: Any) -> None:
         self._cache = cache
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: Any) -> Any:
         return getattr(self._cache, name)
 
-    def load_overload(self, sig, target_context):
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
             return self._cache.load_overload(sig, target_context)
         # What unpickling of a damaged file raises is as varied as the damage.
         except Exception:
             return None
 
-    def save_overload(self, sig, data):
+    def save_overload(self, sig: Any, data: Any) -> None:
         try:
             self._cache.save_overload(sig, data)
         except Exception:
@@ -40,7 +42,7 @@ class _LenientCache:
             return
 
 
-def compiled(function):
+def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile `function` with numba at its first call, never at import.
 
     The machine code is cached on disk where numba finds a folder that it may write to. It is kept
@@ -69,7 +71,7 @@ def compiled(function):
     return dispatcher
 
 
-def inlined(function):
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """Make `function` part of the compiled loops that call it.
 
     That takes less time to compile than a function of its own.

@@ -5,14 +5,16 @@ those of zero-padded windows: the autocorrelation method of linear prediction.
 """
 
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .compiled import compiled
 
 
 @compiled
-def impulse_responses(order, pole, longest):
+def impulse_responses(order: int, pole: float, longest: int) -> NDArray[Any]:
     """Impulse responses of a network's filters and of one beyond, while they last.
 
     Parameters
@@ -52,7 +54,9 @@ def impulse_responses(order, pole, longest):
 
 
 @compiled
-def state_correlations(correlations, orders, poles):
+def state_correlations(
+    correlations: NDArray[Any], orders: NDArray[Any], poles: NDArray[Any]
+) -> NDArray[Any]:
     """Correlations of a network's states with the first state of each network and the output.
 
     Parameters
@@ -128,7 +132,13 @@ def state_correlations(correlations, orders, poles):
 
 
 @compiled
-def best_fits(states, power, orders, poles, alpha):
+def best_fits(
+    states: NDArray[Any],
+    power: NDArray[Any],
+    orders: NDArray[Any],
+    poles: NDArray[Any],
+    alpha: float,
+) -> tuple[NDArray[Any], float, NDArray[Any]]:
     r"""Ridge fit of each model, and how its error changes with the poles.
 
     With :math:`D_{ij}` the correlation of state i of a network of pole :math:`\zeta` and state j of

@@ -1,6 +1,7 @@
 """Page's cumulative sum of windows that exceed a threshold: its step, its limit, its run length."""
 
 import math
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -10,7 +11,7 @@ from scipy.sparse.linalg import spsolve
 _LARGEST_LIMIT = 2**16
 
 
-def reference_step(healthy_rate, faulty_rate):
+def reference_step(healthy_rate: float, faulty_rate: float) -> int:
     r"""Number of windows m of which one that exceeds is just what tips the balance.
 
     The log-likelihood ratio of two Bernoulli sequences grows by a fixed amount with a window that
@@ -53,7 +54,7 @@ def reference_step(healthy_rate, faulty_rate):
     return max(2, min(step, math.ceil(1 / healthy_rate) - 1))
 
 
-def mean_run_length(limit, step, rate, persistence):
+def mean_run_length(limit: int, step: int, rate: float, persistence: float) -> float:
     r"""Mean number of windows until the sum reaches its limit, from a sum of 0.
 
     The sum moves by :math:`s \leftarrow s + m - 1` with a window that exceeds the threshold and by
@@ -104,7 +105,7 @@ def mean_run_length(limit, step, rate, persistence):
     return float(spsolve(matrix.tocsc(), np.ones(size))[0])
 
 
-def alarm_limit(run_length, step, rate, persistence):
+def alarm_limit(run_length: float, step: Any, rate: Any, persistence: Any) -> int:
     """Smallest limit at which healthy windows raise an alarm rarely enough.
 
     Parameters

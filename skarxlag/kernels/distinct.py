@@ -1,11 +1,16 @@
 """Windows that occur several times, as in a bootstrap sample, counted once."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 _N_KEYS = 8
 
 
-def distinct_windows(windows, weights):
+def distinct_windows(
+    windows: NDArray[Any], weights: NDArray[Any]
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """Places of the windows that differ, and the weight of each of them.
 
     Sums in floating point depend on the order of what is added. Where windows are repeated or

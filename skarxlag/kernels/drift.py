@@ -1,6 +1,9 @@
 """How a change of speed moves the cepstra of log spectra: three priors."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from .compiled import compiled
 
@@ -10,7 +13,7 @@ _LOG_SHIFT = 0.1
 _NOISE_DB = (-20.0, -26.0)
 
 
-def smooth_variance(n_coefficients, smooth, rough):
+def smooth_variance(n_coefficients: int, smooth: float, rough: float) -> NDArray[Any]:
     r"""Variance by which a change of speed moves each cosine coefficient of a log spectrum.
 
     :math:`c\,n^{-2} + f`: drift is smooth over frequency, and no coefficient is free of it.
@@ -35,7 +38,7 @@ def smooth_variance(n_coefficients, smooth, rough):
     return smooth / np.arange(1.0, n_coefficients + 1) ** 2 + rough
 
 
-def scaled_frequency(log_spectra):
+def scaled_frequency(log_spectra: NDArray[Any]) -> NDArray[Any]:
     r"""Changes of log spectra when all that they show moves along the frequency axis.
 
     What follows the shaft moves with speed, what the structure rings at does not; which is which
@@ -68,7 +71,7 @@ def scaled_frequency(log_spectra):
     )
 
 
-def raised_noise(log_spectra):
+def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
     r"""Changes of log spectra when white noise is added, 20 and 26 dB below their mean power.
 
     What a bearing emits grows with speed, what the sensor adds does not: valleys fill or empty.
@@ -98,7 +101,7 @@ def raised_noise(log_spectra):
     )
 
 
-def whitened(features, whitener):
+def whitened(features: NDArray[Any], whitener: NDArray[Any]) -> NDArray[Any]:
     """Features in coordinates in which their covariance is the identity.
 
     Parameters

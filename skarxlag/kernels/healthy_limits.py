@@ -4,9 +4,10 @@ Of each row three things are looked at: its mean cepstrum, its unsteadiness, and
 gain of the sensor is fixed.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import stdtr
 
 from .speed_drift import (
@@ -76,7 +77,7 @@ class Limits(NamedTuple):
     n_blocks: int
 
 
-def time_blocks(at):
+def time_blocks(at: NDArray[Any]) -> NDArray[Any]:
     """Divide the rows of each speed into blocks of time.
 
     Parameters
@@ -102,7 +103,7 @@ def time_blocks(at):
     return block
 
 
-def calibrate(rows, known, at):
+def calibrate(rows: Any, known: NDArray[Any], at: NDArray[Any]) -> Limits:
     """Limits from healthy rows.
 
     How much rows scatter about what is expected is measured on blocks of time that are left out,
@@ -200,7 +201,7 @@ def _cepstral_score(limits, rows, expected, variance):
     return np.log(np.mean(gone**2 / spread, axis=1) + 1e-3)
 
 
-def log_p_values(limits, rows, log_speed, scale):
+def log_p_values(limits: Limits, rows: Any, log_speed: NDArray[Any], scale: float) -> NDArray[Any]:
     r"""Logarithms of the probability of healthy rows at least as far off.
 
     .. math::
@@ -252,7 +253,9 @@ def log_p_values(limits, rows, log_speed, scale):
     return np.minimum(np.log(least) + np.log(len(tails)), 0.0)
 
 
-def drift_scale(rows, known, at, limits, rate):
+def drift_scale(
+    rows: Any, known: NDArray[Any], at: NDArray[Any], limits: Limits, rate: float
+) -> tuple[float, NDArray[Any]]:
     """Scale of the drift at which every left-out speed holds a false-alarm rate, and the rates.
 
     Parameters

@@ -1,8 +1,9 @@
 """What is measured of rows, each a stretch that is cut into windows."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .scaling import centred, root_mean_square
 from .spectra import (
@@ -44,12 +45,12 @@ class Rows(NamedTuple):
     cepstra: np.ndarray
     values: np.ndarray
 
-    def take(self, chosen):
+    def take(self, chosen: Any) -> Any:
         """Some of the rows."""
         return Rows(*(part[chosen] for part in self))
 
 
-def log_spectra_cepstra(colour, steadiness):
+def log_spectra_cepstra(colour: NDArray[Any], steadiness: NDArray[Any]) -> NDArray[Any]:
     """Cosine coefficients of colour and steadiness, side by side, without coefficient 0.
 
     Parameters
@@ -67,7 +68,7 @@ def log_spectra_cepstra(colour, steadiness):
     return np.concatenate([cepstrum(colour)[:, :N_COEFFICIENTS], cepstrum(steadiness)], axis=1)
 
 
-def number_of_cepstra(window_length):
+def number_of_cepstra(window_length: Any) -> Any:
     """Number of features that `log_spectra_cepstra` gives for windows of a length.
 
     Examples
@@ -79,7 +80,7 @@ def number_of_cepstra(window_length):
     return N_COEFFICIENTS + n_bands - 1
 
 
-def log_unsteadiness(steadiness):
+def log_unsteadiness(steadiness: NDArray[Any]) -> NDArray[Any]:
     """Logarithm of how far the power of bands is from that of steady Gaussian noise.
 
     Parameters
@@ -101,7 +102,7 @@ def log_unsteadiness(steadiness):
     return np.log(above + LEAST_UNSTEADINESS)
 
 
-def measure_rows(signals, n_windows, *, with_level):
+def measure_rows(signals: NDArray[Any], n_windows: int, *, with_level: bool) -> Rows:
     """What is measured of rows.
 
     Parameters

@@ -1,6 +1,9 @@
 """Thresholds, rungs and confidences of the ladder (equations 23-32)."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import log_softmax
 
@@ -10,7 +13,9 @@ _LOG_ZERO, _LOG_INFINITE = -745.0, 745.0
 _TIE = 1e-9
 
 
-def false_alarm_threshold(levels, rate, margin_db, weights=None):
+def false_alarm_threshold(
+    levels: NDArray[Any], rate: float, margin_db: float, weights: NDArray[Any] | None = None
+) -> float:
     """Level that a healthy window exceeds with at most the stated probability.
 
     The order statistic ceil((n + 1)(1 - rate)) of n healthy levels: for exchangeable windows a
@@ -45,7 +50,7 @@ def false_alarm_threshold(levels, rate, margin_db, weights=None):
     return float(levels[order[place]] * 10 ** (margin_db / 20))
 
 
-def weighted_median(levels, weights):
+def weighted_median(levels: NDArray[Any], weights: NDArray[Any]) -> float:
     """Median of levels of which each stands for a number of windows.
 
     Parameters
@@ -75,13 +80,13 @@ def _counted_in_order(levels, weights):
     return order, np.cumsum(weights[order])
 
 
-def log_level(levels):
+def log_level(levels: Any) -> Any:
     """Natural logarithm of levels, finite at 0."""
     levels = np.asarray(levels, dtype=np.float64)
     return np.log(levels, out=np.full(levels.shape, _LOG_ZERO), where=levels > 0)
 
 
-def rung_scores(levels, cuts):
+def rung_scores(levels: NDArray[Any], cuts: NDArray[Any]) -> NDArray[Any]:
     """Signed log distance of levels to the bounds of each rung, positive inside.
 
     Rung i holds the levels in (cuts[i-1], cuts[i]], Eq. (32) with the rule for equality that it
@@ -110,7 +115,7 @@ def rung_scores(levels, cuts):
     return np.minimum(level - bounds[:-1] - _TIE, bounds[1:] - level)
 
 
-def relative_scores(levels):
+def relative_scores(levels: NDArray[Any]) -> NDArray[Any]:
     """How far each residual of a window lies below the geometric mean of all, in nepers.
 
     Parameters
@@ -133,7 +138,9 @@ def relative_scores(levels):
     return level.mean(axis=1, keepdims=True) - level
 
 
-def confidence_scale(scores, target, weights=None):
+def confidence_scale(
+    scores: NDArray[Any], target: NDArray[Any], weights: NDArray[Any] | None = None
+) -> float:
     r"""Factor :math:`\beta` with which softmax of the scores states the right confidence.
 
     Maximises the likelihood of the targets, smoothed as Platt (1999) does: a class of n windows

@@ -1,15 +1,17 @@
 """The orthonormal Laguerre filter network (equations 4-6, 11-15 of the paper)."""
 
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import block_diag, toeplitz
 
 from .compiled import compiled, inlined
 from .lanes import LANES, TILE
 
 
-def laguerre_matrices(order, pole):
+def laguerre_matrices(order: int, pole: float) -> tuple[NDArray[Any], NDArray[Any]]:
     r"""State space of one Laguerre network, Eqs. (13)-(15).
 
     :math:`x(k+1) = A x(k) + b s(k)` realises the filters
@@ -47,7 +49,7 @@ def laguerre_matrices(order, pole):
     return toeplitz(column, row), math.sqrt(1 - pole**2) * powers
 
 
-def network_matrices(orders, poles):
+def network_matrices(orders: Any, poles: Any) -> tuple[NDArray[Any], NDArray[Any]]:
     """State space of several networks side by side, Eq. (12).
 
     Parameters
@@ -76,7 +78,7 @@ def network_matrices(orders, poles):
 
 
 @compiled
-def advance(states, sample, pole):
+def advance(states: Any, sample: Any, pole: Any) -> None:
     """Take the states of one network from k to k + 1 in place, as a cascade of all-passes."""
     before = states[0]
     states[0] = pole * before + math.sqrt(1.0 - pole * pole) * sample
@@ -87,7 +89,7 @@ def advance(states, sample, pole):
 
 
 @inlined
-def advance_block(histories, signal, pole):
+def advance_block(histories: NDArray[Any], signal: NDArray[Any], pole: float) -> None:
     """The same cascade on a block of signals, see `lanes`: one all-pass after another.
 
     Parameters
@@ -108,7 +110,7 @@ def advance_block(histories, signal, pole):
             histories[n, i + LANES] = pole * difference + histories[n - 1, i]
 
 
-def settling_length(order, pole):
+def settling_length(order: int, pole: float) -> int:
     r"""Samples until the states of a network have all but forgotten that they started from zero.
 
     The group delay of the network at the frequency where it is longest,

@@ -8,6 +8,10 @@ arrays are rows of which each is written in one place only. A history is a block
 sample in front, the one before the block begins.
 """
 
+from typing import Any
+
+from numpy.typing import NDArray
+
 from .compiled import inlined
 
 #: Signals in a block. All lanes go through the same instructions, so no result depends on its lane.
@@ -17,7 +21,9 @@ TILE = 16
 
 
 @inlined
-def interleave(signals, first, channel, start, block):
+def interleave(
+    signals: NDArray[Any], first: int, channel: int, start: int, block: NDArray[Any]
+) -> None:
     """Copy samples of up to `LANES` signals into a block.
 
     Parameters
@@ -35,7 +41,9 @@ def interleave(signals, first, channel, start, block):
 
 
 @inlined
-def deinterleave(block, dropped, signals, first, channel, start):
+def deinterleave(
+    block: NDArray[Any], dropped: int, signals: NDArray[Any], first: int, channel: int, start: int
+) -> None:
     """Copy samples of a block to where up to `LANES` signals want them.
 
     Parameters
@@ -55,7 +63,7 @@ def deinterleave(block, dropped, signals, first, channel, start):
 
 
 @inlined
-def carry(history, n_samples):
+def carry(history: NDArray[Any], n_samples: int) -> None:
     """Make a sample of a history the one that it begins with.
 
     Parameters

@@ -1,10 +1,13 @@
 """Coefficients from the sums that one pass over the windows leaves."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy import linalg
 
 
-def solve_sums(sums, alpha):
+def solve_sums(sums: NDArray[Any], alpha: float) -> tuple[NDArray[Any], float]:
     r"""Ridge least squares from :math:`\sum [x; y][x; y]^T`.
 
     Minimises :math:`\sum (y - g^T x)^2 + \alpha |g|^2`: the recursion of Eq. (16), with its sign

@@ -12,14 +12,17 @@ in T. Kailath and A. H. Sayed (1995), "Displacement structure: theory and applic
 Review 37(3), 297-386.
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from .compiled import compiled
 
 _EPS = np.finfo(np.float64).eps
 
 
-def predictors(signals, order, alpha):
+def predictors(signals: NDArray[Any], order: int, alpha: float) -> NDArray[Any]:
     r"""Coefficients g of :math:`s(k) \approx \sum_n g_n\,s(k - 1 - n)` by ridge regression.
 
     Parameters
@@ -48,7 +51,7 @@ def predictors(signals, order, alpha):
     return schur_solutions(first_rows, entering, leaving, alpha * power)[:, ::-1]
 
 
-def lagged_products(signals, order):
+def lagged_products(signals: NDArray[Any], order: int) -> NDArray[Any]:
     """First row R(0, 0) ... R(0, order) of each signal's normal equations.
 
     Parameters
@@ -94,7 +97,9 @@ def _sum_products(signals, first, even, odd, rows):
             rows[w, b] = even[b] + odd[b + 1]
 
 
-def schur_solutions(first_rows, entering, leaving, ridges):
+def schur_solutions(
+    first_rows: NDArray[Any], entering: NDArray[Any], leaving: NDArray[Any], ridges: NDArray[Any]
+) -> NDArray[Any]:
     r"""Solve :math:`\sum_b (R(a, b) + \rho\,\delta_{ab})\,c_b = R(a, p)`, a, b = 0 .. p - 1.
 
     R less itself moved down its diagonal is :math:`u u^T + e e^T - v v^T - l l^T`. At each step

@@ -4,7 +4,11 @@ A measure is a function from signals, a segment length and a model order to log 
 each of shape (n_signals, n_bands). A new one is such a function and its names in `MEASURES`.
 """
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from .spectra import autoregressive_log_spectrum, short_time_log_spectra
 
@@ -16,7 +20,7 @@ _LEAST_CELLS = 252
 _OVERLAP = 8
 
 
-def own_model(signals, segment, order):
+def own_model(signals: NDArray[Any], segment: int, order: int) -> dict[str, Any]:
     """Colour: log spectrum of the autoregressive model that is identified on each signal.
 
     Parameters
@@ -45,7 +49,7 @@ def own_model(signals, segment, order):
     return {"colour": fine.reshape(len(fine), bands, cells).mean(axis=2)}
 
 
-def short_time(signals, segment, order):
+def short_time(signals: NDArray[Any], segment: int, order: Any) -> dict[str, Any]:
     """Mean and median power of each band over time, and the one over the other.
 
     Parameters
@@ -74,7 +78,7 @@ def short_time(signals, segment, order):
 
 
 #: The function that takes each measure.
-MEASURES = {
+MEASURES: dict[str, Any] = {
     "colour": own_model,
     "power": short_time,
     "floor": short_time,
@@ -82,7 +86,7 @@ MEASURES = {
 }
 
 
-def measure(signals, names, segment, order):
+def measure(signals: NDArray[Any], names: Sequence[str], segment: int, order: int) -> NDArray[Any]:
     """Log spectra of each signal by the measures named.
 
     Parameters

@@ -1,6 +1,9 @@
 """Observer loops on innovations (equations 17-20, A-1, A-2) and their stability."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy import linalg
 
 from .compiled import compiled, inlined
@@ -10,7 +13,7 @@ from .lanes import LANES, TILE, carry, deinterleave, interleave
 INNOVATION, ERROR, CORRECTION, INTEGRAL, ESTIMATE = range(5)
 
 
-def observe(innovations, loop):
+def observe(innovations: NDArray[Any], loop: tuple[Any, ...]) -> tuple[NDArray[Any], NDArray[Any]]:
     r"""Output error and fault estimate of the extended-state observer, Form A.
 
     With the fault direction E and the output correction K_p of the full-state observer chosen so
@@ -45,13 +48,15 @@ def observe(innovations, loop):
     return error, fault_estimate
 
 
-def loop_histories():
+def loop_histories() -> Any:
     """Room for one block of what is in the loop, and of its innovations."""
     return np.zeros((5, (TILE + 1) * LANES))
 
 
 @compiled
-def record_trajectories(innovations, loop, histories, error, fault_estimate):
+def record_trajectories(
+    innovations: Any, loop: Any, histories: Any, error: Any, fault_estimate: Any
+) -> None:
     """Fill the last two arrays, block by block."""
     n_windows, n_models, n_samples = innovations.shape
     for w in range(0, n_windows, LANES):
@@ -65,7 +70,7 @@ def record_trajectories(innovations, loop, histories, error, fault_estimate):
 
 
 @inlined
-def start_loop(innovations, first, model, histories):
+def start_loop(innovations: Any, first: Any, model: Any, histories: Any) -> None:
     """State before the first sample: at rest, and an error that has not changed yet."""
     for row in range(CORRECTION, ESTIMATE + 1):
         for lane in range(LANES):
@@ -75,7 +80,14 @@ def start_loop(innovations, first, model, histories):
 
 
 @inlined
-def observe_block(innovations, first, model, start, loop, histories):
+def observe_block(
+    innovations: NDArray[Any],
+    first: int,
+    model: int,
+    start: int,
+    loop: tuple[Any, ...],
+    histories: NDArray[Any],
+) -> None:
     """Run the loop through one block of windows, see `lanes`.
 
     Parameters
@@ -121,13 +133,13 @@ def _close_loop(histories, i, surface, loop):
 
 
 @inlined
-def carry_loop(histories, n_samples):
+def carry_loop(histories: Any, n_samples: Any) -> None:
     """Make a sample of the block the one that the next block begins after."""
     for row in range(ERROR, ESTIMATE + 1):
         carry(histories[row], n_samples)
 
 
-def loop_matrix(pole, kp, ki, gain=1.0):
+def loop_matrix(pole: float, kp: float, ki: float, gain: float = 1.0) -> NDArray[Any]:
     """Closed loop of correction and integral for a constant gain from integral to estimate.
 
     Parameters
@@ -152,7 +164,7 @@ def loop_matrix(pole, kp, ki, gain=1.0):
     return np.array([[pole - kp, gain], [-ki, 1.0]])
 
 
-def common_lyapunov(slow, fast):
+def common_lyapunov(slow: NDArray[Any], fast: NDArray[Any]) -> NDArray[Any] | None:
     r"""Quadratic Lyapunov function shared by two loops, or None where there is none.
 
     The loops differ in the gain from integral to estimate, so any gain between theirs, changing

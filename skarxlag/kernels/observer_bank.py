@@ -6,7 +6,10 @@ precision: an estimate is the innovations through a filter of two poles, of whic
 less than 1e-5.
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from .compiled import compiled, inlined
 
@@ -18,7 +21,7 @@ _TOGETHER = 32
 _FLOOR = 1e-12
 
 
-def centre_frequencies(n_members):
+def centre_frequencies(n_members: int) -> NDArray[Any]:
     """Frequencies that the members are tuned to: midpoints of equal cells on (0, pi).
 
     Parameters
@@ -39,7 +42,9 @@ def centre_frequencies(n_members):
     return (np.arange(n_members) + 0.5) * np.pi / n_members
 
 
-def member_gains(pole, n_members, bandwidth):
+def member_gains(
+    pole: float, n_members: int, bandwidth: float
+) -> tuple[NDArray[Any], NDArray[Any]]:
     r"""Gains that give member m the closed-loop poles :math:`\rho\,e^{\pm j\omega_m}`.
 
     The matrix `observer.loop_matrix` has the characteristic polynomial
@@ -77,7 +82,14 @@ def member_gains(pole, n_members, bandwidth):
     return kp, radius**2 - pole + kp
 
 
-def bank_levels(innovations, pole, kp, ki, bound, step):
+def bank_levels(
+    innovations: NDArray[Any],
+    pole: float,
+    kp: NDArray[Any],
+    ki: NDArray[Any],
+    bound: NDArray[Any],
+    step: float,
+) -> tuple[NDArray[Any], NDArray[Any]]:
     r"""Power and switching gain of each member's fault estimate.
 
     With the error e of a member, its integral p and its fault estimate d,

@@ -1,8 +1,10 @@
 """Order spectra of a signal's envelopes, and how far they are from references at any speed."""
 
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import fft, signal
 
 from .scaling import centred
@@ -28,7 +30,7 @@ _GROUP_WIDTH = 0.2
 _OVERLAP = 4
 
 
-def band_envelopes(samples, frame, hop, n_bands):
+def band_envelopes(samples: NDArray[Any], frame: int, hop: int, n_bands: int) -> NDArray[Any]:
     r"""Power of a signal over time in bands of frequency, after the signal has been whitened.
 
     The short-time power :math:`P(t, f)` at each frequency is divided by its mean over time,
@@ -64,7 +66,9 @@ def band_envelopes(samples, frame, hop, n_bands):
     return (power @ weights).T
 
 
-def envelopes_over_angle(samples, turn, frame, n_bands, max_order):
+def envelopes_over_angle(
+    samples: NDArray[Any], turn: float | NDArray[Any], frame: int, n_bands: int, max_order: float
+) -> tuple[NDArray[Any], float]:
     """Envelopes of a signal at equal steps of the shaft's angle.
 
     Parameters
@@ -101,7 +105,7 @@ def envelopes_over_angle(samples, turn, frame, n_bands, max_order):
     return equal_angles(envelopes, turns_of_frames(turn, envelopes.shape[1], frame, hop))
 
 
-def turns_of_frames(turn, n_frames, frame, hop):
+def turns_of_frames(turn: NDArray[Any], n_frames: int, frame: int, hop: int) -> NDArray[Any]:
     """Angle of the shaft at the centre of each frame, where its speed varies.
 
     Parameters
@@ -121,7 +125,7 @@ def turns_of_frames(turn, n_frames, frame, hop):
     return np.interp(centres, np.arange(len(turns)), turns)
 
 
-def equal_angles(envelopes, turns):
+def equal_angles(envelopes: NDArray[Any], turns: NDArray[Any]) -> tuple[NDArray[Any], float]:
     """Envelopes at equal steps of the shaft's angle: order tracking.
 
     Parameters
@@ -143,7 +147,7 @@ def equal_angles(envelopes, turns):
     return resampled, (turns[-1] - turns[0]) / max(len(turns) - 1, 1)
 
 
-def envelope_spectra(envelopes, n_segment):
+def envelope_spectra(envelopes: NDArray[Any], n_segment: int) -> tuple[NDArray[Any], float]:
     """Log power spectra of envelopes by Welch's method.
 
     Parameters
@@ -174,7 +178,9 @@ def envelope_spectra(envelopes, n_segment):
     return np.log(power + _LEAST_POWER), 1 / n_fft
 
 
-def at_orders(log_power, step, orders, factors):
+def at_orders(
+    log_power: NDArray[Any], step: float, orders: NDArray[Any], factors: NDArray[Any]
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """Spectra at multiples of the shaft's speed, for several hypotheses of that speed.
 
     Parameters
@@ -210,7 +216,9 @@ def at_orders(log_power, step, orders, factors):
     return spectra, inside
 
 
-def distances(spectra, inside, references, variances):
+def distances(
+    spectra: NDArray[Any], inside: NDArray[Any], references: NDArray[Any], variances: NDArray[Any]
+) -> NDArray[Any]:
     """Root-mean-square distance of order spectra from references, in standard deviations.
 
     Parameters
@@ -241,7 +249,15 @@ def distances(spectra, inside, references, variances):
     return np.sqrt(mean)
 
 
-def match(envelopes, step, n_turns, orders, deviation, references, variances):
+def match(
+    envelopes: NDArray[Any],
+    step: float,
+    n_turns: float,
+    orders: NDArray[Any],
+    deviation: float,
+    references: NDArray[Any],
+    variances: NDArray[Any],
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     r"""Distance of a stretch from each reference at the factor on its speed that suits it best.
 
     The logarithm of the factor s, true speed over nominal speed, is taken to be normally
@@ -302,7 +318,9 @@ def match(envelopes, step, n_turns, orders, deviation, references, variances):
     return least, chosen, closest
 
 
-def order_spectrum(envelopes, step, n_turns):
+def order_spectrum(
+    envelopes: NDArray[Any], step: float, n_turns: float
+) -> tuple[NDArray[Any], float]:
     """Log spectra of envelopes over orders.
 
     Parameters

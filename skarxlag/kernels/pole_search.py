@@ -4,7 +4,10 @@ Given the poles the fit is linear, and all that it needs follows from the correl
 channels, which are accumulated once: trying a pole costs the same for any length of data.
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy import fft, optimize
 
 from .correlation_fit import best_fits, state_correlations
@@ -20,7 +23,7 @@ _N_TAPS = 32
 _DENSE_END, _GRID_END = 1.5, 1.9
 
 
-def correlations(windows):
+def correlations(windows: NDArray[Any]) -> NDArray[Any]:
     """Sum over the windows of the correlations of their channels.
 
     Windows longer than `LONGEST_SEGMENT` are cut into segments of equal length, so the cost of a
@@ -68,7 +71,7 @@ def correlations(windows):
     return found
 
 
-def closed_form_pole(taps):
+def closed_form_pole(taps: NDArray[Any]) -> float:
     r"""The pole in which an impulse response is most compact.
 
     Minimises :math:`\sum_n n g_n^2` over the Laguerre coefficients g of the response (Fu and Dumont
@@ -98,7 +101,7 @@ def closed_form_pole(taps):
     return float((s - np.sqrt(max(s * s - 4 * c * c, 0.0))) / (2 * c))
 
 
-def least_of_cubics(places, values, slopes):
+def least_of_cubics(places: NDArray[Any], values: NDArray[Any], slopes: NDArray[Any]) -> float:
     """Where the piecewise cubic through values and slopes is least, to a twentieth of a piece.
 
     Parameters
@@ -128,7 +131,7 @@ def least_of_cubics(places, values, slopes):
     return float(places[piece] + width[piece, 0] * t[at])
 
 
-def search_poles(correlations, orders, poles, alpha):
+def search_poles(correlations: NDArray[Any], orders: Any, poles: Any, alpha: float) -> NDArray[Any]:
     """Poles of least prediction error, summed over the models.
 
     The closed form of the unrestricted impulse response starts every free channel. Then each

@@ -1,8 +1,10 @@
 """Residual evaluation: one number for each signal (equations 21, 22 and the innovations test)."""
 
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .compiled import compiled, inlined
 from .lanes import LANES, TILE, carry
@@ -17,7 +19,7 @@ POWER, GAIN, STEPS, SETTLED_STEPS = range(4)
 _SETTLED = 0.5
 
 
-def sliding_surface(error, slope):
+def sliding_surface(error: NDArray[Any], slope: float) -> NDArray[Any]:
     r"""The surface :math:`S(k) = \lambda e(k) + (e(k) - e(k-1))`, with e(-1) = e(0).
 
     Parameters
@@ -40,7 +42,7 @@ def sliding_surface(error, slope):
     return slope * error + np.diff(error, axis=-1, prepend=error[..., :1])
 
 
-def switching_gain(surface, step):
+def switching_gain(surface: NDArray[Any], step: float) -> NDArray[Any]:
     """Trajectory of the adapted switching gain, which starts at the surface's RMS.
 
     Parameters
@@ -59,7 +61,7 @@ def switching_gain(surface, step):
 
 
 @compiled
-def adapt_switching_gain(surface, start, step):
+def adapt_switching_gain(surface: NDArray[Any], start: NDArray[Any], step: float) -> NDArray[Any]:
     r"""Switching gain that follows the size of the sliding surface.
 
     :math:`\ln K_s^+ = \ln K_s + \mathrm{step}\,\mathrm{sgn}(|S| - K_s)` rests where
@@ -94,7 +96,7 @@ def adapt_switching_gain(surface, start, step):
     return gain
 
 
-def settled_level(gain):
+def settled_level(gain: Any) -> Any:
     """Geometric mean of a gain over the last half of the window; 0 where the gain is 0."""
     tail = gain[..., int(_SETTLED * gain.shape[-1]) :]
     silent = tail[..., 0] == 0
@@ -102,7 +104,7 @@ def settled_level(gain):
     return np.where(silent, 0.0, level)
 
 
-def power_levels(innovations, loop):
+def power_levels(innovations: NDArray[Any], loop: tuple[Any, ...]) -> NDArray[Any]:
     """Root-mean-square of the output error.
 
     Parameters
@@ -125,7 +127,9 @@ def power_levels(innovations, loop):
     return levels
 
 
-def switching_gain_levels(innovations, loop, slope, step):
+def switching_gain_levels(
+    innovations: NDArray[Any], loop: tuple[Any, ...], slope: float, step: float
+) -> NDArray[Any]:
     """`settled_level` of the `switching_gain` of the `sliding_surface` of the output error.
 
     Parameters
@@ -172,7 +176,7 @@ def _out_of_range(levels):
 
 
 @compiled
-def fill_power_levels(innovations, loop, histories, power, levels):
+def fill_power_levels(innovations: Any, loop: Any, histories: Any, power: Any, levels: Any) -> None:
     """Fill `levels`, block by block; `power` is the history of sums of squares."""
     n_windows, n_models, n_samples = innovations.shape
     for w in range(0, n_windows, LANES):
@@ -193,8 +197,16 @@ def fill_power_levels(innovations, loop, histories, power, levels):
 
 @compiled
 def fill_switching_gain_levels(
-    innovations, loop, slope, step, settled, histories, sizes, votes, levels
-):
+    innovations: Any,
+    loop: Any,
+    slope: Any,
+    step: Any,
+    settled: Any,
+    histories: Any,
+    sizes: Any,
+    votes: Any,
+    levels: Any,
+) -> None:
     """Fill `levels`, block by block.
 
     The logarithm of the gain moves by whole steps, so that its mean needs no logarithms: what is
@@ -252,7 +264,7 @@ def _vote_block(sizes, tile, settled, up, down, votes):
         )
 
 
-def cepstral_norm(log_spectra, exponent):
+def cepstral_norm(log_spectra: NDArray[Any], exponent: float) -> NDArray[Any]:
     r"""Weighted cepstral norm :math:`\sum_{n \ge 1} n^p d_n^2` of log spectra.
 
     d are the cosine coefficients over frequency. Coefficient 0, the gain, is left out; p = 1 is

@@ -1,12 +1,15 @@
 """Centring and scaling of windows, safe for huge, tiny and constant ones."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 #: A channel whose values differ by less than this times its largest value is rounding, not signal.
 ROUNDING = 8 * np.finfo(np.float64).eps
 
 
-def centred(signals):
+def centred(signals: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Take the mean off every row, and off rows that are constant everything.
 
     Parameters
@@ -31,13 +34,13 @@ def centred(signals):
     return unit, peak
 
 
-def largest(signals):
+def largest(signals: Any) -> Any:
     """Largest size over the last axis, which is kept; without a copy of the signals."""
     highest = np.max(signals, axis=-1, keepdims=True)
     return np.maximum(highest, -np.min(signals, axis=-1, keepdims=True))
 
 
-def unit_rms_windows(windows):
+def unit_rms_windows(windows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Windows centred by channel and divided by the root-mean-square of their output.
 
     All channels of a window are divided by one number, so a linear model between them keeps its
@@ -66,14 +69,14 @@ def unit_rms_windows(windows):
     return unit, rms * peak[:, 0, 0]
 
 
-def root_mean_square(signals):
+def root_mean_square(signals: Any) -> Any:
     """Root-mean-square over the last axis without overflow or underflow of the squares."""
     peak = largest(signals)
     peak[peak == 0] = 1.0
     return peak[..., 0] * np.sqrt(np.mean((signals / peak) ** 2, axis=-1))
 
 
-def fit_percentage(output, predicted):
+def fit_percentage(output: NDArray[Any], predicted: NDArray[Any]) -> NDArray[Any]:
     r"""One minus the normalised root-mean-square error, in percent.
 
     :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)`, as system identification reports a fit.

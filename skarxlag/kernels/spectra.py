@@ -4,8 +4,10 @@ Every signal is worked on by itself, so that results do not depend on which othe
 """
 
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import fft
 
 from .linear_prediction import predictors
@@ -22,12 +24,14 @@ _SAMPLES_A_COEFFICIENT = 8
 _SAMPLES_IN_CACHE = 20_000
 
 
-def frequency_grid(n_frequencies):
+def frequency_grid(n_frequencies: Any) -> Any:
     """Midpoints of equal cells on (0, pi), in radians a sample."""
     return (np.arange(n_frequencies) + 0.5) * np.pi / n_frequencies
 
 
-def autoregressive_log_spectrum(signals, order, n_frequencies, alpha=1e-9):
+def autoregressive_log_spectrum(
+    signals: NDArray[Any], order: int, n_frequencies: int, alpha: float = 1e-9
+) -> NDArray[Any]:
     r"""Log power spectrum of each signal by the model identified on it alone.
 
     :math:`-\log|1 - \sum_n g_n e^{-j\omega(n+1)}|^2` with g by least squares: the Laguerre network
@@ -60,7 +64,9 @@ def autoregressive_log_spectrum(signals, order, n_frequencies, alpha=1e-9):
     return -np.log(np.maximum(power, np.finfo(np.float64).tiny))
 
 
-def short_time_log_spectra(signals, segment, hop):
+def short_time_log_spectra(
+    signals: NDArray[Any], segment: int, hop: int
+) -> tuple[NDArray[Any], NDArray[Any]]:
     r"""Logarithm of the mean and of the median power of each band over time.
 
     Bands are those of a short-time Fourier transform with a Hann window. The median is the floor
@@ -108,7 +114,7 @@ def _unit_peak(signals):
     return signals / peak
 
 
-def cepstrum(log_spectra):
+def cepstrum(log_spectra: NDArray[Any]) -> NDArray[Any]:
     r"""Cosine coefficients of log spectra, without coefficient 0, the gain.
 
     :math:`d_n` with :math:`\log P(\omega) = d_0 + \sum_{n \ge 1} d_n \cos n\omega` on the midpoints

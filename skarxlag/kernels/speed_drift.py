@@ -5,9 +5,10 @@ motion does. Between two speeds whose recordings are known this is a Brownian br
 it is free. All variances are given for a change of speed by the factor 1.3.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import linalg
 
 from .compiled import compiled
@@ -44,13 +45,13 @@ class Distance(NamedTuple):
     variance: np.ndarray
     beyond: np.ndarray
 
-    def interpolate(self, known_values):
+    def interpolate(self, known_values: Any) -> Any:
         """Linear interpolation of what is known at the speeds, along the first axis."""
         share = self.share.reshape(-1, *(1,) * (known_values.ndim - 1))
         return (1 - share) * known_values[self.lower] + share * known_values[self.upper]
 
 
-def speed_distance(log_speed, known):
+def speed_distance(log_speed: NDArray[Any], known: NDArray[Any]) -> Distance:
     r"""Where speeds lie among those that are known.
 
     Between two neighbours a distance h apart, at the share t of it, a Brownian bridge has the
@@ -91,7 +92,7 @@ def speed_distance(log_speed, known):
     return Distance(lower, upper, share, (variance + np.abs(beyond)) / UNIT_DISTANCE, beyond)
 
 
-def group_speeds(log_speed):
+def group_speeds(log_speed: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Put speeds that hardly differ together.
 
     Parameters
@@ -122,7 +123,9 @@ def group_speeds(log_speed):
     return np.bincount(at, log_speed) / np.bincount(at), at
 
 
-def slope_against_speed(values, known, *, mean, deviation, drift):
+def slope_against_speed(
+    values: NDArray[Any], known: NDArray[Any], *, mean: float, deviation: float, drift: float
+) -> tuple[float, float]:
     r"""Slope of a value against log speed, and the variance of that slope.
 
     Of Brownian motion with a trend only the two ends tell the trend: it is
@@ -156,7 +159,15 @@ def slope_against_speed(values, known, *, mean, deviation, drift):
     return float(seen / precision), float(1 / precision)
 
 
-def drift_covariance(colour, steadiness, *, smooth, rough, frequency, noise):
+def drift_covariance(
+    colour: NDArray[Any],
+    steadiness: NDArray[Any],
+    *,
+    smooth: float,
+    rough: float,
+    frequency: float,
+    noise: float,
+) -> NDArray[Any]:
     """Covariance of what a change of speed by the unit distance does to cepstra.
 
     Three things may happen: smooth and rough drift over frequency, a scaled frequency axis, and a
@@ -188,7 +199,7 @@ def drift_covariance(colour, steadiness, *, smooth, rough, frequency, noise):
     )
 
 
-def joint_axes(scatter, drift):
+def joint_axes(scatter: NDArray[Any], drift: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Coordinates in which scatter is diagonal and drift the identity.
 
     Parameters
@@ -209,7 +220,7 @@ def joint_axes(scatter, drift):
     return axes, np.maximum(variances, 0.0)
 
 
-def along_axes(rows, axes):
+def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
     """Rows times axes, summed in an order that does not depend on the number of rows.
 
     Parameters

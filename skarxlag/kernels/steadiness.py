@@ -1,6 +1,9 @@
 """How steady the power of each band of a signal is, from its short-time spectrum."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from .compiled import compiled, inlined
 
@@ -8,7 +11,7 @@ from .compiled import compiled, inlined
 _SIDE_BY_SIDE = 32
 
 
-def windowed_segments(signals, window, hop):
+def windowed_segments(signals: NDArray[Any], window: NDArray[Any], hop: int) -> NDArray[Any]:
     """Segments of signals, each times a window.
 
     Parameters
@@ -41,7 +44,7 @@ def _fill_segments(signals, window, hop, segments):
 
 
 @inlined
-def sort_columns(rows):
+def sort_columns(rows: NDArray[Any]) -> None:
     """Sort each column in place, by merge exchange.
 
     What it compares does not depend on values, so all columns are sorted together: K. E. Batcher
@@ -74,7 +77,7 @@ def sort_columns(rows):
         p //= 2
 
 
-def mean_and_median(spectra, floor):
+def mean_and_median(spectra: Any, floor: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Mean and median power of each band over time.
 
     Parameters

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from itertools import pairwise
+from typing import Any
 
 from ..kernels.cumulative_sum import alarm_limit, reference_step
 
@@ -63,12 +64,20 @@ class CumulativeSumAlarm:
     [False, False, False, False, True, True]
     """
 
-    def __init__(self, run_length, rate, persistence, faulty_rate):
+    step: int
+    limit: int
+    sum: int
+    active: bool
+    n_raised: int
+
+    def __init__(
+        self, run_length: float, rate: float, persistence: float, faulty_rate: float
+    ) -> None:
         self.step = reference_step(rate, faulty_rate)
         self.limit = alarm_limit(run_length, self.step, rate, persistence)
         self.sum, self.active, self.n_raised = 0, False, 0
 
-    def add(self, exceeds):
+    def add(self, exceeds: bool) -> bool:
         """Take a window, and say whether the alarm is on."""
         change = self.step - 1 if exceeds else -1
         self.sum = min(max(self.sum + change, 0), self.limit)
@@ -79,11 +88,11 @@ class CumulativeSumAlarm:
             self.active = False
         return self.active
 
-    def state(self):
+    def state(self) -> dict[str, Any]:
         """Everything that the next windows depend on, in plain values."""
         return {"sum": self.sum, "active": self.active, "n_raised": self.n_raised}
 
-    def restore(self, state):
+    def restore(self, state: dict[str, Any]) -> None:
         """Go on where `state` was taken.
 
         Raises
@@ -97,7 +106,7 @@ class CumulativeSumAlarm:
         self.n_raised = int(state["n_raised"])
 
 
-def runs_of(exceeds):
+def runs_of(exceeds: list[bool]) -> Counter[str]:
     """Counts that tell how often windows exceed, and in what runs.
 
     Parameters
@@ -125,7 +134,7 @@ def runs_of(exceeds):
     )
 
 
-def healthy_windows(counts):
+def healthy_windows(counts: Counter[str]) -> dict[str, Any]:
     """Rate and persistence of windows that exceed, means of Beta(1, 1) posteriors.
 
     Parameters

@@ -1,5 +1,7 @@
 """What windows say of the condition, with the past slowly forgotten."""
 
+from typing import Any
+
 import numpy as np
 from scipy.special import softmax
 
@@ -27,25 +29,28 @@ class FadingEvidence:
         Seconds since the last window that said something; infinity before the first.
     """
 
-    def __init__(self, n_conditions, half_life):
+    weight: float
+    age: float
+
+    def __init__(self, n_conditions: int, half_life: float) -> None:
         self.half_life = half_life
         self.weight, self.age = 0.0, np.inf
         self._sums = np.zeros(n_conditions)
 
-    def pass_time(self, seconds):
+    def pass_time(self, seconds: Any) -> None:
         """Let the evidence so far grow older."""
         kept = 0.5 ** (seconds / self.half_life)
         self.weight *= kept
         self._sums *= kept
         self.age += seconds
 
-    def add(self, log_probability):
+    def add(self, log_probability: Any) -> None:
         """Take what a window states now."""
         self._sums += log_probability
         self.weight += 1.0
         self.age = 0.0
 
-    def probabilities(self):
+    def probabilities(self) -> Any:
         """Probability of each condition; None before the first window, or when all is stale.
 
         Evidence is stale when no window has said anything for longer than the half-life.
@@ -54,11 +59,11 @@ class FadingEvidence:
             return None
         return softmax(self._sums / self.weight)
 
-    def state(self):
+    def state(self) -> dict[str, Any]:
         """Everything that the next verdicts depend on, in plain values."""
         return {"weight": self.weight, "age": self.age, "sums": self._sums.tolist()}
 
-    def restore(self, state):
+    def restore(self, state: dict[str, Any]) -> None:
         """Go on where `state` was taken.
 
         Raises

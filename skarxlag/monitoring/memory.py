@@ -1,9 +1,13 @@
 """From one window after another to a verdict and an alarm."""
 
 from collections import Counter
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from .alarm import CumulativeSumAlarm
+from .evidence import FadingEvidence
 from .verdict import MonitorVerdict
 
 
@@ -18,13 +22,32 @@ class VerdictMemory:
         Adds up what windows state.
     alarm : CumulativeSumAlarm or None
         Counts windows that exceed; None where nobody detects.
+
+    Attributes
+    ----------
+    qualities : Counter
+        Number of windows of each quality.
     """
 
-    def __init__(self, conditions, evidence, alarm):
-        self.conditions, self.evidence, self.alarm = conditions, evidence, alarm
+    qualities: Counter[str]
+
+    def __init__(
+        self, conditions: list[Any], evidence: FadingEvidence, alarm: CumulativeSumAlarm | None
+    ) -> None:
+        self.conditions = conditions
+        self.evidence = evidence
+        self.alarm = alarm
         self.qualities = Counter()
 
-    def judge(self, start, end, seconds, quality, log_probability, exceeds):
+    def judge(
+        self,
+        start: int,
+        end: float,
+        seconds: float,
+        quality: str,
+        log_probability: NDArray[Any] | None,
+        exceeds: bool | None,
+    ) -> MonitorVerdict:
         """Verdict after one more window.
 
         Parameters
@@ -66,7 +89,7 @@ class VerdictMemory:
             start, end, quality, window_verdict, verdict, confidence, exceeds, alarm, level
         )
 
-    def state(self):
+    def state(self) -> dict[str, Any]:
         """Everything that the next verdicts depend on, in plain values."""
         return {
             "qualities": dict(self.qualities),
@@ -74,7 +97,7 @@ class VerdictMemory:
             "alarm": None if self.alarm is None else self.alarm.state(),
         }
 
-    def restore(self, state):
+    def restore(self, state: dict[str, Any]) -> None:
         """Go on where `state` was taken.
 
         Raises

@@ -1,8 +1,10 @@
 """A fitted diagnoser on a running sensor."""
 
 from collections import Counter
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .._validation import check_real
 from ..quality import signal_quality
@@ -11,6 +13,7 @@ from .evidence import FadingEvidence
 from .memory import VerdictMemory
 from .opinions import WindowOpinions
 from .settings import checked_memory, checked_windowing
+from .verdict import MonitorVerdict
 from .windowing import WindowStream
 
 #: Windows that are diagnosed together: many blocks bring fewer, and a long one is cut.
@@ -96,21 +99,23 @@ class ConditionMonitor:
     ('worn', True)
     """
 
+    conditions: list[Any]
+
     def __init__(
         self,
-        diagnoser,
-        sampling_rate,
+        diagnoser: Any,
+        sampling_rate: float,
         *,
-        detector=None,
-        window_length=1200,
-        hop=None,
-        half_life=10.0,
-        false_alarm_interval=1000.0,
-        window_false_alarm_rate=None,
-        persistence=0.5,
-        faulty_rate=0.5,
-        gap_tolerance=None,
-    ):
+        detector: Any = None,
+        window_length: int = 1200,
+        hop: int | None = None,
+        half_life: float = 10.0,
+        false_alarm_interval: float = 1000.0,
+        window_false_alarm_rate: float | None = None,
+        persistence: float = 0.5,
+        faulty_rate: float = 0.5,
+        gap_tolerance: float | None = None,
+    ) -> None:
         self._windowing = checked_windowing(window_length, hop, sampling_rate, gap_tolerance)
         memory = checked_memory(half_life, false_alarm_interval, persistence, faulty_rate)
         self._half_life, self._faulty_rate = memory["half_life"], memory["faulty_rate"]
@@ -148,7 +153,7 @@ class ConditionMonitor:
         self._last_start, self._speeds = None, []
 
     @property
-    def counts(self):
+    def counts(self) -> dict[str, Any]:
         """What came so far: see the class."""
         return {
             "samples": self._stream.n_samples,
@@ -159,7 +164,9 @@ class ConditionMonitor:
             "alarms": 0 if self._memory.alarm is None else self._memory.alarm.n_raised,
         }
 
-    def update(self, samples, *, time=None, rpm=None):
+    def update(
+        self, samples: ArrayLike, *, time: float | None = None, rpm: float | None = None
+    ) -> list[MonitorVerdict]:
         """Take the next block, and give a verdict for each window that is complete now.
 
         Parameters
@@ -197,7 +204,7 @@ class ConditionMonitor:
                 verdicts += self._judge(batch, begin, gap if first == 0 else 0.0)
         return verdicts
 
-    def calibrate(self, samples, *, rpm=None):
+    def calibrate(self, samples: ArrayLike, *, rpm: float | None = None) -> Self:
         """Learn from healthy samples how often, and in what runs, healthy windows exceed.
 
         Both numbers are means of a Beta(1, 1) posterior, so few windows claim little. Recordings
@@ -289,7 +296,7 @@ class ConditionMonitor:
         del self._speeds[: current[-1]]
         return speeds
 
-    def state(self):
+    def state(self) -> dict[str, Any]:
         """All that the next verdicts depend on, for `restore` after a restart.
 
         Returns
@@ -317,7 +324,7 @@ class ConditionMonitor:
             "faulty_rate": self._faulty_rate,
         }
 
-    def restore(self, state):
+    def restore(self, state: dict[str, Any]) -> Self:
         """Go on where another monitor with the same settings was.
 
         Parameters

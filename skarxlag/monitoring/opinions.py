@@ -1,13 +1,38 @@
 """What a diagnoser and a detector say of windows, in one pass."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..pipelines import DiagnosisPipeline
 
 #: Below it a single window could veto a condition for a long time.
 _SMALLEST_PROBABILITY = 1e-6
+
+
+@dataclass
+class Opinions:
+    """What is said of some windows.
+
+    Parameters
+    ----------
+    log_probability : ndarray of shape (n_windows, n_conditions) or None, default=None
+        None where nobody tells conditions apart.
+    exceeds : ndarray of bool of shape (n_windows,) or None, default=None
+        None where nobody detects.
+    """
+
+    log_probability: np.ndarray | None = None
+    exceeds: np.ndarray | None = None
+
+    def window(self, i: Any) -> Any:
+        """Both opinions on one window; None for no window."""
+        return (
+            None if i is None or self.log_probability is None else self.log_probability[i],
+            None if i is None or self.exceeds is None else bool(self.exceeds[i]),
+        )
 
 
 class WindowOpinions:
@@ -35,7 +60,11 @@ class WindowOpinions:
         If there is neither, or the diagnoser states no probabilities.
     """
 
-    def __init__(self, diagnoser, detector):
+    conditions: list[Any]
+    detects: bool
+    false_alarm_rate: float | None
+
+    def __init__(self, diagnoser: Any, detector: Any) -> None:
         if diagnoser is None and detector is None:
             raise ValueError("diagnoser and detector are None, expected at least one of them")
         if diagnoser is not None and not hasattr(diagnoser, "predict_proba"):
@@ -50,7 +79,7 @@ class WindowOpinions:
         self.detects = detector is not None or hasattr(last, "detect")
         self.false_alarm_rate = getattr(last, "false_alarm_rate", None) if self.detects else None
 
-    def of(self, windows, rpm):
+    def of(self, windows: NDArray[Any], rpm: NDArray[Any] | None) -> Opinions:
         """Opinions on windows.
 
         Parameters
@@ -76,29 +105,6 @@ class WindowOpinions:
             said = self._detector.diagnose(windows, **_metadata(self._detector, rpm))
             found.exceeds = said.alarm
         return found
-
-
-@dataclass
-class Opinions:
-    """What is said of some windows.
-
-    Parameters
-    ----------
-    log_probability : ndarray of shape (n_windows, n_conditions) or None, default=None
-        None where nobody tells conditions apart.
-    exceeds : ndarray of bool of shape (n_windows,) or None, default=None
-        None where nobody detects.
-    """
-
-    log_probability: np.ndarray | None = None
-    exceeds: np.ndarray | None = None
-
-    def window(self, i):
-        """Both opinions on one window; None for no window."""
-        return (
-            None if i is None or self.log_probability is None else self.log_probability[i],
-            None if i is None or self.exceeds is None else bool(self.exceeds[i]),
-        )
 
 
 def _in_one_pass(estimator):

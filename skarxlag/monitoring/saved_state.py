@@ -2,7 +2,9 @@
 
 import io
 import json
+import os
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -12,7 +14,7 @@ from .._files import write_atomically
 _FORMAT = "skarxlag monitor 1"
 
 
-def save_monitor_state(monitor, path, /, **facts):
+def save_monitor_state(monitor: Any, path: str | os.PathLike[str], /, **facts: Any) -> None:
     """Write the state of a monitor and facts about it, all or nothing.
 
     The file is an ``.npz`` archive of one text (JSON) and one array. The diagnoser is not in it.
@@ -59,7 +61,7 @@ def save_monitor_state(monitor, path, /, **facts):
     write_atomically(path, archive.getvalue())
 
 
-def load_monitor_state(path):
+def load_monitor_state(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Read what `save_monitor_state` wrote.
 
     Parameters

@@ -1,6 +1,7 @@
 """Checks of what a monitor is told."""
 
 from numbers import Integral
+from typing import Any
 
 import numpy as np
 from sklearn.utils import check_scalar
@@ -8,7 +9,7 @@ from sklearn.utils import check_scalar
 from .._validation import check_real
 
 
-def checked_windowing(window_length, hop, sampling_rate, gap_tolerance):
+def checked_windowing(window_length: Any, hop: Any, sampling_rate: Any, gap_tolerance: Any) -> Any:
     """Arguments of `WindowStream`, as `ConditionMonitor` is given them."""
     check_scalar(window_length, "window_length", Integral, min_val=1)
     hop = window_length if hop is None else check_scalar(hop, "hop", Integral, min_val=1)
@@ -24,7 +25,9 @@ def checked_windowing(window_length, hop, sampling_rate, gap_tolerance):
     }
 
 
-def checked_memory(half_life, false_alarm_interval, persistence, faulty_rate):
+def checked_memory(
+    half_life: Any, false_alarm_interval: Any, persistence: Any, faulty_rate: Any
+) -> Any:
     """What sets evidence and alarm, as `ConditionMonitor` is given it."""
     if half_life != np.inf:
         check_real(half_life, "half_life", min_val=0, include_boundaries="neither")

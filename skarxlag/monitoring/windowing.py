@@ -1,8 +1,11 @@
 """Windows of a signal that arrives block after block, over gaps too."""
 
 import math
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 
 class WindowStream:
@@ -28,9 +31,18 @@ class WindowStream:
         Sum over the gaps.
     """
 
-    def __init__(self, window_length, hop, sampling_rate, gap_tolerance):
-        self.window_length, self.hop = window_length, hop
-        self.sampling_rate, self.gap_tolerance = sampling_rate, gap_tolerance
+    n_samples: int
+    n_gaps: int
+    n_steps_back: int
+    missing_seconds: float
+
+    def __init__(
+        self, window_length: int, hop: int, sampling_rate: float, gap_tolerance: float
+    ) -> None:
+        self.window_length = window_length
+        self.hop = hop
+        self.sampling_rate = sampling_rate
+        self.gap_tolerance = gap_tolerance
         self.n_samples = self.n_gaps = self.n_steps_back = 0
         self.missing_seconds = 0.0
         self._rest = None
@@ -38,7 +50,9 @@ class WindowStream:
         self._reference = (0, 0.0)
         self._gap_ahead = 0.0
 
-    def push(self, samples, time):
+    def push(
+        self, samples: NDArray[Any], time: float | None
+    ) -> Iterator[tuple[int, NDArray[Any], float]]:
         """Take a block, and yield the windows that are whole now.
 
         Parameters
@@ -88,12 +102,12 @@ class WindowStream:
             self.n_steps_back += 1
         self._rest, self._next_start = None, self.n_samples
 
-    def time_of(self, sample):
+    def time_of(self, sample: Any) -> Any:
         """Seconds at which a sample was taken, or is to be taken."""
         known, time = self._reference
         return time + (sample - known) / self.sampling_rate
 
-    def state(self):
+    def state(self) -> dict[str, Any]:
         """Everything that the next windows depend on, in plain values and one array."""
         names = ("n_samples", "n_gaps", "n_steps_back", "missing_seconds")
         return {name: getattr(self, name) for name in names} | {
@@ -103,7 +117,7 @@ class WindowStream:
             "rest": self._rest,
         }
 
-    def restore(self, state):
+    def restore(self, state: dict[str, Any]) -> None:
         """Go on where `state` was taken.
 
         Raises

@@ -3,6 +3,8 @@
 Verdicts are those of `skarxlag.paper.run_protocol` with the names in `METHODS`.
 """
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
@@ -17,7 +19,7 @@ PRINTED_AVERAGE = "Average, as printed"
 _BY_SPEED, _BY_CRACK = (2, 3, 4, 5), (8, 9)
 
 
-def accuracy_beside_paper(verdicts, number):
+def accuracy_beside_paper(verdicts: pd.DataFrame, number: str) -> pd.DataFrame:
     """One of Tables 2-5, 8 and 9: accuracy by condition, verdicts beside the paper.
 
     Parameters
@@ -55,7 +57,7 @@ def accuracy_beside_paper(verdicts, number):
     return pd.concat({OWN: own, PAPER: paper}, axis=1, names=["source", "method", inner])
 
 
-def confusion_beside_paper(verdicts, number):
+def confusion_beside_paper(verdicts: pd.DataFrame, number: str) -> dict[str, Any]:
     """Table 6 or 7: confusion matrices at 400 rpm, the paper's first.
 
     Recall stands on the right, precision below, both recomputed from the counts; the paper has
@@ -99,7 +101,7 @@ def confusion_beside_paper(verdicts, number):
     return matrices
 
 
-def paper_averages():
+def paper_averages() -> pd.DataFrame:
     """Averages of the paper: claimed, printed, and recomputed from its rows.
 
     Returns
@@ -134,7 +136,7 @@ def paper_averages():
     return pd.concat([claimed, recomputed])
 
 
-def averages(verdicts, halves):
+def averages(verdicts: pd.DataFrame, halves: pd.DataFrame) -> pd.DataFrame:
     """Averages over conditions and speeds, as `paper_averages` has them.
 
     Parameters
@@ -166,7 +168,7 @@ def averages(verdicts, halves):
     return frame[[name for name in METHODS if name in frame.columns.levels[0]]]
 
 
-def paper_improvements():
+def paper_improvements() -> pd.DataFrame:
     """Improvement of the proposed method on ALPIO: as claimed, and recomputed.
 
     Returns
@@ -193,7 +195,7 @@ def paper_improvements():
     return pd.concat([pd.DataFrame(claimed).T, recomputed])
 
 
-def improvements(averages):
+def improvements(averages: pd.DataFrame) -> pd.DataFrame:
     """Improvement of the proposed method on ALPIO, by crack size.
 
     Parameters

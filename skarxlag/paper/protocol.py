@@ -1,5 +1,8 @@
 """The protocol behind Tables 2-9 of Piltan and Kim (2019)."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from sklearn.utils import Bunch
@@ -12,7 +15,9 @@ from .tables import load_tables
 CALIBRATION_RPM = 500.0
 
 
-def run_protocol(load, diagnosers, *, progress=lambda text: None):
+def run_protocol(
+    load: Callable[..., Any], diagnosers: dict[str, Any], *, progress: Any = lambda text: None
+) -> Bunch:
     """Verdicts under the paper's protocol.
 
     Each crack size is diagnosed by itself, with the normal windows. A diagnoser is fitted on all

@@ -8,7 +8,7 @@ import pandas as pd
 from sklearn.utils import Bunch
 
 
-def load_tables():
+def load_tables() -> Bunch:
     """Tables 2-9 of the paper and what it claims about them, as printed.
 
     Nothing is corrected: averages and margins are those on paper, right or wrong.

@@ -1,9 +1,12 @@
 """Where to draw; matplotlib is imported here and only when it is needed."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 
-def new_axes(n_rows):
+def new_axes(n_rows: int) -> NDArray[Any]:
     """Axes of a new pyplot figure, one above the other.
 
     Parameters
@@ -29,7 +32,7 @@ def new_axes(n_rows):
     return axes[:, 0]
 
 
-def time_axis(n_samples, sampling_rate):
+def time_axis(n_samples: int, sampling_rate: float | None) -> tuple[NDArray[Any], str]:
     """Values of a time axis, and its label.
 
     Parameters
@@ -54,14 +57,14 @@ def time_axis(n_samples, sampling_rate):
     return 1e3 / sampling_rate * np.arange(n_samples), "Time (ms)"
 
 
-def legend_beside(ax, lines):
+def legend_beside(ax: Any, lines: Any) -> None:
     """Legend of these lines to the right of the axes, where it hides nothing."""
     ax.legend(
         handles=lines, loc="upper left", bbox_to_anchor=(1, 1), fontsize="small", frameon=False
     )
 
 
-def readable_log_scale(ax, values):
+def readable_log_scale(ax: Any, values: NDArray[Any]) -> None:
     """Logarithmic vertical axis; plain numbers at equal steps where the values span little.
 
     Parameters

@@ -1,9 +1,12 @@
 """What displays read off a fitted diagnoser."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 
-def model_names(identify):
+def model_names(identify: Any) -> list[str]:
     """Names of the models of a fitted ARXLaguerre.
 
     Parameters
@@ -19,13 +22,13 @@ def model_names(identify):
     return [str(name) for name in identify.classes_]
 
 
-def first_and_last(estimator):
+def first_and_last(estimator: Any) -> Any:
     """First and last step of a Pipeline; twice the estimator where it is none."""
     steps = getattr(estimator, "steps", [(None, estimator)])
     return steps[0][1], steps[-1][1]
 
 
-def condition_names(estimator):
+def condition_names(estimator: Any) -> list[Any]:
     """Conditions that a fitted estimator knows.
 
     Parameters
@@ -46,14 +49,14 @@ def condition_names(estimator):
     return list(models) if len(models) > 1 else []
 
 
-def healthy_name(decide):
+def healthy_name(decide: Any) -> Any:
     """Name of the healthy condition of a fitted ThresholdLadder, None of another step."""
     if not hasattr(decide, "healthy_index_"):
         return None
     return str(decide.classes_[decide.healthy_index_])
 
 
-def ordered_conditions(known, conditions):
+def ordered_conditions(known: Sequence[Any] | None, conditions: Sequence[Any] | None) -> list[str]:
     """Conditions in the order that gives them their colours.
 
     Parameters
@@ -85,7 +88,7 @@ def ordered_conditions(known, conditions):
     return order
 
 
-def chosen_model(names, model, healthy):
+def chosen_model(names: list[str], model: Any, healthy: str | None) -> int:
     """Position of the model that was asked for, or of the healthy one.
 
     Parameters
@@ -114,7 +117,7 @@ def chosen_model(names, model, healthy):
     return names.index(str(model))
 
 
-def observer_of(estimator):
+def observer_of(estimator: Any) -> Any:
     """The observer before the decision of a fitted Pipeline.
 
     Raises
@@ -131,7 +134,7 @@ def observer_of(estimator):
     return observer
 
 
-def ladder_cuts(decide):
+def ladder_cuts(decide: Any) -> dict[str, float]:
     r"""Upper end of the rung of each condition, :math:`\Delta`, from the lowest rung up.
 
     Parameters
@@ -148,13 +151,13 @@ def ladder_cuts(decide):
     return {str(name): cut for name, cut in zip(decide.rungs_, cuts, strict=True)}
 
 
-def bank_deltas(decide):
+def bank_deltas(decide: Any) -> Any:
     r""":math:`\Delta` of each condition of a ThresholdLadder that was fitted on a bank."""
     deltas = decide.isolation_thresholds_.tolist()
     return {str(name): delta for name, delta in zip(decide.classes_, deltas, strict=True)}
 
 
-def is_bank(decide):
+def is_bank(decide: Any) -> Any:
     """Whether a fitted decision compares one residual for each condition."""
     n_classes = len(getattr(decide, "classes_", ()))
     return n_classes == decide.n_features_in_ > 1

@@ -1,5 +1,8 @@
 """Colours, line styles and markers of conditions, the same in every figure."""
 
+from collections.abc import Sequence
+from typing import Any
+
 #: Grey that stands out alike from white and from a dark page, for what is no condition.
 NEUTRAL = "#7a7a7a"
 
@@ -37,7 +40,7 @@ LINE_STYLES = (
 MARKERS = ("o", "s", "^", "d", "v", "P", "X", "<")
 
 
-def condition_styles(conditions):
+def condition_styles(conditions: Sequence[Any]) -> dict[str, Any]:
     """Colour, line style and marker of each condition, by its place.
 
     Parameters
@@ -69,7 +72,7 @@ def condition_styles(conditions):
     return styles
 
 
-def ink():
+def ink() -> Any:
     """Colour of text in the style in use, for lines that belong to no condition."""
     from matplotlib import rcParams
 

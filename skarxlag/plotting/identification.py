@@ -1,6 +1,10 @@
 """Measured and predicted output of one window, and the error between them."""
 
+from collections.abc import Sequence
+from typing import Any, Self
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ..kernels.scaling import fit_percentage
 from ._axes import new_axes, time_axis
@@ -50,16 +54,22 @@ class IdentificationDisplay:
     47.0
     """
 
+    output_line_: Any
+    prediction_line_: Any
+    error_line_: Any
+    axes_: NDArray[Any]
+    figure_: Any
+
     def __init__(
         self,
-        output,
-        prediction,
+        output: NDArray[Any],
+        prediction: NDArray[Any],
         *,
-        model=None,
-        condition=None,
-        conditions=None,
-        sampling_rate=None,
-    ):
+        model: str | None = None,
+        condition: str | None = None,
+        conditions: list[str] | None = None,
+        sampling_rate: float | None = None,
+    ) -> None:
         self.output = output
         self.prediction = prediction
         self.model = model
@@ -68,23 +78,23 @@ class IdentificationDisplay:
         self.sampling_rate = sampling_rate
 
     @property
-    def fit_percentage(self):
+    def fit_percentage(self) -> Any:
         """How well the prediction reproduces the output, in percent."""
         return float(fit_percentage(self.output, self.prediction))
 
     @classmethod
     def from_estimator(
         cls,
-        estimator,
-        window,
+        estimator: Any,
+        window: ArrayLike,
         *,
-        model=None,
-        free_run=False,
-        condition=None,
-        conditions=None,
-        sampling_rate=None,
-        axes=None,
-    ):
+        model: Any = None,
+        free_run: bool = False,
+        condition: Any = None,
+        conditions: Sequence[Any] | None = None,
+        sampling_rate: float | None = None,
+        axes: Sequence[Any] | None = None,
+    ) -> Self:
         """Plot what fitted models make of one window.
 
         Parameters
@@ -137,15 +147,15 @@ class IdentificationDisplay:
     @classmethod
     def from_predictions(
         cls,
-        output,
-        prediction,
+        output: ArrayLike,
+        prediction: ArrayLike,
         *,
-        model=None,
-        condition=None,
-        conditions=None,
-        sampling_rate=None,
-        axes=None,
-    ):
+        model: Any = None,
+        condition: Any = None,
+        conditions: Sequence[Any] | None = None,
+        sampling_rate: float | None = None,
+        axes: Sequence[Any] | None = None,
+    ) -> Self:
         """Plot a prediction that one has.
 
         Parameters
@@ -187,7 +197,7 @@ class IdentificationDisplay:
         )
         return display.plot(axes=axes)
 
-    def plot(self, axes=None, **line_kw):
+    def plot(self, axes: Sequence[Any] | None = None, **line_kw: Any) -> Self:
         """Plot.
 
         Parameters

@@ -1,6 +1,11 @@
 """Order spectrum of one stretch over the references of the nearest conditions."""
 
+from collections.abc import Sequence
+from typing import Any, Self
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.pipeline import Pipeline
 
 from ._axes import legend_beside, new_axes
 from ._fitted import condition_names, ordered_conditions
@@ -64,18 +69,24 @@ class OrderSpectrumDisplay:
     ['worn', 'healthy']
     """
 
+    axes_: Any
+    figure_: Any
+    lines_: dict[str, Any]
+    reference_lines_: dict[str, Any]
+    fault_lines_: dict[str, Any]
+
     def __init__(
         self,
-        orders,
-        spectra,
-        references,
+        orders: NDArray[Any],
+        spectra: dict[str, Any],
+        references: dict[str, Any],
         *,
-        factors,
-        residuals,
-        rpm=None,
-        fault_orders=None,
-        conditions=None,
-    ):
+        factors: dict[str, float],
+        residuals: dict[str, float],
+        rpm: float | None = None,
+        fault_orders: dict[str, float] | None = None,
+        conditions: list[str] | None = None,
+    ) -> None:
         self.orders = orders
         self.spectra = spectra
         self.references = references
@@ -87,8 +98,15 @@ class OrderSpectrumDisplay:
 
     @classmethod
     def from_estimator(
-        cls, estimator, stretch, *, rpm=None, fault_orders=None, n_conditions=2, conditions=None
-    ):
+        cls,
+        estimator: Pipeline,
+        stretch: ArrayLike,
+        *,
+        rpm: ArrayLike | None = None,
+        fault_orders: dict[str, float] | None = None,
+        n_conditions: int = 2,
+        conditions: Sequence[Any] | None = None,
+    ) -> Self:
         """Plot what a fitted diagnoser saw in one stretch.
 
         Parameters
@@ -139,7 +157,7 @@ class OrderSpectrumDisplay:
         )
         return display.plot()
 
-    def plot(self):
+    def plot(self) -> Self:
         """Plot into a new figure.
 
         Returns

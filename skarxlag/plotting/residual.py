@@ -1,6 +1,11 @@
 """Residual of one window with the thresholds that it is compared with."""
 
+from collections.abc import Sequence
+from typing import Any, Self
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.pipeline import Pipeline
 
 from ..kernels.ladder import log_level
 from ..residual_evaluations import RESIDUAL_EVALUATIONS
@@ -72,17 +77,23 @@ class ResidualDisplay:
     ['$\\Delta$ worn']
     """
 
+    line_: Any
+    level_line_: Any
+    threshold_lines_: dict[str, Any]
+    ax_: Any
+    figure_: Any
+
     def __init__(
         self,
-        residual,
+        residual: NDArray[Any],
         *,
-        level=None,
-        detection_threshold=None,
-        isolation_thresholds=None,
-        model=None,
-        condition=None,
-        conditions=None,
-    ):
+        level: float | None = None,
+        detection_threshold: float | None = None,
+        isolation_thresholds: dict[str, float] | None = None,
+        model: str | None = None,
+        condition: str | None = None,
+        conditions: list[str] | None = None,
+    ) -> None:
         self.residual = residual
         self.level = level
         self.detection_threshold = detection_threshold
@@ -93,8 +104,15 @@ class ResidualDisplay:
 
     @classmethod
     def from_estimator(
-        cls, estimator, window, *, model=None, condition=None, conditions=None, ax=None
-    ):
+        cls,
+        estimator: Pipeline,
+        window: ArrayLike,
+        *,
+        model: Any = None,
+        condition: Any = None,
+        conditions: Sequence[Any] | None = None,
+        ax: Any = None,
+    ) -> Self:
         r"""Plot the residual of a fitted diagnoser on one window.
 
         One residual has all cuts of the ladder. A bank's :math:`\Delta` bounds the residual of one
@@ -157,16 +175,16 @@ class ResidualDisplay:
     @classmethod
     def from_predictions(
         cls,
-        residual,
+        residual: ArrayLike,
         *,
-        level=None,
-        detection_threshold=None,
-        isolation_thresholds=None,
-        model=None,
-        condition=None,
-        conditions=None,
-        ax=None,
-    ):
+        level: float | None = None,
+        detection_threshold: float | None = None,
+        isolation_thresholds: dict[str, Any] | None = None,
+        model: Any = None,
+        condition: Any = None,
+        conditions: Sequence[Any] | None = None,
+        ax: Any = None,
+    ) -> Self:
         r"""Plot a residual that one has.
 
         Parameters
@@ -214,7 +232,7 @@ class ResidualDisplay:
         )
         return display.plot(ax=ax)
 
-    def plot(self, ax=None, **line_kw):
+    def plot(self, ax: Any = None, **line_kw: Any) -> Self:
         """Plot.
 
         Parameters

@@ -1,6 +1,9 @@
 """Accuracy across shaft speeds, as a figure."""
 
+from typing import Any, Self
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn.base import clone
 from sklearn.utils import check_consistent_length
 
@@ -40,7 +43,18 @@ class SpeedAccuracyDisplay:
     array([[1. , 0.5]])
     """
 
-    def __init__(self, accuracy, *, train_rpm, test_rpm, name=None):
+    lines_: list[Any]
+    ax_: Any
+    figure_: Any
+
+    def __init__(
+        self,
+        accuracy: NDArray[Any],
+        *,
+        train_rpm: NDArray[Any],
+        test_rpm: NDArray[Any],
+        name: str | None = None,
+    ) -> None:
         self.accuracy = accuracy
         self.train_rpm = train_rpm
         self.test_rpm = test_rpm
@@ -48,8 +62,17 @@ class SpeedAccuracyDisplay:
 
     @classmethod
     def from_estimator(
-        cls, estimator, X, y, *, rpm, recording=None, train_rpm=None, name=None, ax=None
-    ):
+        cls,
+        estimator: Any,
+        X: ArrayLike,
+        y: ArrayLike,
+        *,
+        rpm: ArrayLike,
+        recording: ArrayLike | None = None,
+        train_rpm: float | None = None,
+        name: str | None = None,
+        ax: Any = None,
+    ) -> Self:
         """Fit a clone at each training speed, test it at the others and plot.
 
         Parameters
@@ -101,7 +124,16 @@ class SpeedAccuracyDisplay:
         )
 
     @classmethod
-    def from_predictions(cls, y_true, y_pred, *, train_rpm, test_rpm, name=None, ax=None):
+    def from_predictions(
+        cls,
+        y_true: ArrayLike,
+        y_pred: ArrayLike,
+        *,
+        train_rpm: ArrayLike,
+        test_rpm: ArrayLike,
+        name: str | None = None,
+        ax: Any = None,
+    ) -> Self:
         """Plot from verdicts.
 
         Parameters
@@ -131,7 +163,7 @@ class SpeedAccuracyDisplay:
         accuracy = np.divide(hits, count, out=np.full_like(hits, np.nan), where=count > 0)
         return cls(accuracy, train_rpm=train, test_rpm=test, name=name).plot(ax=ax)
 
-    def plot(self, ax=None, *, name=None, **line_kw):
+    def plot(self, ax: Any = None, *, name: str | None = None, **line_kw: Any) -> Self:
         """Plot.
 
         Parameters

@@ -1,6 +1,10 @@
 """Residual levels of many windows against the thresholds of the ladder."""
 
+from collections.abc import Sequence
+from typing import Any, Self
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_consistent_length
 
 from ..kernels.ladder import relative_scores
@@ -67,16 +71,23 @@ class ThresholdLadderDisplay:
     (['$\\Delta$ good'], ['good', 'worn'])
     """
 
+    lines_: dict[str, Any]
+    rival_line_: Any
+    threshold_lines_: dict[str, Any]
+    bands_: dict[str, Any]
+    ax_: Any
+    figure_: Any
+
     def __init__(
         self,
-        levels,
-        y,
+        levels: NDArray[Any],
+        y: NDArray[Any],
         *,
-        rivals=None,
-        detection_threshold=None,
-        isolation_thresholds=None,
-        conditions,
-    ):
+        rivals: NDArray[Any] | None = None,
+        detection_threshold: float | None = None,
+        isolation_thresholds: dict[str, float] | None = None,
+        conditions: list[str],
+    ) -> None:
         self.levels = levels
         self.y = y
         self.rivals = rivals
@@ -85,7 +96,16 @@ class ThresholdLadderDisplay:
         self.conditions = conditions
 
     @classmethod
-    def from_estimator(cls, estimator, X, y, *, decision=None, conditions=None, ax=None):
+    def from_estimator(
+        cls,
+        estimator: Any,
+        X: ArrayLike,
+        y: ArrayLike,
+        *,
+        decision: str | None = None,
+        conditions: Sequence[Any] | None = None,
+        ax: Any = None,
+    ) -> Self:
         r"""Plot the levels that a fitted diagnoser gives windows.
 
         Parameters
@@ -144,15 +164,15 @@ class ThresholdLadderDisplay:
     @classmethod
     def from_predictions(
         cls,
-        y_true,
-        levels,
+        y_true: ArrayLike,
+        levels: ArrayLike,
         *,
-        rivals=None,
-        detection_threshold=None,
-        isolation_thresholds=None,
-        conditions=None,
-        ax=None,
-    ):
+        rivals: ArrayLike | None = None,
+        detection_threshold: float | None = None,
+        isolation_thresholds: dict[str, Any] | None = None,
+        conditions: Sequence[Any] | None = None,
+        ax: Any = None,
+    ) -> Self:
         r"""Plot levels that one has.
 
         Parameters
@@ -205,7 +225,7 @@ class ThresholdLadderDisplay:
         )
         return display.plot(ax=ax)
 
-    def plot(self, ax=None, **line_kw):
+    def plot(self, ax: Any = None, **line_kw: Any) -> Self:
         """Plot.
 
         Parameters

@@ -1,6 +1,11 @@
 """What an observer makes of the innovations of one window."""
 
+from collections.abc import Sequence
+from typing import Any, Self
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.pipeline import Pipeline
 
 from ._axes import new_axes, time_axis
 from ._fitted import (
@@ -55,17 +60,23 @@ class TrajectoryDisplay:
     ('good', 2)
     """
 
+    innovations_line_: Any
+    error_line_: Any
+    fault_estimate_line_: Any
+    axes_: NDArray[Any]
+    figure_: Any
+
     def __init__(
         self,
-        innovations,
-        error,
-        fault_estimate,
+        innovations: NDArray[Any],
+        error: NDArray[Any],
+        fault_estimate: NDArray[Any],
         *,
-        model=None,
-        condition=None,
-        conditions=None,
-        sampling_rate=None,
-    ):
+        model: str | None = None,
+        condition: str | None = None,
+        conditions: list[str] | None = None,
+        sampling_rate: float | None = None,
+    ) -> None:
         self.innovations = innovations
         self.error = error
         self.fault_estimate = fault_estimate
@@ -77,15 +88,15 @@ class TrajectoryDisplay:
     @classmethod
     def from_estimator(
         cls,
-        estimator,
-        window,
+        estimator: Pipeline,
+        window: ArrayLike,
         *,
-        model=None,
-        condition=None,
-        conditions=None,
-        sampling_rate=None,
-        axes=None,
-    ):
+        model: Any = None,
+        condition: Any = None,
+        conditions: Sequence[Any] | None = None,
+        sampling_rate: float | None = None,
+        axes: Sequence[Any] | None = None,
+    ) -> Self:
         """Plot what the observer of a fitted diagnoser makes of one window.
 
         Parameters
@@ -135,16 +146,16 @@ class TrajectoryDisplay:
     @classmethod
     def from_predictions(
         cls,
-        innovations,
-        error,
-        fault_estimate,
+        innovations: ArrayLike,
+        error: ArrayLike,
+        fault_estimate: ArrayLike,
         *,
-        model=None,
-        condition=None,
-        conditions=None,
-        sampling_rate=None,
-        axes=None,
-    ):
+        model: Any = None,
+        condition: Any = None,
+        conditions: Sequence[Any] | None = None,
+        sampling_rate: float | None = None,
+        axes: Sequence[Any] | None = None,
+    ) -> Self:
         """Plot trajectories that one has.
 
         Parameters
@@ -186,7 +197,7 @@ class TrajectoryDisplay:
         )
         return display.plot(axes=axes)
 
-    def plot(self, axes=None, **line_kw):
+    def plot(self, axes: Sequence[Any] | None = None, **line_kw: Any) -> Self:
         """Plot.
 
         Parameters

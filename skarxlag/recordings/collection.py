@@ -1,6 +1,9 @@
 """The signals of all recordings of a table or a folder."""
 
+import os
+from collections.abc import Iterator
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,8 +14,14 @@ from .table import list_recordings
 
 
 def read_recording_table(
-    path, *, pattern=None, channel=None, sampling_rate=None, dtype=None, resample=None
-):
+    path: str | os.PathLike[str],
+    *,
+    pattern: str | None = None,
+    channel: Any = None,
+    sampling_rate: Any = None,
+    dtype: Any = None,
+    resample: float | None = None,
+) -> Any:
     r"""Read all recordings that a table, a folder or a glob lists.
 
     The table is a text file (UTF-8) with one recording in a line. Its separator is the comma, the
@@ -125,10 +134,10 @@ class CommonFacts:
         The recordings.
     """
 
-    def __init__(self, listed):
+    def __init__(self, listed: list[Any]) -> None:
         self._listed, self._common, self._resampled = listed, {}, {}
 
-    def checked_blocks(self, entry, n_samples, resample):
+    def checked_blocks(self, entry: Any, n_samples: Any, resample: Any) -> Iterator[Any]:
         """Signals of a recording, of which the sampling rate and the channels are checked."""
         blocks = entry.blocks(n_samples)
         if resample is not None:
@@ -148,7 +157,7 @@ class CommonFacts:
                 raise
             raise ValueError(f"{where}: {error}") from error
 
-    def described(self):
+    def described(self) -> Any:
         """What is known of the recordings besides their samples."""
         listed = self._listed
         conditions = [entry.condition for entry in listed]

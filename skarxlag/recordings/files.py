@@ -1,9 +1,13 @@
 """Recordings in files: one file, the channels asked for, all at once or block after block."""
 
+import os
+from collections.abc import Iterator, Sequence
 from numbers import Integral
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
+from numpy.typing import NDArray
 
 from .formats import error_of, find_format
 from .formats._isolation import isolated_blocks, isolated_description
@@ -11,7 +15,12 @@ from .formats._signals import describe_channels, signal_blocks
 from .windows import block_length, cut_blocks
 
 
-def read_recording(path, *, channel=None, dtype=None):
+def read_recording(
+    path: str | os.PathLike[str],
+    *,
+    channel: str | int | Sequence[Any] | None = None,
+    dtype: str | None = None,
+) -> tuple[NDArray[Any], float | None]:
     """Read one recording, one channel of it or several.
 
     The end of the file's name, in any case, tells its format. The formats, the libraries that they
@@ -92,7 +101,13 @@ def read_recording(path, *, channel=None, dtype=None):
     return next(recording_blocks(path, channel=channel, dtype=dtype))
 
 
-def iter_windows(path, window_length=1200, *, channel=None, dtype=None):
+def iter_windows(
+    path: str | os.PathLike[str],
+    window_length: int = 1200,
+    *,
+    channel: str | int | Sequence[Any] | None = None,
+    dtype: str | None = None,
+) -> Iterator[NDArray[Any]]:
     """Cut a recording of any length into windows, without ever holding all of it in memory.
 
     MATLAB files before version 7.3, ``.npz`` and universal files can only be read whole; windows of
@@ -138,7 +153,7 @@ def iter_windows(path, window_length=1200, *, channel=None, dtype=None):
     yield from cut_blocks((signal for signal, _ in blocks), str(path), window_length)
 
 
-def list_channels(path, *, dtype=None):
+def list_channels(path: Any, *, dtype: Any = None) -> Any:
     r"""List the channels of a recording and what the file states about them.
 
     Parameters
@@ -182,7 +197,9 @@ def list_channels(path, *, dtype=None):
     return table.astype({"sampling_rate": float})
 
 
-def recording_blocks(path, n_samples=None, *, channel=None, dtype=None):
+def recording_blocks(
+    path: Any, n_samples: int | None = None, *, channel: Any = None, dtype: Any = None
+) -> Iterator[tuple[NDArray[Any], float | None]]:
     """Read one recording block after block.
 
     Parameters

@@ -1,9 +1,12 @@
 """Recordings that are listed, of which nothing has been read: folders, globs, lines of a table."""
 
+import os
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from glob import glob
 from pathlib import Path
+from typing import Any
 
 from .files import recording_blocks
 from .formats import FORMATS
@@ -42,14 +45,14 @@ class ListedRecording:
     where: str | None
     name: str
     path: Path
-    channel: str | list | None = None
+    channel: str | list[Any] | None = None
     sampling_rate: float | None = None
     condition: str | None = None
     rpm: float | None = None
     dtype: str | None = None
-    further: dict = field(default_factory=dict)
+    further: dict[str, Any] = field(default_factory=dict)
 
-    def blocks(self, n_samples=None):
+    def blocks(self, n_samples: int | None = None) -> Iterator[Any]:
         """Blocks of the recording and its sampling rate, as `recording_blocks` yields them.
 
         Parameters
@@ -83,13 +86,20 @@ class ListedRecording:
             yield signal, known if stated is None else stated
 
 
-def is_file_source(source):
+def is_file_source(source: Any) -> Any:
     """Whether a path is a folder or a glob, and not one file such as a table."""
     path = Path(source)
     return path.is_dir() or (not path.exists() and any(sign in str(source) for sign in "*?["))
 
 
-def list_files(source, *, pattern=None, channel=None, sampling_rate=None, dtype=None):
+def list_files(
+    source: str | os.PathLike[str],
+    *,
+    pattern: str | None = None,
+    channel: Any = None,
+    sampling_rate: Any = None,
+    dtype: Any = None,
+) -> list[Any]:
     r"""List the recordings of a folder, a glob, or one file.
 
     Parameters
@@ -131,7 +141,7 @@ def list_files(source, *, pattern=None, channel=None, sampling_rate=None, dtype=
     return listed
 
 
-def positive(where, name, text):
+def positive(where: Any, name: Any, text: Any) -> Any:
     """A number above zero from a text, or an error that names the place."""
     try:
         value = float(text.replace(",", "."))

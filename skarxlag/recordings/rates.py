@@ -1,8 +1,11 @@
 """Sampling rates: when two agree, and signals brought from one to another."""
 
+from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import resample_poly
 
 #: Clocks of loggers, rounded steps of time and rounded rates differ by less than this.
@@ -12,7 +15,7 @@ RATE_TOLERANCE = 1e-3
 _MAX_FACTOR = 10_000
 
 
-def rates_agree(first, second):
+def rates_agree(first: float | None, second: float | None) -> bool:
     """Whether two sampling rates are the same but for the precision with which they are stated.
 
     Parameters
@@ -36,7 +39,9 @@ def rates_agree(first, second):
     return abs(first - second) <= RATE_TOLERANCE * max(first, second)
 
 
-def resampled_blocks(blocks, sampling_rate, *, note=None):
+def resampled_blocks(
+    blocks: Iterable[Any], sampling_rate: float, *, note: Callable[..., Any] | None = None
+) -> Iterator[tuple[NDArray[Any], float]]:
     r"""Bring a recording to another sampling rate, block after block.
 
     The ratio of the rates is written as :math:`p / q`. The signal is interpolated by :math:`p`,
@@ -105,17 +110,17 @@ def resampled_blocks(blocks, sampling_rate, *, note=None):
 
 
 class _Unchanged:
-    def take(self, signal):
+    def take(self, signal: Any) -> Any:
         return signal
 
-    def finish(self):
+    def finish(self) -> Any:
         return np.empty(0)
 
 
 class _Polyphase:
     """`resample_poly` on a stream: every part is filtered together with its surroundings."""
 
-    def __init__(self, offset, old, new):
+    def __init__(self, offset: Any, old: Any, new: Any) -> None:
         self._ratio = _ratio(old, new)
         p, q = self._ratio.numerator, self._ratio.denominator
         # The filter of resample_poly reaches 10 max(p, q) interpolated samples to either side.
@@ -123,7 +128,7 @@ class _Polyphase:
         self._reach = q * (10 * max(p, q) // (p * q) + 1)
         self._offset, self._waiting, self._n_before = offset, [], 0
 
-    def take(self, signal):
+    def take(self, signal: Any) -> Any:
         self._waiting.append(signal - self._offset)
         held = sum(part.shape[-1] for part in self._waiting)
         q = self._ratio.denominator
@@ -132,7 +137,7 @@ class _Polyphase:
             return signal[..., :0]
         return self._filtered(n_new)
 
-    def finish(self):
+    def finish(self) -> Any:
         return self._filtered(None)
 
     def _filtered(self, n_new):

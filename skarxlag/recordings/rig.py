@@ -1,7 +1,9 @@
 """The windows of all recordings of a table or a folder, as a rig."""
 
+import os
 from numbers import Integral
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from sklearn.utils import Bunch, check_scalar
@@ -12,19 +14,19 @@ from .windows import block_length, cut_blocks, thin_windows
 
 
 def load_recordings(
-    path,
+    path: str | os.PathLike[str],
     *,
-    window_length=1200,
-    hop=None,
-    max_windows=None,
-    healthy=None,
-    pattern=None,
-    channel=None,
-    sampling_rate=None,
-    dtype=None,
-    resample=None,
-    memory_map=None,
-):
+    window_length: int = 1200,
+    hop: int | None = None,
+    max_windows: int | None = None,
+    healthy: str | None = None,
+    pattern: Any = None,
+    channel: Any = None,
+    sampling_rate: Any = None,
+    dtype: Any = None,
+    resample: Any = None,
+    memory_map: str | os.PathLike[str] | None = None,
+) -> Any:
     r"""Load a user's own recordings as a rig: the windows of all recordings of a table.
 
     Recordings are read block after block, so that never more than the windows are in memory. Where
@@ -152,12 +154,12 @@ def load_recordings(
 class _WindowStore:
     """Windows of all recordings, in memory or in a file that is mapped."""
 
-    def __init__(self, path):
+    def __init__(self, path: Any) -> None:
         self._path, self._parts, self._shape = path, [], (0,)
         if path is not None:
             Path(path).write_bytes(b"")
 
-    def add(self, windows):
+    def add(self, windows: Any) -> None:
         self._shape = (self._shape[0] + len(windows), *windows.shape[1:])
         if self._path is None:
             self._parts.append(windows)
@@ -165,7 +167,7 @@ class _WindowStore:
             with Path(self._path).open("ab") as file:
                 windows.tofile(file)
 
-    def windows(self):
+    def windows(self) -> Any:
         if self._path is None:
             return np.concatenate(self._parts)
         return np.memmap(self._path, np.float64, "r", shape=self._shape)

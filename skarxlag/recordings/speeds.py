@@ -2,8 +2,10 @@
 
 import re
 from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 _NUMBER = r"\s*(\d+(?:\.\d+)?)\s*"
 _RANGE = re.compile(rf"{_NUMBER}\.\.{_NUMBER}")
@@ -32,7 +34,7 @@ class SpeedRange:
     high: float
 
     @classmethod
-    def parse(cls, text):
+    def parse(cls, text: str) -> Self:
         """Read a range from a text.
 
         Parameters
@@ -64,7 +66,7 @@ class SpeedRange:
             raise ValueError(f"{text!r}, expected a speed such as 1797, 1797+-30 or 1700..1800")
         return cls(max(low, 0.0), high)
 
-    def contains(self, rpm):
+    def contains(self, rpm: ArrayLike) -> NDArray[Any]:
         """Which speeds lie in the range.
 
         Parameters
@@ -79,6 +81,6 @@ class SpeedRange:
         rpm = np.asarray(rpm, dtype=np.float64)
         return (rpm >= self.low) & (rpm <= self.high)
 
-    def __str__(self):
+    def __str__(self) -> str:
         ends = [f"{self.low:g}"] if self.low == self.high else [f"{self.low:g}", f"{self.high:g}"]
         return "..".join(ends)

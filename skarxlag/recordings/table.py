@@ -3,6 +3,7 @@
 import difflib
 import re
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -12,7 +13,14 @@ from .listing import FACTS, ListedRecording, is_file_source, list_files, positiv
 COLUMNS = ("path", *FACTS)
 
 
-def list_recordings(path, *, pattern=None, channel=None, sampling_rate=None, dtype=None):
+def list_recordings(
+    path: Any,
+    *,
+    pattern: Any = None,
+    channel: Any = None,
+    sampling_rate: Any = None,
+    dtype: Any = None,
+) -> list[Any]:
     """Lines of a table or files of a folder, without reading the recordings.
 
     Parameters

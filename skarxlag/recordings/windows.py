@@ -1,15 +1,20 @@
 """Windows of a recording: the rows that every estimator of the package works on."""
 
+from collections.abc import Iterable, Iterator, Sequence
 from numbers import Integral
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array, check_scalar
 
 #: Samples of a channel that are worked on at a time, where a recording is read in parts.
 _BLOCK = 2**20
 
 
-def make_windows(recording, window_length=1200, *, hop=None):
+def make_windows(
+    recording: ArrayLike, window_length: int = 1200, *, hop: int | None = None
+) -> NDArray[Any]:
     r"""Cut a recording into windows of equal length.
 
     Window :math:`w` holds the samples
@@ -72,7 +77,13 @@ def make_windows(recording, window_length=1200, *, hop=None):
     return np.moveaxis(windows[..., ::hop, :], -2, 0).copy(order="C")
 
 
-def stack_windows(recordings, names, window_length=1200, *, hop=None):
+def stack_windows(
+    recordings: Sequence[Any],
+    names: Sequence[str],
+    window_length: int = 1200,
+    *,
+    hop: int | None = None,
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Cut several recordings and stack their windows, one recording after another.
 
     Parameters
@@ -117,7 +128,7 @@ def stack_windows(recordings, names, window_length=1200, *, hop=None):
     return np.concatenate(stacked), np.repeat(np.arange(len(counts)), counts), start
 
 
-def block_length(window_length):
+def block_length(window_length: Any) -> Any:
     """Samples of a channel to read at a time: whole windows, about a million samples.
 
     Examples
@@ -130,7 +141,9 @@ def block_length(window_length):
     return window_length * max(_BLOCK // window_length, 1)
 
 
-def cut_blocks(blocks, name, window_length, hop=None):
+def cut_blocks(
+    blocks: Iterable[Any], name: str, window_length: int, hop: int | None = None
+) -> Iterator[NDArray[Any]]:
     """Cut a recording that arrives block after block into windows.
 
     Parameters
@@ -186,7 +199,9 @@ def cut_blocks(blocks, name, window_length, hop=None):
         )
 
 
-def thin_windows(parts, max_windows):
+def thin_windows(
+    parts: Iterable[Any], max_windows: int | None
+) -> tuple[NDArray[Any], NDArray[Any]]:
     """Keep some of the windows of one recording, evenly spread over it.
 
     Every window is kept until there are too many; then every second, every fourth, and so on. At

@@ -1,5 +1,7 @@
 """Distance of the error's spectrum from white (Mehra and Peschon 1971)."""
 
+from typing import Any
+
 import numpy as np
 
 from ..kernels.observer import observe
@@ -9,7 +11,7 @@ from ..kernels.spectra import LOG_SPECTRUM_CELLS, autoregressive_log_spectrum, f
 TRAJECTORY = None
 
 
-def levels(innovations, loop, observer):
+def levels(innovations: Any, loop: Any, observer: Any) -> Any:
     """Weighted cepstral norm of each error, with the observer's own response taken out."""
     error = observe(innovations, loop)[0]
     signals = error.reshape(-1, error.shape[-1])

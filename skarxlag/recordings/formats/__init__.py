@@ -18,6 +18,8 @@ formats has to start fast.
 """
 
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 from . import arrow, audio, hdf5, matlab, npy, npz, raw, tdms, text, uff, vallen, wav
 from ._contents import ContentError
@@ -26,7 +28,7 @@ from ._contents import ContentError
 FORMATS = (matlab, npy, npz, text, wav, audio, arrow, hdf5, tdms, uff, vallen, raw)
 
 
-def find_format(path, dtype=None):
+def find_format(path: Path, dtype: str | None = None) -> Any:
     """Module of a file's format, and the function that opens the file.
 
     Parameters
@@ -51,7 +53,7 @@ def find_format(path, dtype=None):
     raise ValueError(f"{path}: unknown suffix {path.suffix!r}; expected one of {known}")
 
 
-def error_of(path, error, module):
+def error_of(path: Path, error: Any, module: Any) -> Any:
     """What a failure to read a file is reported as.
 
     Parsers raise all kinds of exceptions on damaged input, and few of them name the file.

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +34,7 @@ class Contents:
     """
 
     channels: Sequence[str]
-    read: Callable[[list[str], int | None], Iterator[list]]
+    read: Callable[[list[str], int | None], Iterator[list[Any]]]
     sampling_rates: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     lengths: Mapping[str, int] | None = None
@@ -43,17 +44,17 @@ class Contents:
 class ArrayChannel:
     """One row or column of an array that may lie on disk (NumPy, HDF5)."""
 
-    def __init__(self, array, index):
+    def __init__(self, array: Any, index: Any) -> None:
         self.array, self.index = array, index
 
-    def __len__(self):
+    def __len__(self) -> Any:
         return self.array.shape[self.index.index(None)]
 
-    def __getitem__(self, part):
+    def __getitem__(self, part: Any) -> Any:
         return self.array[tuple(part if i is None else i for i in self.index)]
 
 
-def array_channels(name, array):
+def array_channels(name: str, array: Any) -> dict[str, Any]:
     """Channels of one array: its rows or its columns, whichever are longer.
 
     Parameters
@@ -88,7 +89,7 @@ def array_channels(name, array):
     return channels
 
 
-def channels_or_refusal(name, array, refused):
+def channels_or_refusal(name: Any, array: Any, refused: Any) -> Any:
     """The channels of an array; of one that has none, the reason is put into `refused`."""
     try:
         return array_channels(name, array)
@@ -97,14 +98,14 @@ def channels_or_refusal(name, array, refused):
         return {}
 
 
-def array_blocks(channels, names, n_samples):
+def array_blocks(channels: Any, names: Any, n_samples: Any) -> Iterator[Any]:
     """Blocks of some of the channels, each of which has a length and can be sliced."""
     n_total = common_length({name: len(channels[name]) for name in names}, names)
     for part in slices(n_total, n_samples):
         yield [channels[name][part] for name in names]
 
 
-def common_length(lengths, names):
+def common_length(lengths: Any, names: Any) -> Any:
     """Samples in each of the channels, which must be equally many."""
     own = {name: lengths[name] for name in names}
     if len(set(own.values())) > 1:
@@ -112,7 +113,7 @@ def common_length(lengths, names):
     return own[names[0]]
 
 
-def rechunked(arrays, n_samples):
+def rechunked(arrays: Any, n_samples: Any) -> Iterator[Any]:
     """Join arrays and cut them anew, into pieces of equal length and a rest."""
     waiting, count = [], 0
     for array in arrays:
@@ -127,7 +128,9 @@ def rechunked(arrays, n_samples):
         yield np.concatenate(waiting)
 
 
-def array_contents(channels, scalars, refused=None):
+def array_contents(
+    channels: dict[str, Any], scalars: dict[str, float], refused: dict[str, str] | None = None
+) -> Any:
     """Contents of arrays in memory, with the sampling rate among the single numbers beside them.
 
     Parameters
@@ -150,13 +153,13 @@ def array_contents(channels, scalars, refused=None):
     )
 
 
-def slices(n_total, n_samples):
+def slices(n_total: Any, n_samples: Any) -> Any:
     """Slices that cover all samples; one empty slice where there is no sample."""
     step = max(n_total if n_samples is None else n_samples, 1)
     return (slice(start, start + step) for start in range(0, max(n_total, 1), step))
 
 
-def is_numeric(dtype):
+def is_numeric(dtype: Any) -> Any:
     """Whether an array of this type can be a channel."""
     return np.dtype(dtype).kind in "fiuc"
 
@@ -180,12 +183,12 @@ _RATE_NAMES = {
 }
 
 
-def letters(name):
+def letters(name: Any) -> Any:
     """A name without case, spaces, digits, units in brackets and signs."""
     return "".join(c for c in name.partition("(")[0].partition("[")[0].lower() if c.isalpha())
 
 
-def stated_rates(lengths, scalars, separator="."):
+def stated_rates(lengths: dict[str, int], scalars: dict[str, float], separator: str = ".") -> Any:
     """Sampling rate of each channel, by the number beside it whose name is that of a rate.
 
     Names are paths such as ``run.signal`` and ``run.fs``. The number nearest to the channel on the
@@ -230,12 +233,12 @@ def stated_rates(lengths, scalars, separator="."):
     }
 
 
-def is_rate(value):
+def is_rate(value: Any) -> Any:
     """Whether a number can be a sampling rate."""
     return bool(np.isrealobj(value) and np.isfinite(value) and value > 0)
 
 
-def rounded(value, tolerance):
+def rounded(value: Any, tolerance: Any) -> Any:
     """The number of fewest digits within a relative tolerance.
 
     Examples

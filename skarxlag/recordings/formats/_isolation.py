@@ -12,10 +12,13 @@ import os
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 #: Time that a reader has to answer: so much, and a second for so many bytes of the file.
 _PATIENCE = 60.0
@@ -26,11 +29,13 @@ _ERRORS = {error.__name__: error for error in (ValueError, FileNotFoundError, Im
 
 #: Readers that wait for a file, by the process that has started them: a fork must not use those
 #: of its parent.
-_idle: dict = {}
+_idle: dict[str, Any] = {}
 _lock = threading.Lock()
 
 
-def isolated_blocks(path, channel, n_samples):
+def isolated_blocks(
+    path: Path, channel: Any, n_samples: Any
+) -> Iterator[tuple[NDArray[Any], float | None]]:
     """Blocks of a file as `signal_blocks` yields them, read in another process.
 
     Parameters
@@ -68,7 +73,7 @@ def isolated_blocks(path, channel, n_samples):
         _put_back(reader)
 
 
-def isolated_description(path):
+def isolated_description(path: Any) -> Any:
     """What `describe_channels` tells of a file, told by another process."""
     reader = _take_reader()
     try:
@@ -83,7 +88,10 @@ def isolated_description(path):
 class _Reader:
     """A process that reads files, one at a time."""
 
-    def __init__(self):
+    is_free: Any
+    is_waiting: Any
+
+    def __init__(self) -> None:
         environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
         start = "import json, runpy, sys; sys.path[:] = json.loads(sys.argv[2]); "
         start += "runpy.run_path(sys.argv[1], run_name='__main__')"
@@ -98,18 +106,18 @@ class _Reader:
         self._is_late = False
         self.is_free, self.is_waiting = True, False
 
-    def ask(self, path, **request):
+    def ask(self, path: Any, **request: Any) -> None:
         self.is_free = False
         self._patience = _PATIENCE + path.stat().st_size / _BYTES_PER_SECOND
         self.say(json.dumps({"path": str(path), **request}).encode() + b"\n")
 
-    def say(self, line):
+    def say(self, line: Any) -> None:
         # What is wrong with a reader that cannot be spoken to is found out by its reply.
         with suppress(OSError):
             self._process.stdin.write(line)
             self._process.stdin.flush()
 
-    def reply(self, path):
+    def reply(self, path: Any) -> Any:
         """The next line that the reader sends, or the error that it reports."""
         head = json.loads(self._within_time(self._process.stdout.readline) or "{}")
         if "error" in head:
@@ -119,7 +127,7 @@ class _Reader:
             raise ValueError(self._obituary(path))
         return head
 
-    def fill(self, path, signal):
+    def fill(self, path: Any, signal: Any) -> None:
         """Receive the samples that the last reply has announced."""
         if (
             signal.size
@@ -130,7 +138,7 @@ class _Reader:
         ):
             raise ValueError(self._obituary(path))
 
-    def end(self):
+    def end(self) -> None:
         self._process.kill()
         self._process.wait()
         # The pipe may hold a line that was never sent.
@@ -138,7 +146,7 @@ class _Reader:
             self._process.stdin.close()
         self._process.stdout.close()
 
-    def is_alive(self):
+    def is_alive(self) -> Any:
         return self._process.poll() is None
 
     def _within_time(self, receive):
@@ -186,7 +194,7 @@ def _put_back(reader):
 
 
 @atexit.register
-def end_readers():
+def end_readers() -> None:
     """End the processes that wait for a file."""
     for reader in _idle.pop(os.getpid(), []):
         reader.end()

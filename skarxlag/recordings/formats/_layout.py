@@ -3,6 +3,7 @@
 import csv
 import re
 from dataclasses import dataclass
+from typing import Any
 
 from ._contents import ContentError
 
@@ -36,11 +37,11 @@ class TextLayout:
     decimal: str
     has_header: bool
     n_head_lines: int
-    names: list
-    units: dict
+    names: list[Any]
+    units: dict[str, Any]
 
 
-def text_layout(head, is_whole):
+def text_layout(head: bytes, is_whole: bool) -> TextLayout:
     r"""Tell the layout of a text file from its first bytes.
 
     Lines at the top that begin with ``#`` or ``%`` are comments. Separators are the semicolon, the

@@ -1,6 +1,8 @@
 """Bounds on what a file may unpack to, known before it is unpacked."""
 
 import io
+from pathlib import Path
+from typing import Any
 
 from ._contents import ContentError
 
@@ -9,12 +11,12 @@ _RATIO = 100
 _ALWAYS_ALLOWED = 2**28
 
 
-def unpacked_limit(n_bytes):
+def unpacked_limit(n_bytes: Any) -> Any:
     """Bytes that a compressed file of `n_bytes` may hold."""
     return max(_ALWAYS_ALLOWED, _RATIO * n_bytes)
 
 
-def check_unpacked(path, unpacked):
+def check_unpacked(path: Path, unpacked: int) -> None:
     """Refuse a compressed file that holds more than is plausible for a recording.
 
     Parameters
@@ -43,14 +45,14 @@ class BoundedReader(io.RawIOBase):
     The length is not known in advance for gzip, so it is counted.
     """
 
-    def __init__(self, stream, path):
+    def __init__(self, stream: Any, path: Any) -> None:
         self._stream, self._path, self._count = stream, path, 0
 
-    def readable(self):
+    def readable(self) -> Any:
         """As of a file."""
         return True
 
-    def readinto(self, buffer):
+    def readinto(self, buffer: Any) -> Any:
         """As of a file."""
         n_bytes = self._stream.readinto(buffer)
         self._count += n_bytes

@@ -2,11 +2,12 @@
 
 import re
 from numbers import Integral
+from typing import Any
 
 from ._contents import ContentError
 
 
-def choose_channel(names, channel):
+def choose_channel(names: list[str], channel: str | int) -> Any:
     """Name of the channel that is asked for.
 
     Parameters
@@ -39,7 +40,7 @@ def choose_channel(names, channel):
     raise ContentError(f"no channel {channel!r}; available: {listed(names)}")
 
 
-def listed(names):
+def listed(names: Any) -> Any:
     """Names for an error, not too many of them."""
     texts = [repr(name) for name in names]
     return ", ".join(texts[:20]) + (f" and {len(texts) - 20} more" if len(texts) > 20 else "")

@@ -1,15 +1,20 @@
 """From the channels of a file to the signal that was asked for, block after block."""
 
+from collections.abc import Iterator, Sequence
 from numbers import Integral
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._contents import ContentError
 from ._naming import choose_channel, listed
 from ._time_axis import find_time_axis
 
 
-def signal_blocks(contents, channel, n_samples):
+def signal_blocks(
+    contents: Any, channel: str | int | Sequence[Any] | None, n_samples: int | None
+) -> Iterator[tuple[NDArray[Any], float | None]]:
     """Blocks of the chosen channels as floating-point numbers.
 
     Parameters
@@ -51,7 +56,7 @@ def signal_blocks(contents, channel, n_samples):
         raise ContentError(f"channel {names[0]!r} is empty")
 
 
-def describe_channels(contents):
+def describe_channels(contents: Any) -> Any:
     """Name, sampling rate and unit of every channel, as plain values."""
     axis = find_time_axis(contents)
     rows = []

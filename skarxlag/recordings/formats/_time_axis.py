@@ -1,5 +1,7 @@
 """The sampling rate that a channel of times states."""
 
+from typing import Any
+
 import numpy as np
 
 from ._contents import ContentError, letters, rounded
@@ -23,7 +25,9 @@ _N_PROBED = 10_000
 class TimeAxis:
     """A channel of evenly spaced times."""
 
-    def __init__(self, name, unit, times):
+    sampling_rate: Any
+
+    def __init__(self, name: Any, unit: Any, times: Any) -> None:
         self.name, self._unit, self._last = name, unit, None
         steps = np.diff(times)
         self._step = (times[-1] - times[0]) / (len(times) - 1)
@@ -32,14 +36,14 @@ class TimeAxis:
         self._largest = max(1.6 * self._step, 1.5 * smallest)
         self.sampling_rate = rounded(1 / self._step, 1e-5)
 
-    def covers(self, contents, names):
+    def covers(self, contents: Any, names: Any) -> Any:
         """Whether the times belong to all of the channels."""
         lengths = contents.lengths
         if self.name in names and len(names) == 1:
             return False
         return lengths is None or all(lengths[name] == lengths[self.name] for name in names)
 
-    def check(self, values, start):
+    def check(self, values: Any, start: Any) -> None:
         """Refuse a block of times with a gap, in itself or after the block before."""
         times = _in_seconds(values, self._unit, is_counter_refused=False)
         if times is None:
@@ -57,7 +61,7 @@ class TimeAxis:
             self._last = times[-1]
 
 
-def find_time_axis(contents):
+def find_time_axis(contents: Any) -> TimeAxis | None:
     """The channel of times, or None.
 
     It is recognised by a name such as ``time``, ``t`` or ``seconds`` and by values that never

@@ -14,7 +14,7 @@ from pathlib import Path
 _GIBIBYTE = 2**30
 
 
-def main():
+def main() -> None:
     """Answer requests until the parent goes away."""
     # Ctrl-C is the parent's business; it ends this process when it has to.
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,6 +1,8 @@
 """Tables of Apache Arrow: Parquet and Feather files, which are read in parts."""
 
+from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from ._contents import Contents
 from ._limits import check_unpacked
@@ -13,7 +15,7 @@ IN_PARTS = True
 STATES = "the rate, by a time column"
 
 
-def contents(path):
+def contents(path: Any) -> Any:
     """Channels by the names of the columns."""
     with _open(path) as file:
         names = [str(name) for name in file.schema.empty_table().to_pandas().columns]
@@ -42,10 +44,12 @@ def _open(path):
 
 
 class _Parquet:
-    def __init__(self, path, file):
+    def __init__(self, path: Any, file: Any) -> None:
         self._path, self._file, self.schema = path, file, file.schema_arrow
 
-    def batches(self, columns, n_samples):
+    schema: Any
+
+    def batches(self, columns: Any, n_samples: Any) -> Iterator[Any]:
         if n_samples is not None:
             yield from self._file.iter_batches(n_samples, columns=columns, use_threads=False)
             return
@@ -55,10 +59,12 @@ class _Parquet:
 
 
 class _Feather:
-    def __init__(self, file):
+    def __init__(self, file: Any) -> None:
         self._file, self.schema = file, file.schema
 
-    def batches(self, columns, n_samples):
+    schema: Any
+
+    def batches(self, columns: Any, n_samples: Any) -> Iterator[Any]:
         if n_samples is None:
             yield self._file.read_all().select(columns)
             return

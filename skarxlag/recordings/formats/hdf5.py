@@ -1,6 +1,8 @@
 """HDF5 files of any layout, which are read in parts."""
 
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +27,7 @@ STATES = "rate and unit, in attributes named `fs`, `units` or alike, or in singl
 _INTERNAL = ("#refs#", "#subsystem#")
 
 
-def contents(path, separator="/"):
+def contents(path: Path, separator: str = "/") -> Any:
     """Channels of every numeric data set of more than one value, by its path in the file.
 
     Parameters

@@ -3,6 +3,7 @@
 import struct
 import warnings
 import zlib
+from typing import Any
 
 import numpy as np
 from scipy.io import loadmat
@@ -22,7 +23,7 @@ STATES = "the rate, in a number named `fs` or alike"
 _COMPRESSED = 15
 
 
-def contents(path):
+def contents(path: Any) -> Any:
     """Channels of every numeric array of more than one value, by the name of the variable.
 
     Fields of a struct are ``struct.field``, and elements of an array of structs or of a cell array

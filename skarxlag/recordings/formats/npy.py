@@ -1,5 +1,7 @@
 """NumPy's files of one array, which are mapped and read in parts."""
 
+from typing import Any
+
 import numpy as np
 
 from ._contents import Contents, array_channels, slices
@@ -12,7 +14,7 @@ IN_PARTS = True
 STATES = "nothing"
 
 
-def contents(path):
+def contents(path: Any) -> Any:
     """Channels ``0``, ``1``, ... of the array."""
     channels = _map(path)
     lengths = {name: len(channel) for name, channel in channels.items()}

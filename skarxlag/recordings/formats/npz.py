@@ -1,6 +1,7 @@
 """NumPy's archives of arrays, of which those asked for are read whole."""
 
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 
@@ -18,11 +19,11 @@ STATES = "the rate, in a number named `fs` or alike"
 class _Header:
     """An array of which only the header has been read."""
 
-    def __init__(self, shape):
+    def __init__(self, shape: Any) -> None:
         self.shape = shape
 
 
-def contents(path):
+def contents(path: Any) -> Any:
     """Channels of every numeric array of more than one value, by the name of the array."""
     channels, scalars, arrays, refused = {}, {}, {}, {}
     with _open(path) as archive:

@@ -1,5 +1,8 @@
 """Binary files without a header, whose type the user states."""
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 
 from ._contents import ContentError, Contents, is_numeric, slices
@@ -14,7 +17,7 @@ STATES = "nothing"
 _MOST_CHANNELS = 4096
 
 
-def contents(path, dtype=None):
+def contents(path: Path, dtype: str | None = None) -> Any:
     """Channels ``0``, ``1``, ... of interleaved samples, or the fields of a structured type.
 
     Parameters
@@ -48,7 +51,7 @@ def contents(path, dtype=None):
     return Contents(list(frame.names), read)
 
 
-def frame_type(text):
+def frame_type(text: Any) -> Any:
     """Structured type of one sample of all channels, from what the user states."""
     try:
         dtype = np.dtype(text)

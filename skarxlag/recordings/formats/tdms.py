@@ -1,6 +1,7 @@
 """National Instruments' TDMS files, which are read in the chunks in which they were written."""
 
 from contextlib import ExitStack
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +24,7 @@ IN_PARTS = True
 STATES = "rate (`wf_increment`) and unit (`unit_string`)"
 
 
-def contents(path):
+def contents(path: Any) -> Any:
     """Channels by name, or by ``group/name`` where two groups have a channel of one name."""
     from nptdms import TdmsFile
 

@@ -4,6 +4,7 @@ import gzip
 import io
 import warnings
 from contextlib import contextmanager
+from typing import Any
 
 from ._contents import Contents
 from ._layout import text_layout
@@ -19,7 +20,7 @@ STATES = "the rate, by a time column; units, in a second line or in brackets"
 _HEAD = 2**16
 
 
-def contents(path):
+def contents(path: Any) -> Any:
     """Channels by the names in the first line, or ``0``, ``1``, ... where that holds numbers."""
     with _open(path) as file:
         head = file.read(_HEAD)
@@ -50,7 +51,7 @@ def contents(path):
     return Contents(layout.names, read, units=layout.units)
 
 
-def read_csv_frame(source, **options):
+def read_csv_frame(source: Any, **options: Any) -> Any:
     """Read a csv file with pandas, dropping neither blank lines nor surplus fields."""
     import pandas as pd
 

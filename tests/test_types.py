@@ -1,0 +1,54 @@
+"""Public functions and methods say what they take and give, to people and to type checkers."""
+
+import importlib
+import inspect
+import pkgutil
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import skarxlag
+
+ROOT = Path(__file__).parents[1]
+
+
+def own_functions(owner, module):
+    """Functions, methods and properties that a module or a class of it defines in public."""
+    for name, member in vars(owner).items():
+        member = getattr(member, "__func__", member)
+        member = getattr(member, "py_func", member)
+        if name.startswith("_") and name != "__init__":
+            continue
+        if isinstance(member, property):
+            yield member.fget
+        elif inspect.isfunction(member) and member.__module__ == module:
+            yield member
+        elif inspect.isclass(member) and member.__module__ == module and owner is not member:
+            yield from own_functions(member, module)
+
+
+MODULES = [
+    module.name
+    for module in pkgutil.walk_packages(skarxlag.__path__, "skarxlag.")
+    if not any(part.startswith("_") for part in module.name.split("."))
+]
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_public_functions_are_annotated(name):
+    for function in own_functions(importlib.import_module(name), name):
+        if function.__qualname__.startswith("__") or "<locals>" in function.__qualname__:
+            continue
+        signature = inspect.signature(function)
+        given = [p for p in signature.parameters.values() if p.name not in ("self", "cls")]
+        missing = [p.name for p in given if p.annotation is inspect.Parameter.empty]
+        assert not missing, f"{function.__qualname__}: {missing}"
+        assert signature.return_annotation is not inspect.Signature.empty, function.__qualname__
+
+
+def test_types_reach_checkers_of_installations_in_place():
+    # A plain path, which checkers follow; they do not run the import hook that is the default.
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    assert settings["package-dir"] == {"": "."}
+    assert (ROOT / "skarxlag" / "py.typed").exists()
