@@ -6,6 +6,7 @@ raises a ValueError that names the attribute. `load_diagnoser` calls it once for
 `check_state` calls it when an estimator is used for the first time.
 """
 
+import operator
 import weakref
 from collections.abc import Callable, Iterator
 from numbers import Integral, Real
@@ -28,25 +29,27 @@ _sound: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
 def check_state(estimator: Any) -> None:
     """Call ``estimator._check_state()``, unless nothing has changed since it last passed.
 
-    Looking at whether an attribute was replaced costs about a microsecond, the checks themselves
-    ten times that. Values that are changed in place are seen in arrays of up to 16 entries, such as
-    the orders of a network; in larger arrays they cannot change a shape.
+    Looking at whether an attribute was replaced costs some microseconds. Values that are changed in
+    place are seen in arrays of up to 16 entries, such as the orders of a network; in larger arrays
+    they cannot change a shape.
 
     Parameters
     ----------
     estimator : estimator
         Fitted.
     """
-    state = list(vars(estimator).values())
-    state += [v.tobytes() for v in state if isinstance(v, np.ndarray) and v.size <= 16]
-    known = _sound.get(estimator, ())
-    if len(known) == len(state) and all(
-        a is b or (isinstance(a, bytes) and a == b) for a, b in zip(known, state, strict=True)
+    values = list(vars(estimator).values())
+    known, small = _sound.get(estimator, ((), ()))
+    if (
+        len(known) == len(values)
+        and all(map(operator.is_, known, values))
+        and all(array.tobytes() == content for array, content in small)
     ):
         return
     check_parameters(estimator)
     estimator._check_state()
-    _sound[estimator] = state
+    small = [(v, v.tobytes()) for v in values if isinstance(v, np.ndarray) and v.size <= 16]
+    _sound[estimator] = values, small
 
 
 def estimators_within(value: Any) -> Iterator[Any]:

@@ -1,0 +1,62 @@
+"""Damage files for a while: ``python -m tests.fuzz --seconds 60``.
+
+Every execution takes an intact file, damages it and hands it to its reader in a process of its own.
+What dies, hangs, takes more than 2 GB, raises an error of another type than promised, or one that
+does not name the file, is a failure: it is kept in the folder `corpus`, which the suite replays.
+Exit status: 0 without a failure, 1 with one.
+"""
+
+import argparse
+import random
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+from .damage import damaged, forged
+from .executions import run_apart
+from .seeds import unwritten, write_models, write_recordings
+
+CORPUS = Path(__file__).with_name("corpus")
+
+
+def main():
+    """Run the command."""
+    parser = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
+    parser.add_argument("--seconds", type=float, default=60, help="how long; default 60")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", choices=["recordings", "models"], help="one kind of files")
+    args = parser.parse_args()
+    source, failures, counts = random.Random(args.seed), 0, Counter()
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        (folder / "seeds").mkdir()
+        files = [] if args.only == "models" else write_recordings(folder / "seeds")
+        files += [] if args.only == "recordings" else write_models(folder / "seeds")
+        for path in files:
+            assert run_apart(path) is None, f"{path.name}: {run_apart(path)}"
+        end = time.monotonic() + args.seconds
+        while time.monotonic() < end:
+            seed = source.choice(files)
+            is_model = seed.suffix == ".skops"
+            damage = forged if is_model and source.random() < 0.8 else damaged
+            path = folder / f"damaged_{seed.name}"
+            path.write_bytes(damage(seed.read_bytes(), source))
+            counts[seed.name] += 1
+            problem = run_apart(path)
+            if problem is not None:
+                failures += 1
+                name = f"{seed.stem}_{args.seed}_{sum(counts.values())}{''.join(seed.suffixes)}"
+                (CORPUS / name).write_bytes(path.read_bytes())
+                print(f"{name}: {problem}", flush=True)
+    for name, count in sorted(counts.items()):
+        print(f"{name}: {count} executions")
+    print(f"{sum(counts.values())} executions, {failures} failures")
+    if args.only != "models" and unwritten():
+        print(f"Not tried, no writer at hand: {', '.join(unwritten())}")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
