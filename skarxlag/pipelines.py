@@ -355,6 +355,8 @@ class DiagnosisPipeline(Pipeline):
         if hasattr(X, "map_blocks"):
             raise TypeError(_LAZY)
         X = X if hasattr(X, "shape") else np.asarray(X)
+        # The index of a table may hold numbers that are no positions.
+        rows = X.iloc if hasattr(X, "iloc") else X
         n_windows = X.shape[0] if X.shape else 0
         params = {name: _by_window(name, value, n_windows) for name, value in params.items()}
         bytes_a_window = math.prod(X.shape[1:]) * getattr(getattr(X, "dtype", None), "itemsize", 8)
@@ -365,7 +367,7 @@ class DiagnosisPipeline(Pipeline):
         def of_batch(batch):
             some = {name: value[batch] if np.ndim(value) else value
                     for name, value in params.items()}  # fmt: skip
-            return method(X[batch], **some)
+            return method(rows[batch], **some)
 
         with _routing(params):
             if n_windows <= batch_size:

@@ -371,3 +371,16 @@ def test_batches_are_counted_in_bytes(data, monkeypatch):
     seen.clear()
     stretches.predict(long[:7])
     assert [n // long[0].nbytes for n in seen] == [3, 3, 1]
+
+
+@pytest.mark.parametrize(
+    "index",
+    [np.linspace(0, 1, 90), np.arange(90) / 1e4, np.arange(90.0)[::-1], np.arange(90)[::-1]],
+)
+def test_rows_of_a_table_are_positions_whatever_its_index(data, monkeypatch, index):
+    monkeypatch.setattr("skarxlag.pipelines._BATCH_BYTES", 1)
+    monkeypatch.setattr("skarxlag.pipelines._ROWS_TOGETHER", 7)
+    diagnoser = make_alpio().fit(*data)
+    X = np.tile(data[0], (3, 1))[:90]
+    table = pd.DataFrame(X, index=index)
+    np.testing.assert_array_equal(diagnoser.predict(table), diagnoser.predict(X))
