@@ -108,6 +108,13 @@ PARTS = {
         {"docs/cross_speed.md": _EFFECTS},
         downloads=True,
     ),
+    "runs-to-failure": Part(
+        "-m benchmarks.monitoring Bearing1_2.npz Bearing2_1.npz Bearing3_1.npz "
+        "--figure docs/images/runs_to_failure.svg --write docs/monitoring.md",
+        ("skarxlag/monitoring/*.py", "benchmarks/monitoring/*.py"),
+        {"docs/monitoring.md": ("runs to failure",)},
+        ("docs/images/runs_to_failure.svg",),
+    ),
     "formats": Part(
         "-m benchmarks.pages.formats --write docs/recordings.md",
         ("skarxlag/recordings/formats/*.py", "benchmarks/pages/formats.py"),

@@ -1,0 +1,6 @@
+"""``python -m benchmarks.monitoring RUN.npz ...``."""
+
+from benchmarks.monitoring.runs_to_failure import main
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,141 @@
+"""When the monitor's alarm goes on in runs of a bearing from healthy to failed.
+
+    python -m benchmarks.monitoring Bearing1_2.npz Bearing2_1.npz --write docs/monitoring.md
+
+A run is an ``.npz`` file of snapshots: ``acceleration_g`` of shape (n_snapshots, n_channels,
+n_samples), their times ``seconds``, ``rpm`` and ``sampling_rate``. The first tenth of a run is
+taken for healthy: the detector is fitted on it. The rest goes through `ConditionMonitor` as it
+came.
+"""
+
+import argparse
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.pages.blocks import markdown, write_blocks
+from skarxlag import ConditionMonitor, make_detector
+
+HEALTHY_SHARE = 0.1
+#: The least that some 20 healthy snapshots can hold, as a round number.
+FALSE_ALARM_RATE = 0.05
+#: Hours of signal. With a tenth of a second in ten seconds, 100 hours of a run.
+FALSE_ALARM_INTERVAL = 1.0
+
+
+def watch_run(snapshots, seconds, rpm, sampling_rate):
+    """Verdicts of the monitor on one channel of a run, behind its healthy part.
+
+    Parameters
+    ----------
+    snapshots : ndarray of shape (n_snapshots, n_samples)
+        Short parts of the signal.
+    seconds : ndarray of shape (n_snapshots,)
+        When each began.
+    rpm : float
+        Nominal speed.
+    sampling_rate : float
+        In Hz.
+
+    Returns
+    -------
+    verdicts : list of MonitorVerdict
+        One for each snapshot.
+    n_healthy : int
+        Snapshots that the detector was fitted on.
+    """
+    healthy = seconds < HEALTHY_SHARE * seconds[-1]
+    detector = make_detector(false_alarm_rate=FALSE_ALARM_RATE, fixed_gain=True)
+    with warnings.catch_warnings():
+        # A run has one speed and few healthy snapshots; the page says so.
+        warnings.simplefilter("ignore", UserWarning)
+        detector.fit(snapshots[healthy], rpm=rpm)
+    monitor = ConditionMonitor(
+        None,
+        sampling_rate,
+        detector=detector,
+        window_length=snapshots.shape[1],
+        false_alarm_interval=FALSE_ALARM_INTERVAL,
+    )
+    verdicts = []
+    for snapshot, start in zip(snapshots[~healthy], seconds[~healthy], strict=True):
+        verdicts += monitor.update(snapshot, time=float(start), rpm=rpm)
+    return verdicts, int(healthy.sum())
+
+
+def alarm_row(verdicts, end):
+    """When the alarm went on for good, against the end, and what came before.
+
+    Parameters
+    ----------
+    verdicts : list of MonitorVerdict
+        Of one run.
+    end : float
+        Seconds at which the run ended.
+
+    Returns
+    -------
+    dict
+        A row of the table. "Before" counts alarms that went off again.
+    """
+    alarm = np.array([verdict.alarm for verdict in verdicts])
+    time = np.array([verdict.time for verdict in verdicts])
+    exceeds = np.array([bool(verdict.exceeds) for verdict in verdicts])
+    on = np.flatnonzero(np.diff(alarm.astype(int), prepend=0) == 1)
+    is_on_at_end = len(on) > 0 and alarm[-1]
+    last = on[-1] if is_on_at_end else len(alarm)
+    return {
+        "alarm, s": f"{time[last]:.0f}" if is_on_at_end else "none",
+        "before the end, s": f"{end - time[last]:.0f}" if is_on_at_end else "",
+        "share of the run": f"{time[last] / end:.2f}" if is_on_at_end else "",
+        "alarms before, that went off": len(on) - is_on_at_end,
+        "snapshots that exceed before": f"{exceeds[:last].mean():.2f}",
+    }
+
+
+def draw(runs, path):
+    """Level of the alarm over each run, one line for each channel."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(len(runs), 1, figsize=(6.4, 1.8 * len(runs)), squeeze=False)
+    for ax, (name, channels) in zip(axes[:, 0], runs.items(), strict=True):
+        for number, verdicts in enumerate(channels):
+            time = [verdict.time for verdict in verdicts]
+            level = [verdict.alarm_level for verdict in verdicts]
+            ax.plot(time, level, label=f"channel {number}")
+        ax.set(ylim=(-0.05, 1.05), ylabel="alarm level", title=name)
+        ax.legend(loc="upper left")
+    axes[-1, 0].set_xlabel("seconds since the start of the run")
+    figure.tight_layout()
+    figure.savefig(path, metadata={"Date": None})
+    plt.close(figure)
+
+
+def main(arguments=None):
+    """Watch runs, print the table, write and draw it."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN.npz")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="Markdown file for the table")
+    parser.add_argument(
+        "--figure", type=Path, metavar="FILE", help="where to draw the alarm levels"
+    )
+    options = parser.parse_args(arguments)
+    rows, runs = [], {}
+    for path in options.runs:
+        with np.load(path) as file:
+            signal, seconds = file["acceleration_g"].astype(float), file["seconds"]
+            rpm, sampling_rate = float(file["rpm"]), float(file["sampling_rate"])
+        end = seconds[-1] + signal.shape[2] / sampling_rate
+        for channel in range(signal.shape[1]):
+            verdicts, n_healthy = watch_run(signal[:, channel], seconds, rpm, sampling_rate)
+            runs.setdefault(path.stem, []).append(verdicts)
+            row = {"run": path.stem, "channel": channel, "healthy snapshots": n_healthy}
+            rows.append(row | alarm_row(verdicts, end))
+    block = markdown(pd.DataFrame(rows))
+    print(block)
+    if options.figure:
+        draw(runs, options.figure)
+    if options.write:
+        write_blocks(options.write, {"runs to failure": block})

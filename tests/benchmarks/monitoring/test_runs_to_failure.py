@@ -1,0 +1,53 @@
+import numpy as np
+import pytest
+
+from benchmarks.monitoring.runs_to_failure import alarm_row, main, watch_run
+from skarxlag import MonitorVerdict
+
+
+def verdict(time, exceeds, alarm):
+    return MonitorVerdict(0, time, "good", None, None, np.nan, exceeds, alarm, 0.5)
+
+
+def test_row_tells_the_alarm_that_stays_from_those_that_went_off():
+    alarms = [False, True, False, False, True, True]
+    exceeds = [False, True, False, True, True, True]
+    verdicts = [
+        verdict(10.0 * i, *each) for i, each in enumerate(zip(exceeds, alarms, strict=True))
+    ]
+    row = alarm_row(verdicts, 60.0)
+    assert row["alarm, s"] == "40" and row["before the end, s"] == "20"
+    assert row["share of the run"] == "0.67" and row["alarms before, that went off"] == 1
+    assert row["snapshots that exceed before"] == "0.50"
+    assert alarm_row(verdicts[:4], 60.0)["alarm, s"] == "none"
+
+
+@pytest.fixture(scope="module")
+def run():
+    """Steady noise, and strikes in the last third."""
+    snapshots = np.random.default_rng(0).normal(size=(300, 600))
+    snapshots[200:, ::60] += 12
+    return snapshots, 10.0 * np.arange(300)
+
+
+def test_alarm_goes_on_after_the_strikes_began(run):
+    verdicts, n_healthy = watch_run(*run, 1000.0, 10_000.0)
+    row = alarm_row(verdicts, 3000.0)
+    assert n_healthy == 30 and len(verdicts) == 270
+    assert 2000 < float(row["alarm, s"]) < 2600 and row["alarms before, that went off"] == 0
+
+
+def test_command_writes_the_table_and_the_figure(run, tmp_path, capsys):
+    path, page, figure = (tmp_path / name for name in ("a.npz", "page.md", "a.svg"))
+    snapshots, seconds = run
+    np.savez(
+        path,
+        acceleration_g=snapshots[:, np.newaxis],
+        seconds=seconds,
+        rpm=1000,
+        sampling_rate=10_000.0,
+    )
+    page.write_text("<!-- runs to failure: begin -->\n<!-- runs to failure: end -->\n")
+    main([str(path), "--write", str(page), "--figure", str(figure)])
+    assert capsys.readouterr().out.strip() in page.read_text()
+    assert "| a | 0 | 30 |" in page.read_text() and figure.read_text().count("<svg") == 1
