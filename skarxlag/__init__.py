@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from .recordings import read_recording as read_recording
     from .recordings import read_recording_table as read_recording_table
     from .spectra import LogSpectra as LogSpectra
+    from .speeds import estimate_shaft_speed as estimate_shaft_speed
     from .stretches import StretchResidual as StretchResidual
     from .verdicts import recording_verdicts as recording_verdicts
     from .verdicts import window_verdicts as window_verdicts
@@ -71,6 +72,7 @@ _MODULES = {
     "StretchResidual": "stretches",
     "ThresholdLadder": "ladder",
     "cross_speed_predict": "model_selection",
+    "estimate_shaft_speed": "speeds",
     "fault_orders": "bearings",
     "iter_windows": "recordings",
     "list_channels": "recordings",

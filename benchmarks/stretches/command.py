@@ -131,7 +131,7 @@ def main(arguments=None):
                 pairs.to_csv(path, index=False)
                 said = f"{name} | {seconds:g} s | {method}: {_cell(_means(rows))}"
                 print(f"{said} {rows['ms'].mean():.1f} ms", file=sys.stderr, flush=True)
-    block = overview(pairs, _command(options))
+    block = overview(pairs, _command(pairs))
     for page in options.write:
         write_blocks(page, {BLOCK: block})
     print(block)
@@ -149,14 +149,14 @@ def _means(rows):
     return {"mean": accuracy.mean(), "worst": accuracy.min(), "place": rows["place"].mean()}
 
 
-def _command(options):
+def _command(pairs):
+    """What makes all results that are there, in any number of runs."""
     said = ["python -m benchmarks.stretches"]
     for name, default in DEFAULTS.items():
-        chosen = getattr(options, name)
+        found = pairs[name].unique().tolist()
+        chosen = [each for each in default if each in found]
+        chosen += [each for each in found if each not in chosen]
         if chosen != default:
-            said.append(
-                f"--{name} " + " ".join(f"'{c}'" if " " in str(c) else str(c) for c in chosen)
-            )
-    if options.seed:
-        said.append(f"--seed {options.seed}")
+            quoted = [f"'{each}'" if " " in str(each) else str(each) for each in chosen]
+            said.append(f"--{name} {' '.join(quoted)}")
     return " ".join(said)

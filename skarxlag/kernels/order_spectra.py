@@ -209,6 +209,8 @@ def at_orders(
     share = np.clip(position - below, 0, 1)
     spectra = log_power[:, below] * (1 - share) + log_power[:, above] * share
     spectra = np.moveaxis(spectra, 0, 1)
+    if inside.all():
+        return spectra - np.median(spectra, axis=2, keepdims=True), inside
     for spectrum, counts in zip(spectra, inside, strict=True):
         if counts.any():
             spectrum -= np.median(spectrum[:, counts], axis=1, keepdims=True)

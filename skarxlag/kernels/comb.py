@@ -1,0 +1,53 @@
+"""Fundamental frequency near a given one, by a comb of harmonics."""
+
+import numpy as np
+from scipy import fft
+from scipy.ndimage import median_filter
+
+from .scaling import centred
+
+#: Points of the zero-padded spectrum for each cell of the plain one.
+_PADDING = 4
+#: Width of the median about a frequency, as a share of the fundamental.
+_FLOOR_WIDTH = 0.8
+#: Share of the mean power that is added to each frequency before the logarithm.
+_LEAST_POWER = 1e-12
+#: Largest step of the logarithm of the fundamental.
+_STEP = 1e-3
+
+
+def comb_frequency(samples, fundamental, tolerance, n_harmonics):
+    """Frequency whose multiples stand out most from the spectrum.
+
+    Parameters
+    ----------
+    samples : ndarray of shape (n_samples,)
+        A signal in any unit.
+    fundamental : float
+        Nominal frequency in cycles a sample.
+    tolerance : float
+        Largest logarithm of the frequency over the nominal one.
+    n_harmonics : int
+        Multiples that count, as far as they lie below half a cycle a sample.
+
+    Returns
+    -------
+    float
+        In cycles a sample.
+    """
+    rows, _ = centred(samples[np.newaxis])
+    n_fft = fft.next_fast_len(_PADDING * len(samples), real=True)
+    power = np.abs(fft.rfft(rows[0] * np.hanning(len(samples)), n_fft)) ** 2
+    highest = min(int((n_harmonics + 1) * fundamental * np.exp(tolerance) * n_fft), len(power) - 1)
+    level = np.log(power[: highest + 1] + _LEAST_POWER * max(power.mean(), 1.0))
+    width = 2 * int(_FLOOR_WIDTH * fundamental * n_fft / 2) + 1
+    contrast = np.maximum(level - median_filter(level, size=width), 0)
+    # A quarter of a cell of the padded spectrum at the highest multiple.
+    step = min(_STEP, 0.25 / (n_harmonics * fundamental * n_fft))
+    n_steps = int(tolerance / step + 1e-9)
+    candidates = fundamental * np.exp(step * np.arange(-n_steps, n_steps + 1))
+    score = np.zeros(len(candidates))
+    for harmonic in range(1, n_harmonics + 1):
+        position = harmonic * candidates * n_fft
+        score += np.interp(position, np.arange(len(contrast)), contrast, right=0.0)
+    return candidates[score.argmax()]

@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+
+from skarxlag import estimate_shaft_speed
+from skarxlag.kernels.comb import comb_frequency
+
+RATE = 10_000
+
+
+def vibration(rpm, seed=0, seconds=2, n_harmonics=12, noise=1.0):
+    rng = np.random.default_rng(seed)
+    turn = 2 * np.pi * rpm / 60 * np.arange(seconds * RATE) / RATE
+    phases = rng.uniform(0, 2 * np.pi, n_harmonics)
+    tones = sum(0.3 * np.cos((h + 1) * turn + phase) for h, phase in enumerate(phases))
+    return tones + noise * rng.normal(size=len(turn))
+
+
+@pytest.mark.parametrize("factor", [0.91, 0.98, 1.0, 1.03, 1.09])
+@pytest.mark.parametrize("rpm", [300, 1200])
+def test_speed_is_found_near_a_wrong_nominal_value(rpm, factor):
+    X = [vibration(rpm, seed) for seed in range(3)]
+    found = estimate_shaft_speed(X, RATE, np.full(3, rpm / factor))
+    # The cells of the spectrum are half a hertz wide; twelve harmonics divide them.
+    np.testing.assert_allclose(found, rpm, rtol=8e-3)
+
+
+def test_estimate_is_the_largest_literal_sum_over_harmonics():
+    samples, nominal = vibration(600, noise=2.0)[:6000], 590 / 60 / RATE
+    n_fft = 4 * 6000
+    power = np.abs(np.fft.rfft((samples - samples.mean()) * np.hanning(6000), n_fft)) ** 2
+    level = np.log(power)
+
+    def literal_score(frequency):
+        score, half = 0.0, int(0.4 * nominal * n_fft)
+        for h in range(1, 6):
+            at = round(h * frequency * n_fft)
+            score += max(level[at] - np.median(level[max(at - half, 0) : at + half + 1]), 0)
+        return score
+
+    scores = [literal_score(f) for f in nominal * np.exp(np.arange(-0.1, 0.1, 2e-4))]
+    found = literal_score(comb_frequency(samples, nominal, 0.1, 5))
+    assert found > 0.95 * max(scores) > 1.5 * np.median(scores)
+
+
+@pytest.mark.parametrize("factor", [1e-300, 1e300])
+def test_scale_does_not_matter(factor):
+    X = vibration(600)[np.newaxis]
+    expected = estimate_shaft_speed(X, RATE, 590)
+    np.testing.assert_allclose(estimate_shaft_speed(factor * X, RATE, 590), expected)
+    both = np.stack([X, np.zeros_like(X)], axis=1)
+    np.testing.assert_array_equal(estimate_shaft_speed(both, RATE, 590), expected)
+
+
+def test_parameters_have_an_effect():
+    X = vibration(600, noise=8.0)[np.newaxis]
+    assert estimate_shaft_speed(X, RATE, 660, tolerance=0.01)[0] >= 660 * np.exp(-0.01)
+    assert estimate_shaft_speed(X, RATE, 630, tolerance=0.0)[0] == pytest.approx(630)
+    few, many = (estimate_shaft_speed(X, RATE, 630, n_harmonics=n)[0] for n in (1, 12))
+    assert abs(many - 600) < 2 and few != many
+    # At a low rate most multiples lie above the spectrum.
+    assert np.isfinite(estimate_shaft_speed(X, 100, 600, n_harmonics=400)).all()
+
+
+def test_constant_signals_give_some_speed_in_range():
+    found = estimate_shaft_speed(np.full((1, 5000), 3.0), RATE, 600)
+    assert 540 < found[0] < 665
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"rpm": 0}, "rpm holds 0"),
+        ({"rpm": 50}, "expected at least 3 turns"),
+        ({"rpm": np.full((1, 20_000), 600)}, "one speed for each stretch"),
+        ({"sampling_rate": 0}, "sampling_rate"),
+        ({"tolerance": 0.5}, "tolerance"),
+        ({"n_harmonics": 0}, "n_harmonics"),
+    ],
+)
+def test_bad_input(arguments, message):
+    defaults = {"sampling_rate": RATE, "rpm": 600}
+    with pytest.raises(ValueError, match=message):
+        estimate_shaft_speed(vibration(600)[np.newaxis], **(defaults | arguments))
