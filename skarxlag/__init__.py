@@ -13,7 +13,6 @@ from ._version import __version__ as __version__
 if TYPE_CHECKING:
     from .bearings import BearingGeometry as BearingGeometry
     from .bearings import fault_orders as fault_orders
-    from .cepstral import CepstralResidual as CepstralResidual
     from .comparison import SpectralDistance as SpectralDistance
     from .detector import FaultDetector as FaultDetector
     from .diagnosers import make_alpio as make_alpio
@@ -56,7 +55,6 @@ if TYPE_CHECKING:
 _MODULES = {
     "ARXLaguerre": "identification",
     "BearingGeometry": "bearings",
-    "CepstralResidual": "cepstral",
     "ConditionMonitor": "monitoring",
     "DiagnosisPipeline": "pipelines",
     "ExtendedStatePIObserver": "observers",

@@ -1,5 +1,6 @@
 """Comparison of log spectra with those of each condition, across speeds."""
 
+from collections.abc import Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -42,8 +43,8 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
     that follows the shaft.
 
     The residual of condition c is the geometric mean over G groups, together with the distance
-    :math:`r_c` of all groups joined to one vector, whose covariance also holds how the groups
-    scatter together:
+    :math:`r_c` of several groups joined to one vector, whose covariance also holds how they scatter
+    together:
 
     .. math::
 
@@ -58,6 +59,8 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
     joint_weight : float, default=0.0
         The weight w of the joint distance, in [0, 1]. At 0 there is only the product of the groups,
         at 1 only the joint distance.
+    joint_groups : sequence of int or None, default=None
+        The groups in the joint distance, by their places along axis 1 of X, each once. None: all.
     smooth_drift : float, default=0.1
         The constant c in squared nepers of power, at least 0. The log spectrum of one bearing
         drifts by this much when its speed changes by 3 to 30 %.
@@ -75,9 +78,9 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
     references_ : ndarray of shape (n_classes, n_groups, n_coefficients)
         Means of the conditions times the whitener of their group.
     joint_whitener_ : ndarray of shape (n_all_coefficients, n_all_coefficients)
-        The same for all groups joined; only where `joint_weight` is above 0.
+        The same for the joined groups; only where `joint_weight` is above 0.
     joint_references_ : ndarray of shape (n_classes, n_all_coefficients)
-        The same for all groups joined; only where `joint_weight` is above 0.
+        The same for the joined groups; only where `joint_weight` is above 0.
     n_features_in_ : int
         Number of groups, or of frequencies where X has two axes.
     feature_names_in_ : ndarray of str
@@ -120,11 +123,13 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
         self,
         *,
         joint_weight: float = 0.0,
+        joint_groups: Sequence[int] | None = None,
         smooth_drift: float = 0.1,
         rough_drift: float = 0.01,
         frequency_drift: float = 0.1,
     ) -> None:
         self.joint_weight = joint_weight
+        self.joint_groups = joint_groups
         self.smooth_drift = smooth_drift
         self.rough_drift = rough_drift
         self.frequency_drift = frequency_drift
@@ -183,8 +188,10 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
         self.whiteners_ = np.stack([whitener for whitener, _ in calibrated])
         self.references_ = np.stack([references for _, references in calibrated], axis=1)
         if self._is_joint():
-            joint = self._calibrate_part(cepstra, centres, moved, target)
-            self.joint_whitener_, self.joint_references_ = joint
+            chosen = self._joint_groups()
+            self.joint_whitener_, self.joint_references_ = self._calibrate_part(
+                cepstra[:, chosen], centres[:, chosen], moved[:, chosen], target
+            )
         remember_parameters(self)
         return X, cepstra
 
@@ -238,7 +245,10 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
         self.references_ = np.stack(references, axis=1)
         if self._is_joint():
             self.joint_references_ = self._adapted(
-                cepstra, target, self.joint_whitener_, self.joint_references_
+                cepstra[:, self._joint_groups()],
+                target,
+                self.joint_whitener_,
+                self.joint_references_,
             )
         return self
 
@@ -273,10 +283,16 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
             residuals = residuals * squared ** ((1 - joint) / (2 * n_groups))
         if joint > 0:
             squared = _squared_distances(
-                _joined(cepstra), self.joint_whitener_, self.joint_references_
+                _joined(cepstra[:, self._joint_groups()]),
+                self.joint_whitener_,
+                self.joint_references_,
             )
             residuals = residuals * squared ** (joint / 2)
         return residuals
+
+    def _joint_groups(self):
+        n_groups = int(self.window_shape_[0])
+        return list(range(n_groups)) if self.joint_groups is None else list(self.joint_groups)
 
     def _is_joint(self):
         return self.joint_weight > 0 and len(self.window_shape_) == 2 and self.window_shape_[0] > 1
@@ -319,6 +335,13 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
         check_real(self.rough_drift, "rough_drift", min_val=0, include_boundaries="neither")
         for name in ("smooth_drift", "frequency_drift"):
             check_real(getattr(self, name), name, min_val=0)
+        n_groups = int(self.window_shape_[0]) if len(self.window_shape_) == 2 else 1
+        chosen = [0] if self.joint_groups is None else list(self.joint_groups)
+        if not chosen or len(set(chosen)) < len(chosen) or not set(chosen) <= set(range(n_groups)):
+            raise ValueError(
+                f"joint_groups == {self.joint_groups!r}, expected different integers from 0 to "
+                f"{n_groups - 1}."
+            )
 
     def _check_state(self):
         self._check_parameters()
@@ -327,8 +350,9 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
         n_groups, n = (shape[0] if len(shape) == 2 else 1), shape[-1] - 1
         shapes = {"whiteners_": (n_groups, n, n), "references_": (n_classes, n_groups, n)}
         if self._is_joint():
-            shapes["joint_whitener_"] = (n_groups * n, n_groups * n)
-            shapes["joint_references_"] = (n_classes, n_groups * n)
+            n_joint = len(self._joint_groups()) * n
+            shapes["joint_whitener_"] = (n_joint, n_joint)
+            shapes["joint_references_"] = (n_classes, n_joint)
         for name, wanted in shapes.items():
             check_fitted_array(self, name, wanted, valid=is_moderate, expected="below 1e150")
 

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from .cepstral import CepstralResidual
 from .comparison import SpectralDistance
 from .detector import FaultDetector
 from .identification import ARXLaguerre
@@ -12,7 +11,7 @@ from .observers import ExtendedStatePIObserver, PIObserver
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
 from .spectra import LogSpectra
-from .stretches import StretchResidual
+from .stretches import StretchResidual, window_comparison
 
 
 def _observing(observer, healthy, memory):
@@ -131,12 +130,16 @@ def make_single_observer_pio(
 def make_diagnoser(
     *, healthy: Any = None, memory: Any = None, n_jobs: int | None = None
 ) -> DiagnosisPipeline:
-    """What we recommend: cepstral residuals of what one model of all conditions leaves.
+    """What we recommend: log spectra of what one model of all conditions leaves.
 
-    The model takes out what all conditions share, and what measured inputs explain;
-    `CepstralResidual` compares the rest with each condition and discounts what a change of speed
-    does to it. It tells which condition a window is of. Whether a machine is healthy at all is
-    better left to `make_detector`: the threshold in here holds at the training speed only.
+    The model takes out what all conditions share, and what measured inputs explain. `LogSpectra`
+    measures the rest by its colour, its floor between strikes and its steadiness.
+    `SpectralDistance` compares these three groups with those of each condition and discounts what a
+    change of speed does to them: the product of the three distances counts as much as the joint
+    distance of colour and steadiness.
+
+    It tells which condition a window is of. Whether a machine is healthy at all is better left to
+    `make_detector`: the threshold in here holds at the training speed only.
 
     Parameters
     ----------
@@ -151,7 +154,7 @@ def make_diagnoser(
     Returns
     -------
     DiagnosisPipeline
-        Steps "identify", "compare" and "decide".
+        Steps "identify", "measure", "compare" and "decide".
 
     Examples
     --------
@@ -166,8 +169,8 @@ def make_diagnoser(
     array(['healthy', 'worn'], dtype='<U7')
     """
     steps = [
-        ("identify", ARXLaguerre(order=8, bank=False, n_jobs=n_jobs)),
-        ("compare", CepstralResidual(n_jobs=n_jobs)),
+        ("identify", ARXLaguerre(bank=False, n_jobs=n_jobs)),
+        *window_comparison(n_jobs).steps,
         ("decide", ThresholdLadder(healthy=healthy)),
     ]
     return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)

@@ -20,7 +20,7 @@ from .kernels.residual_levels import switching_gain
 _SHARES = (0.5, 0.25, 0.125, 0.0625)
 
 
-class ObserverBank(GroupTransformer):
+class ObserverBank(GroupTransformer, auto_wrap_output_keys=None):
     """Levels of the fault estimates of observers that are tuned to one frequency each.
 
     A subclass sets `bounds_` in `_certify`, from gains that are in place.
@@ -175,7 +175,7 @@ class ObserverBank(GroupTransformer):
         )
 
 
-class PIObserverBank(ObserverBank):
+class PIObserverBank(ObserverBank, auto_wrap_output_keys=None):
     r"""Bank of linear proportional-integral observers, each tuned to one frequency.
 
     The paper's fault is a vector. One observer of one output can estimate one component of it, so
@@ -281,7 +281,7 @@ class PIObserverBank(ObserverBank):
             )
 
 
-class ExtendedStatePIObserverBank(ObserverBank):
+class ExtendedStatePIObserverBank(ObserverBank, auto_wrap_output_keys=None):
     r"""Bank of extended-state observers, each tuned to one frequency.
 
     The members are those of `PIObserverBank`, with the nonlinearity of `ExtendedStatePIObserver`:

@@ -48,7 +48,6 @@ TRUSTED_TYPES = {
     "ObjectNode": _SCIKIT_LEARN_TYPES
     | {
         "skarxlag.identification.ARXLaguerre",
-        "skarxlag.cepstral.CepstralResidual",
         "skarxlag.observers.PIObserver",
         "skarxlag.observers.ExtendedStatePIObserver",
         "skarxlag.comparison.SpectralDistance",

@@ -15,7 +15,7 @@ from ._validation import validate_innovations
 from .kernels.measures import MEASURES, measure
 
 
-class LogSpectra(GroupTransformer):
+class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     r"""Measure innovations by groups of log spectra on common frequency bands.
 
     Each group says something else of a window:

@@ -17,8 +17,30 @@ from ._state import (
     remember_parameters,
 )
 from ._validation import check_input_names, validate_innovations
-from .cepstral import CepstralResidual
+from .comparison import SpectralDistance
 from .orders import OrderResidual
+from .pipelines import DiagnosisPipeline
+from .spectra import LogSpectra
+
+
+def window_comparison(n_jobs=None):
+    """What `make_diagnoser` makes of innovations before it decides.
+
+    Parameters
+    ----------
+    n_jobs : int or None, default=None
+        Threads that work on windows.
+
+    Returns
+    -------
+    DiagnosisPipeline
+        Steps "measure" and "compare".
+    """
+    steps = [
+        ("measure", LogSpectra(n_jobs=n_jobs)),
+        ("compare", SpectralDistance(joint_weight=0.5, joint_groups=(0, 2))),
+    ]
+    return DiagnosisPipeline(steps, n_jobs=n_jobs)
 
 
 class StretchResidual(TransformerMixin, BaseEstimator):
@@ -45,7 +67,7 @@ class StretchResidual(TransformerMixin, BaseEstimator):
     ----------
     window_residual : estimator or None, default=None
         Gives a residual for each window and condition, and may have a method `adapt`. None stands
-        for ``CepstralResidual()``.
+        for `LogSpectra` and `SpectralDistance` as `make_diagnoser` has them.
     order_residual : OrderResidual or None, default=None
         None stands for ``OrderResidual()``, which knows no sampling rate, so that `rpm` cannot be
         given.
@@ -154,7 +176,7 @@ class StretchResidual(TransformerMixin, BaseEstimator):
         orders = OrderResidual() if self.order_residual is None else self.order_residual
         self.order_residual_ = clone(orders).fit(X, y, rpm=rpm)
         windows = self._windows(X)
-        of_windows = CepstralResidual() if self.window_residual is None else self.window_residual
+        of_windows = self.window_residual or window_comparison()
         self.window_residual_ = clone(of_windows).fit(windows, np.repeat(y, len(windows) // len(X)))
         remember_parameters(self)
         return X

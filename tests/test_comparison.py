@@ -56,6 +56,15 @@ def test_residual_is_the_formula_of_the_docstring(weight):
     np.testing.assert_allclose(fitted.transform(fresh), expected, rtol=1e-9)
 
 
+@pytest.mark.parametrize("groups", [(0, 2), (1,), [2, 0, 1]])
+def test_joint_distance_of_chosen_groups(groups):
+    X, y = spectra()
+    fresh, _ = spectra(5, seed=1)
+    fitted = SpectralDistance(joint_weight=1.0, joint_groups=groups).fit(X, y)
+    expected = literal_distance(X[:, groups], y, fresh[:, groups])
+    np.testing.assert_allclose(fitted.transform(fresh), expected, rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("parameters", "literal"),
     [
@@ -113,7 +122,7 @@ def test_drift_discounts_what_is_smooth_over_frequency():
     assert moved(1.0) < moved(0.1) < moved(0.0)
 
 
-@pytest.mark.parametrize("weight", [0.0, 0.5])
+@pytest.mark.parametrize("weight", [0.0, 0.5, 1.0])
 def test_adapt_moves_all_references_by_what_the_healthy_windows_say(weight):
     X, y = spectra()
     tilted, _ = spectra(tilt=2.0, seed=1)
@@ -176,6 +185,9 @@ def test_fit_transform_is_fit_and_transform(dtype):
         ("rough_drift", 0.0),
         ("rough_drift", np.inf),
         ("frequency_drift", -1.0),
+        ("joint_groups", ()),
+        ("joint_groups", (0, 0)),
+        ("joint_groups", (0, 3)),
     ],
 )
 def test_parameters_out_of_range_are_named(parameter, value):

@@ -5,7 +5,6 @@ import pytest
 
 from skarxlag import (
     ARXLaguerre,
-    CepstralResidual,
     ExtendedStatePIObserver,
     ExtendedStatePIObserverBank,
     FaultDetector,
@@ -83,15 +82,6 @@ EFFECTS = {
         "exponent": ({}, 2.0, levels),
         "saturation": ({}, 0.3, levels),
     },
-    CepstralResidual: {
-        "spectrum_order": ({}, 64, levels),
-        "n_coefficients": ({}, 24, levels),
-        "segment": ({}, 64, levels),
-        "smooth_drift": ({}, 0.05, levels),
-        "rough_drift": ({}, 0.005, levels),
-        "frequency_drift": ({}, 0.05, levels),
-        "noise_drift": ({}, 0.25, levels),
-    },
     PIObserverBank: BANK_EFFECTS,
     ExtendedStatePIObserverBank: BANK_EFFECTS | {"saturation": ({}, 0.0, levels)},
     LogSpectra: {
@@ -101,6 +91,7 @@ EFFECTS = {
     },
     SpectralDistance: {
         "joint_weight": ({}, 0.5, distances),
+        "joint_groups": ({"joint_weight": 0.5}, (0, 2), distances),
         "smooth_drift": ({}, 1.0, distances),
         "rough_drift": ({}, 0.1, distances),
         "frequency_drift": ({}, 1.0, distances),

@@ -33,8 +33,9 @@ from sklearn.svm import LinearSVC
 import skarxlag
 from skarxlag import (
     ARXLaguerre,
-    CepstralResidual,
     PIObserver,
+    PIObserverBank,
+    SpectralDistance,
     ThresholdLadder,
     make_alpio,
     make_detector,
@@ -85,7 +86,8 @@ def rewrite(path, change, keep_digest=False):
         make_diagnoser(healthy="good"),
         make_pipeline(ARXLaguerre(healthy="good", order=(3,), pole=[0.1]), PIObserver(),
                       ThresholdLadder()),
-        make_pipeline(ARXLaguerre(pole="optimise", order=4), CepstralResidual(), ThresholdLadder()),
+        make_pipeline(ARXLaguerre(pole="optimise", order=4), PIObserverBank(), SpectralDistance(),
+                      ThresholdLadder()),
     ],
 )  # fmt: skip
 def test_round_trip_predicts_the_same_to_the_last_bit(tmp_path, diagnoser):
@@ -259,16 +261,18 @@ def forge(path, content):
         (0, "poles_", np.array([1.5])),
         (0, "poles_", np.array([1.0000001])),
         (0, "window_shape_", np.array([0])),
-        (1, "whitener_", np.zeros((0, 0))),
-        (1, "whitener_", np.full((110, 110), np.nan)),
-        (1, "references_", np.zeros((3, 10**6))),
-        (1, "shared_drift_", np.zeros((1, 1))),
         (1, "n_models_", 7),
-        (1, "n_coefficients", 255),
-        (2, "rungs_", np.array(["good"])),
-        (2, "isolation_thresholds_", np.zeros(0)),
-        (2, "healthy_index_", 3),
-        (2, "n_features_in_", 4),
+        (1, "segment", 64),
+        (2, "whiteners_", np.zeros((0, 0))),
+        (2, "whiteners_", np.full((3, 62, 62), np.nan)),
+        (2, "references_", np.zeros((3, 10**6))),
+        (2, "joint_whitener_", np.zeros((1, 1))),
+        (2, "joint_references_", np.zeros((3, 10**6))),
+        (2, "joint_groups", (0, 1, 2)),
+        (3, "rungs_", np.array(["good"])),
+        (3, "isolation_thresholds_", np.zeros(0)),
+        (3, "healthy_index_", 3),
+        (3, "n_features_in_", 4),
     ],
 )
 def test_tampered_model_is_refused_at_load_by_name(tmp_path, step, name, value):

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
+import sklearn
 
-from skarxlag import ARXLaguerre, LogSpectra
+from skarxlag import ARXLaguerre, LogSpectra, PIObserverBank
 from skarxlag.kernels.measures import measure
 
 NAMES = ["colour", "floor", "steadiness"]
@@ -71,3 +72,10 @@ def test_a_state_that_is_not_possible_is_named(windows):
     fitted.n_models_ = 3
     with pytest.raises(ValueError, match="n_models_ == 3, expected 0"):
         fitted.transform(windows)
+
+
+def test_a_setting_that_asks_for_tables_gives_arrays(windows):
+    with sklearn.config_context(transform_output="pandas"):
+        spectra = LogSpectra().fit_transform(windows)
+        groups = PIObserverBank(n_members=8).fit_transform(windows)
+    assert isinstance(spectra, np.ndarray) and isinstance(groups, np.ndarray)

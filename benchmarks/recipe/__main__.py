@@ -4,7 +4,9 @@ from benchmarks.commands import run_command
 
 COMMANDS = {
     "ablation": "benchmarks.recipe.ablation",
+    "battery": "benchmarks.recipe.battery",
     "confidence": "benchmarks.recipe.confidence",
+    "sensitivity": "benchmarks.recipe.sensitivity",
     "speed-effects": "benchmarks.recipe.speed_effects",
 }
 

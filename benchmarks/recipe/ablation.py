@@ -18,9 +18,12 @@ from benchmarks.pages.blocks import markdown, publish
 from benchmarks.recipe.options import options, rigs
 from skarxlag import (
     ARXLaguerre,
-    CepstralResidual,
     ExtendedStatePIObserver,
+    ExtendedStatePIObserverBank,
+    LogSpectra,
     PIObserver,
+    PIObserverBank,
+    SpectralDistance,
     ThresholdLadder,
 )
 from skarxlag.residual_evaluations import RESIDUAL_EVALUATIONS
@@ -34,32 +37,51 @@ OBSERVERS = {
 UNITS = ("unit RMS", "sensor's unit")
 #: A rough drift must be above 0; this one is far below the scatter of windows.
 TINY = 1e-6
-CEPSTRAL = {
-    "without steadiness": {"segment": 4},  # one band is left, and its gain is not counted
-    "one colour coefficient": {"n_coefficients": 1},
-    "smooth drift 0": {"smooth_drift": 0.0},
-    f"rough drift {TINY:g}": {"rough_drift": TINY},
-    "frequency drift 0": {"frequency_drift": 0.0},
-    "noise drift 0": {"noise_drift": 0.0},
-    "no drift at all": {
-        "smooth_drift": 0.0,
-        "rough_drift": TINY,
-        "frequency_drift": 0.0,
-        "noise_drift": 0.0,
-    },
-    "spectrum order 64": {"spectrum_order": 64},
+NO_DRIFT = {"smooth_drift": 0.0, "rough_drift": TINY, "frequency_drift": 0.0}
+#: What is changed of `LogSpectra` and of `SpectralDistance` in `make_diagnoser`.
+PARTS = {
+    "product of groups alone": ({}, {"joint_weight": 0.0}),
+    "joint distance of colour and steadiness alone": ({}, {"joint_weight": 1.0}),
+    "joint distance of all groups alone": ({}, {"joint_weight": 1.0, "joint_groups": None}),
+    "colour alone": ({"measures": ("colour",)}, {"joint_groups": None}),
+    "floor alone": ({"measures": ("floor",)}, {"joint_groups": None}),
+    "steadiness alone": ({"measures": ("steadiness",)}, {"joint_groups": None}),
+    "without steadiness": ({"measures": ("colour", "floor")}, {"joint_groups": None}),
+    "without floor": ({"measures": ("colour", "steadiness")}, {"joint_groups": None}),
+    "without colour": ({"measures": ("floor", "steadiness")}, {"joint_groups": None}),
+    "smooth drift 0": ({}, {"smooth_drift": 0.0}),
+    f"rough drift {TINY:g}": ({}, {"rough_drift": TINY}),
+    "frequency drift 0": ({}, {"frequency_drift": 0.0}),
+    "no drift at all": ({}, NO_DRIFT),
+    "spectrum order 64": ({"spectrum_order": 64}, {}),
 }
-MODELS = ("measured inputs left out", "plain windows, no model", "bank of models")
-RECIPE = "cepstral (make_diagnoser)"
+MODELS = ("measured inputs left out", "plain windows, no model", "model order 8")
+#: The paper's proposal as its printed equations suggest it.
+ONE_OBSERVER = "extended state, switching gain"
+RECIPE, PROPOSAL = "make_diagnoser", "make_extended_state_pio"
 
 
 def observing(observer, healthy, **identification):
     return make_pipeline(ARXLaguerre(**identification), observer, ThresholdLadder(healthy=healthy))
 
 
-def comparing(healthy, *, bank=False, **residual):
+def comparing(healthy, *, measure=None, distance=None, order=32):
+    """The recommended diagnoser with some parameters changed."""
     return make_pipeline(
-        ARXLaguerre(order=8, bank=bank), CepstralResidual(**residual), ThresholdLadder()
+        ARXLaguerre(order=order, bank=False),
+        LogSpectra(**measure or {}),
+        SpectralDistance(**{"joint_weight": 0.5, "joint_groups": (0, 2)} | (distance or {})),
+        ThresholdLadder(),
+    )
+
+
+def observing_bank(healthy, *, observer=ExtendedStatePIObserverBank, order=32, **distance):
+    """The proposal with some parameters changed."""
+    return make_pipeline(
+        ARXLaguerre(order=order, bank=False),
+        observer(),
+        SpectralDistance(**distance),
+        ThresholdLadder(),
     )
 
 
@@ -68,7 +90,7 @@ def output_alone(healthy):
 
 
 def plain_windows(healthy):
-    return make_pipeline(FunctionTransformer(unit_rms), CepstralResidual(), ThresholdLadder())
+    return make_pipeline(FunctionTransformer(unit_rms), *comparing(healthy)[1:])
 
 
 def healthy_alone(healthy, *, unit):
@@ -87,12 +109,17 @@ def variants():
     for observer, make in OBSERVERS.items():
         for evaluation, words in EVALUATIONS.items():
             found[f"{observer}, {words}"] = partial(observing, make(evaluation=evaluation))
+    found[PROPOSAL] = observing_bank
+    found[f"{PROPOSAL}, linear observers"] = partial(observing_bank, observer=PIObserverBank)
+    found[f"{PROPOSAL}, joint distance"] = partial(observing_bank, joint_weight=1.0)
+    found[f"{PROPOSAL}, model order 8"] = partial(observing_bank, order=8)
+    found[f"{PROPOSAL}, no drift at all"] = partial(observing_bank, **NO_DRIFT)
     found[RECIPE] = comparing
-    found["cepstral, measured inputs left out"] = output_alone
-    found["cepstral, plain windows, no model"] = plain_windows
-    found["cepstral, bank of models"] = partial(comparing, bank=True)
-    for name, parameters in CEPSTRAL.items():
-        found[f"cepstral, {name}"] = partial(comparing, **parameters)
+    found[f"{RECIPE}, measured inputs left out"] = output_alone
+    found[f"{RECIPE}, plain windows, no model"] = plain_windows
+    found[f"{RECIPE}, model order 8"] = partial(comparing, order=8)
+    for name, (measure, distance) in PARTS.items():
+        found[f"{RECIPE}, {name}"] = partial(comparing, measure=measure, distance=distance)
     for unit in UNITS:
         found[f"healthy model alone, {unit}"] = partial(healthy_alone, unit=unit)
     return found
@@ -110,16 +137,19 @@ def comparisons():
     for observer in OBSERVERS:
         for words in ("switching gain", "whiteness"):
             asked.append(("evaluation against power", f"{observer}, {words}", f"{observer}, power"))
-    asked.append(("evaluation against power", RECIPE, "no observer, power"))
-    asked.append(("evaluation against whiteness", RECIPE, "no observer, whiteness"))
+    asked.append(("bank over frequency against one observer", PROPOSAL, ONE_OBSERVER))
+    asked.append(("bank over frequency against the baseline", PROPOSAL, "linear, power"))
+    for name in ("linear observers", "joint distance", "model order 8", "no drift at all"):
+        asked.append(("a part of the proposal", f"{PROPOSAL}, {name}", PROPOSAL))
+    asked.append(("recommended against the proposal", RECIPE, PROPOSAL))
     for unit in UNITS:
         asked.append(
             ("one model against the bank", f"healthy model alone, {unit}", "linear, power")
         )
     for name in MODELS:
-        asked.append(("model before the cepstral residual", f"cepstral, {name}", RECIPE))
-    for name in CEPSTRAL:
-        asked.append(("a part of the cepstral residual", f"cepstral, {name}", RECIPE))
+        asked.append(("model before the measures", f"{RECIPE}, {name}", RECIPE))
+    for name in PARTS:
+        asked.append(("a part of the recommended diagnoser", f"{RECIPE}, {name}", RECIPE))
     return asked
 
 

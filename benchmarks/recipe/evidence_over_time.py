@@ -35,7 +35,7 @@ def speed_pairs(rig, window_length):
         ``recording``, ``start``, ``residual`` and ``log_probability`` (n_windows, n_conditions),
         ``level``; ``level_mean`` and ``level_variance`` of the training windows' conditions;
         ``adapted`` and ``shifted``, residuals after the references have moved by what healthy
-        first halves at ``test_rpm`` say: by `CepstralResidual.adapt`, and by all of it.
+        first halves at ``test_rpm`` say: by `SpectralDistance.adapt`, and by all of it.
     """
     check_rig(rig, window_length)
     first, second = first_and_second_half(rig.recording, rig.start, window_length)
@@ -44,19 +44,20 @@ def speed_pairs(rig, window_length):
         train = first & (rig.rpm == train_rpm)
         y = rig.target[train]
         diagnoser = make_diagnoser(healthy=healthy).fit(rig.data[train], y)
-        identify, compare, decide = (step for _, step in diagnoser.steps)
+        measure, compare, decide = diagnoser[:-2], diagnoser[-2], diagnoser[-1]
         level = log_rms(rig.data[train])
         level_mean = np.array([level[y == c].mean() for c in decide.classes_])
         deviation = level - level_mean[np.searchsorted(decide.classes_, y)]
+        old = train & (rig.target == healthy)
+        first_mean = measure.transform(rig.data[old]).mean(axis=0)
         for test_rpm in np.unique(rig.rpm):
             test = second & (rig.rpm == test_rpm)
             new = first & (rig.rpm == test_rpm) & (rig.target == healthy)
-            innovations = identify.transform(rig.data[test])
-            residual = compare.transform(innovations)
-            adapted, shifted = deepcopy(compare), deepcopy(compare)
-            shifted.shared_drift_ = np.eye(len(shifted.shared_drift_))
-            for each in (adapted, shifted):
-                each.adapt(identify.transform(rig.data[new]), rig.target[new])
+            groups, healthy_groups = (measure.transform(rig.data[w]) for w in (test, new))
+            residual = compare.transform(groups)
+            adapted = deepcopy(compare).adapt(healthy_groups, rig.target[new])
+            # Moving all references by all of the shift is moving the windows back by it.
+            shift = healthy_groups.mean(axis=0) - first_mean
             probability = decide.predict_proba(residual)
             yield Bunch(
                 train_rpm=train_rpm,
@@ -65,13 +66,13 @@ def speed_pairs(rig, window_length):
                 recording=rig.recording[test],
                 start=rig.start[test],
                 residual=residual,
-                n_features=compare.references_.shape[1],
+                n_features=compare.joint_references_.shape[1],
                 log_probability=np.log(np.maximum(probability, SMALLEST_PROBABILITY)),
                 level=log_rms(rig.data[test]),
                 level_mean=level_mean,
                 level_variance=np.mean(deviation**2),
-                adapted=adapted.transform(innovations),
-                shifted=shifted.transform(innovations),
+                adapted=adapted.transform(groups),
+                shifted=compare.transform(groups - shift),
             )
 
 

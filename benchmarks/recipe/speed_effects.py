@@ -34,7 +34,7 @@ TEXT = {
     "discriminant analysis on these bins alone.",
     "drift": "Cepstra of the windows' colour (autoregressive model of order 128), mean squares for "
     "one coefficient n in nepers² of power: change of a condition between two speeds, what "
-    "`CepstralResidual` expects of it, the share that is the same for all conditions (their "
+    "`SpectralDistance` expects of it, the share that is the same for all conditions (their "
     "mean change), scatter of windows, difference between two conditions.",
     "best poles": 'Bank of models, one for each condition, `pole="optimise"`: the output\'s pole '
     "and the mean squared innovation it saves.",

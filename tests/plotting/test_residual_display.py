@@ -119,7 +119,7 @@ def test_line_keywords_and_repeated_plots(ax):
 def test_what_cannot_be_shown_is_refused(display, bank, rig):
     with pytest.raises(ValueError, match=r"model='bent' is not a model .* \['good', 'worn'\]"):
         display.from_estimator(bank, rig.X[0], model="bent")
-    with pytest.raises(ValueError, match="CepstralResidual before its decision"):
+    with pytest.raises(ValueError, match="SpectralDistance before its decision"):
         display.from_estimator(make_diagnoser().fit(rig.X, rig.y), rig.X[0])
     with pytest.raises(ValueError, match=r"conditions=\['good'\] .* \['good', 'worn'\]"):
         display.from_estimator(bank, rig.X[0], conditions=["good"])
