@@ -53,6 +53,8 @@ def test_the_rule_chooses_among_the_admissible():
         loses_on_a=[0.57, 0.57, 0.9, 0.9],
     )
     assert choose(table) == "tied"
+    orders = table.rename(columns={"tied": "x, order 8", "best": "x, order 32"})
+    assert choose(orders) == "x, order 32" and choose(orders, ["x, order 32"]) == "x, order 8"
     assert choose(table, ["tied"]) == "best"
     assert confirmed(table, "best") and not confirmed(table, "loses_on_a")
     np.testing.assert_allclose(battery.by_family(table).loc["best"], [0.7, 0.6])
