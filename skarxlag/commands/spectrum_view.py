@@ -7,13 +7,9 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from ..cepstral import CepstralResidual
-from ..kernels.spectra import (
-    LOG_SPECTRUM_CELLS,
-    autoregressive_log_spectrum,
-    cepstrum,
-    frequency_grid,
-)
+from ..comparison import SpectralDistance
+from ..kernels.spectra import cepstrum, frequency_grid
+from ..stretches import StretchResidual
 
 #: Frequencies that are drawn, and windows of a recording that the typical one is chosen among.
 _N_FREQUENCIES, _N_WINDOWS = 128, 256
@@ -23,8 +19,8 @@ _DECIBELS = 10 / np.log(10)
 class SpectrumView:
     """Collects the spectra of a recording's windows while they are diagnosed.
 
-    The spectra are those of the innovations, what the model cannot predict, smoothed to the cosine
-    coefficients that the diagnoser compares, and without the gain.
+    The spectra are those of the innovations, what the model cannot predict: the first group of log
+    spectra that the diagnoser compares, smoothed to its cosine coefficients and without the gain.
 
     Parameters
     ----------
@@ -33,7 +29,7 @@ class SpectrumView:
     """
 
     def __init__(self, model: Any) -> None:
-        self._model, self._compare = model, _comparison(model.diagnoser)
+        self._groups, self._compare = _comparison(model.diagnoser)
         self._cepstra, self._places, self._n_seen = [], [], 0
 
     def add(self, X: NDArray[Any], quality: NDArray[Any]) -> None:
@@ -49,8 +45,7 @@ class SpectrumView:
         wanted = _N_WINDOWS - len(self._places)
         good = np.flatnonzero(quality == "good")[:wanted]
         if self._compare is not None and len(good) > 0:
-            innovations = self._model.diagnoser[0].transform(X[good])[:, 0]
-            self._cepstra.append(self._coefficients(innovations))
+            self._cepstra.append(cepstrum(self._groups(X[good])[:, 0]))
             self._places += (self._n_seen + good).tolist()
         self._n_seen += len(X)
 
@@ -76,34 +71,44 @@ class SpectrumView:
         typical = np.sum((cepstra - cepstra.mean(axis=0)) ** 2, axis=1).argmin()
         means = windows[[f"probability of {name}" for name in conditions]].mean().to_numpy()
         classes = self._compare.classes_.tolist()
-        whitener = self._compare.whitener_
-        references = solve_triangular(whitener, self._compare.references_.T, trans="T", lower=True)
+        whitener, references = self._compare.whiteners_[0], self._compare.references_[:, 0]
+        references = solve_triangular(whitener, references.T, trans="T", lower=True)
         nearest = [conditions[place] for place in means.argsort()[::-1][:2]]
         return {
             "place": self._places[typical],
             "frequency": (frequency_grid(_N_FREQUENCIES) / (2 * np.pi)).tolist(),
             "window": _curve(cepstra[typical]),
             "references": {
-                str(name): _curve(references[: cepstra.shape[1], classes.index(name)])
-                for name in nearest
+                str(name): _curve(references[:, classes.index(name)]) for name in nearest
             },
         }
 
-    def _coefficients(self, innovations):
-        compare = self._compare
-        spectra = autoregressive_log_spectrum(
-            innovations, compare.spectrum_order, LOG_SPECTRUM_CELLS
-        )
-        return cepstrum(spectra)[:, : compare.n_coefficients]
-
 
 def _comparison(diagnoser):
-    """The step that compares log spectra of one model's innovations with each condition."""
-    for _, step in diagnoser.steps:
-        compare = getattr(step, "window_residual_", step)
-        if isinstance(compare, CepstralResidual) and compare.n_models_ == 1:
-            return compare
-    return None
+    """Function from windows to groups of log spectra, and the step that compares them, or None."""
+    place = next(
+        (n for n, (_, step) in enumerate(diagnoser.steps) if isinstance(step, StretchResidual)),
+        None,
+    )
+    if place is None:
+        steps, before, windows_of = [s for _, s in diagnoser.steps], diagnoser[:1], None
+    else:
+        stretches = diagnoser[place]
+        steps = [s for _, s in getattr(stretches.window_residual_, "steps", [])]
+        before, windows_of = diagnoser[:place], stretches._windows
+    compare = next((n for n, step in enumerate(steps) if isinstance(step, SpectralDistance)), 0)
+    if compare == 0:
+        return None, None
+    measure = steps[compare - 1]
+
+    def groups(X):
+        innovations = before.transform(X)
+        if windows_of is None:
+            return measure.transform(innovations)
+        found = measure.transform(windows_of(innovations))
+        return found.reshape(len(X), -1, *found.shape[1:]).mean(axis=1)
+
+    return groups, steps[compare]
 
 
 def _curve(coefficients):
