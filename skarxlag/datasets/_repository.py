@@ -1,4 +1,4 @@
-"""What the fetchers of real rigs share: files of a repository, verified, cut into windows."""
+"""Common code of the fetchers: download the files of a rig, verify them, cut them into windows."""
 
 import hashlib
 import sys
@@ -42,16 +42,16 @@ def fetch_rig(
     base_url : str
         URL of the root of the repository.
     sampling_rate : float
-        In Hz.
+        Sampling rate in Hz.
     description : str
-        What the Bunch says of the rig.
+        Description of the rig, which becomes ``DESCR`` of the Bunch.
     data_home, download_if_missing, return_X_y, window_length, n_retries, delay, verbose
-        As in the public fetchers.
+        Parameters of the public fetchers, such as `skarxlag.datasets.fetch_uestc`.
 
     Returns
     -------
     Bunch, or tuple of ndarray
-        The rig, or its windows and their conditions.
+        The rig as a Bunch, or its windows and their conditions if `return_X_y` is True.
     """
     paths = fetch_files(
         checksums,
@@ -78,18 +78,20 @@ def fetch_files(
     delay: Any,
     verbose: Any,
 ) -> list[Any]:
-    """Bring the files of a repository into a folder and verify every one.
+    """Download the files of a repository into a folder, and verify every file.
+
+    A file that is already there with the right SHA-256 is not downloaded again.
 
     Parameters
     ----------
     checksums : dict of str to str
         SHA-256 in hexadecimal of every file, by its path in the repository.
     folder : Path
-        Where the files are kept, laid out as in the repository.
+        Folder for the files, with the same layout as the repository.
     base_url : str
         URL of the root of the repository.
     download_if_missing, n_retries, delay, verbose
-        As in the public fetchers.
+        Parameters of the public fetchers, such as `skarxlag.datasets.fetch_uestc`.
 
     Returns
     -------
@@ -99,7 +101,7 @@ def fetch_files(
     Raises
     ------
     OSError
-        If a file is missing or damaged and is not to be downloaded, or if its download fails.
+        If a file is missing or damaged and `download_if_missing` is False, or if a download fails.
     """
     paths = []
     for number, (name, sha256) in enumerate(checksums.items(), start=1):
@@ -133,9 +135,11 @@ def fetch_files(
 
 
 def load_rig(paths: Any, *, window_length: Any, sampling_rate: Any, description: Any) -> Any:
-    """Cut recordings named ``condition_rpm...mat``, one array in each, into a rig's Bunch.
+    """Read recordings and cut them into windows, as the Bunch of a rig.
 
-    The conditions stand in the order in which the paths bring them up, the healthy one first.
+    Every file holds one array and is named ``condition_rpm...mat``. The conditions are listed in
+    the order in which they first occur in the paths, so that the healthy condition must come
+    first.
     """
     names = [path.stem for path in paths]
     condition = np.array([name.split("_")[0] for name in names])
@@ -157,7 +161,8 @@ def load_rig(paths: Any, *, window_length: Any, sampling_rate: Any, description:
 
 
 def _data_home(data_home):
-    # With a folder given, get_data_home would create it before anything is known to go there.
+    # get_data_home is not called with a given folder, because it would create this folder even if
+    # no file is stored there in the end.
     return Path(get_data_home() if data_home is None else data_home).expanduser()
 
 
@@ -169,8 +174,8 @@ def _is_intact(path, sha256):
 
 
 def _read_signal(path):
-    # The signal goes by another name in every file; beside it there are only single numbers
-    # and texts.
+    # The name of the signal differs between files. It is the only array: all other values in a
+    # file are single numbers or strings.
     (signal,) = (
         values
         for values in loadmat(path).values()

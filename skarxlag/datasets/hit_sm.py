@@ -70,8 +70,8 @@ def fetch_hit_sm(
     """Fetch the SpectraQuest rig of the HIT-SM data sets, cut into windows (download of 37 MB).
 
     Vibration of normal bearings and of bearings with a fault of the inner or the outer race in
-    three sizes, at three shaft speeds [1]_. The gain differs between files, so the amplitude means
-    nothing here.
+    three sizes, at three shaft speeds [1]_. The gain differs between files, so amplitudes cannot be
+    compared between recordings: scale every window to unit RMS before you use it.
 
     ================   ========
     Recordings               21
@@ -84,42 +84,43 @@ def fetch_hit_sm(
     Parameters
     ----------
     data_home : str or path-like, default=None
-        Folder that holds the data sets of scikit-learn; None takes
-        :func:`sklearn.datasets.get_data_home`. The recordings are kept in its folder ``hit_sm``,
-        laid out as in their repository, and a file that is there with the right SHA-256 is not
-        downloaded again. A file with another SHA-256 is replaced, with a warning.
+        Folder that holds the data sets of scikit-learn. If None, the folder that
+        :func:`sklearn.datasets.get_data_home` returns is used. The recordings are stored in its
+        subfolder ``hit_sm``, with the same layout as in their repository. A file that is already
+        there with the right SHA-256 is not downloaded again. A file with another SHA-256 is
+        replaced, with a warning.
     download_if_missing : bool, default=True
         If False, raise an OSError instead of downloading.
     return_X_y : bool, default=False
         If True, return ``(data, target)`` instead of a Bunch.
     window_length : int, default=1200
-        Samples in a window (23 ms at the default). Windows do not overlap; what is left over
-        at the end of a recording is not used.
+        Samples in a window (23 ms at the default). Windows do not overlap. Samples at the
+        end of a recording that do not fill a window are not used.
     mirror : str, default=None
-        URL of a copy of the repository's root to download from. None takes the repository
-        itself, at the commit that the SHA-256 sums belong to.
+        URL of a copy of the repository's root, from which to download. If None, the files are
+        downloaded from the repository itself, at the commit that the SHA-256 sums belong to.
     n_retries : int, default=3
-        How often a failed download is tried again, for each file.
+        Number of times that a failed download is repeated, for each file.
     delay : float, default=1.0
-        Seconds between two tries.
+        Time between two attempts, in seconds.
     verbose : bool, default=True
         If True, write one line to standard error for every file that is downloaded.
 
     Returns
     -------
     rig : :class:`~sklearn.utils.Bunch`
-        With the following attributes.
+        The windows of all recordings, with the following attributes.
 
         data : ndarray of shape (n_windows, window_length)
-            Acceleration, with a gain that differs between recordings; recording after recording,
-            in time order within each.
+            Acceleration, with a gain that differs between recordings. Windows of one recording
+            are consecutive and in time order.
         target : ndarray of str, shape (n_windows,)
             Condition of each window.
         target_names : list of str
             The conditions, the healthy one first: ``Normal``, ``IR2``, ``IR5``,
             ``IR8`` (inner race, arc of 2, 5, 8 degrees), ``OR2``, ``OR5``, ``OR8`` (outer race).
         rpm : ndarray of float, shape (n_windows,)
-            Nominal shaft speed, rev/min: 600, 900 or 1200.
+            Nominal shaft speed in revolutions per minute: 600, 900 or 1200.
         recording : ndarray of str, shape (n_windows,)
             Recording that the window was cut from, such as ``"OR5_1200"``.
         start : ndarray of int, shape (n_windows,)
@@ -127,11 +128,11 @@ def fetch_hit_sm(
         sampling_rate : float
             51200, in Hz.
         filenames : list of str
-            Path of every recording, in the order in which they are stacked.
+            Path of every recording, in the order of the recordings in `data`.
         DESCR : str
-            What the rig is, its terms of use and the work to cite.
+            Description of the rig, its terms of use and the work to cite.
     (data, target) : tuple of ndarray
-        If `return_X_y` is True.
+        The windows and their conditions, if `return_X_y` is True.
 
     Raises
     ------

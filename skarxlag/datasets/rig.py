@@ -1,4 +1,4 @@
-"""What the simulated rig emits: each defect, and the background of a recording."""
+"""Acoustic emission of the simulated rig: of each defect, and of the healthy background."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ __all__ = ["LOCATIONS", "Rig", "background", "defect_emission"]
 LOCATIONS = ("outer", "inner", "ball")
 METRES_PER_MICROMETRE = 1e-6
 
-# Least and largest value of each number, and which of the two are allowed.
+# Smallest and largest value of each parameter, and which of these two limits is itself allowed.
 RANGES = {
     "sampling_rate": (0, np.inf, "neither"),
     "slip": (0, 0.1, "both"),
@@ -41,30 +41,31 @@ RANGES = {
 class Rig:
     """The physical parameters of the simulated rig.
 
-    `skarxlag.datasets.simulate_rig` documents each of them, with unit, default and source.
+    `skarxlag.datasets.simulate_rig` documents each parameter with its unit, default and source.
 
     Parameters
     ----------
     sampling_rate : float
-        In Hz.
+        Sampling rate in Hz.
     bearing : BearingGeometry
         The bearing.
     paths : TransmissionPaths
-        Paths from the bearing to the sensor.
+        Transmission paths from the bearing to the sensor.
     torque : DriveTorque
-        Make-up of the drive torque.
+        Components of the drive torque.
     torque_leak : sequence of float
-        In V/(N m).
+        Impulse response of the output to the torque, in V/(N m).
     slip, load_distribution, entry_ratio : float
-        Dimensionless.
+        Slip, load distribution factor, and strength of the entry relative to the impact. All are
+        dimensionless.
     impact_level, friction_level : float
-        In V/(m/s).
+        Levels of impacts and of friction, in V/(m/s).
     rubbing_level : float
-        In V/(m/s)/mm.
+        Level of rubbing at a crack, in V/(m/s)/mm.
     asperity_um : float
-        In micrometres.
+        Length of an asperity contact, in micrometres.
     noise_level : float
-        In V.
+        RMS of the sensor noise, in V.
 
     Raises
     ------
@@ -137,7 +138,7 @@ class Rig:
 
 
 def _friction_at_sensor(rig, rpm, location, n_samples, rng):
-    """Friction emission of one place, of an RMS equal to the gain of its path."""
+    """Simulate the friction emission of one place; its RMS equals the gain of its path."""
     path = getattr(rig.paths, location)
     contact_time = rig.asperity_um * METRES_PER_MICROMETRE / contact_speed(rig.bearing, rpm)
     response = path.gain * friction_response(path, rig.sampling_rate, contact_time)
@@ -149,7 +150,7 @@ def _strikes_at_sensor(rig, rpm, location, crack_mm, n_samples, rng):
     path = getattr(rig.paths, location)
     response = path.gain * impulse_response(path, rig.sampling_rate)
     transit = transit_time(rig.bearing, rpm, crack_mm)
-    # What struck before the recording still rings in it.
+    # Strikes before the start of the recording still ring in it.
     lead = len(response) - 1
     times, load = simulate_strikes(
         rig.bearing,
@@ -178,11 +179,11 @@ def defect_emission(
     n_samples: int,
     generator: Callable[..., Any],
 ) -> NDArray[Any]:
-    r"""Emission of one defect at the sensor: its strikes, and rubbing at its crack.
+    r"""Simulate the emission of one defect at the sensor: its strikes, and rubbing at its crack.
 
     .. math:: y_d = h_d * s_d + c\,w_d\,v\,(g_d * \xi_d)
 
-    in the symbols of `skarxlag.datasets.simulate_rig`.
+    `skarxlag.datasets.simulate_rig` defines the symbols.
 
     Parameters
     ----------
@@ -191,18 +192,19 @@ def defect_emission(
     rpm : float
         Speed of the shaft, in revolutions per minute.
     location : {"outer", "inner", "ball"}
-        Where the defect is.
+        Location of the defect.
     crack_mm : float
         Width of the crack along the rolling direction, in mm.
     n_samples : int
         Number of samples.
     generator : callable
-        From the name of a stream ("strikes", "rubbing") to a `numpy.random.Generator`.
+        Function that returns a `numpy.random.Generator` for the name of a random stream
+        ("strikes" or "rubbing").
 
     Returns
     -------
     emission : ndarray of shape (n_samples,)
-        In V.
+        Emission in V.
     """
     strikes = _strikes_at_sensor(rig, rpm, location, crack_mm, n_samples, generator("strikes"))
     rubbing = _friction_at_sensor(rig, rpm, location, n_samples, generator("rubbing"))
@@ -212,14 +214,14 @@ def defect_emission(
 def background(
     rig: Rig, rpm: float, n_samples: int, generator: Callable[..., Any]
 ) -> tuple[NDArray[Any], NDArray[Any]]:
-    r"""What a recording holds with or without a defect.
+    r"""Simulate the background, which is the part of a recording that no defect causes.
 
     .. math::
 
         y_0(k) = \sum_l b\,v\,(g_l * \xi'_l)(k)
         + \sum_{i \ge 1} \beta_i\, u(k - i) + \sigma\eta(k)
 
-    in the symbols of `skarxlag.datasets.simulate_rig`.
+    `skarxlag.datasets.simulate_rig` defines the symbols.
 
     Parameters
     ----------
@@ -230,8 +232,8 @@ def background(
     n_samples : int
         Number of samples.
     generator : callable
-        From the name of a stream ("friction", "torque", "noise") to a
-        `numpy.random.Generator`.
+        Function that returns a `numpy.random.Generator` for the name of a random stream
+        ("friction", "torque" or "noise").
 
     Returns
     -------

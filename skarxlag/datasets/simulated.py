@@ -1,4 +1,4 @@
-"""The simulated rig: acoustic emission of a faulty bearing and the torque that drives it."""
+"""The simulated rig: the acoustic emission of a faulty bearing, and the drive torque."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -15,7 +15,7 @@ from skarxlag.datasets.transmission import TransmissionPaths
 
 __all__ = ["CONDITIONS", "simulate_rig"]
 
-# The conditions of the bearing, as the paper names them, and where each has its defects.
+# The conditions of the bearing, with the paper's names, and the locations of their defects.
 CONDITIONS: dict[str, Any] = {
     "Normal": (),
     "IR": ("inner",),
@@ -27,7 +27,7 @@ CONDITIONS: dict[str, Any] = {
     "IR-OR-Ball": ("inner", "outer", "ball"),
 }
 
-# One independent stream of random numbers for each of these and each recording or defect.
+# Each recording or defect has one independent stream of random numbers for each of these names.
 STREAMS = ("torque", "noise", "friction", "strikes", "rubbing")
 
 DESCR = """\
@@ -76,7 +76,7 @@ def _check_conditions(conditions):
 
 
 def _generator(entropy, key, stream):
-    """Random numbers of one stream of one recording or defect, whatever else is generated."""
+    """Return the generator of one stream of one recording or defect, independent of all others."""
     words = np.array(key, dtype=np.float64).view(np.uint32).tolist()
     seed = np.random.SeedSequence(entropy, spawn_key=(*words, STREAMS.index(stream)))
     return np.random.default_rng(seed)
@@ -115,23 +115,35 @@ def simulate_rig(
         y(k) = \sum_{d} \left[ h_d * s_d + c\,w_d\,v\;(g_d * \xi_d) \right](k)
         + \sum_{l} b\,v\;(g_l * \xi'_l)(k) + \sum_{i \ge 1} \beta_i\, u(k - i) + \sigma\,\eta(k)
 
-    with a sum over the defects d of the condition and one over all places l (outer ring, inner
-    ring, ball): strikes :math:`s_d` at the defect frequency through the path :math:`h_d` of their
-    place, rubbing at a crack of width :math:`w_d`, friction of the whole bearing, the torque
-    u that leaks into the output, and sensor noise. :math:`\xi, \xi', \eta` are white; :math:`g`
-    is the path with the colour of friction; v is the speed of the rolling contact.
+    The first sum is over the defects d of the condition, the second over all places l (outer ring,
+    inner ring, ball). The terms are, in this order:
 
-    A compound fault is the superposition of its single faults: the emission of a defect depends
-    on its place, the speed and the crack only, and is the same realisation in the
-    single and in the compound recordings. Torque, friction of the healthy bearing and noise
-    are independent between recordings. A recording does not depend on what else is generated.
+    - strikes :math:`s_d` at the defect frequency, filtered by the transmission path :math:`h_d` of
+      the defect's place;
+    - rubbing at a crack of width :math:`w_d`;
+    - friction of the whole bearing;
+    - the torque u, which leaks into the output;
+    - sensor noise.
 
-    The defaults are Table 1 of [1]_. The paper does not name its bearing nor give a signal:
-    everything below the sampling rate in the list of parameters is chosen for physical
-    plausibility. A window of 1200 samples at 250 kHz lasts 4.8 ms and is shorter than the interval
-    between two strikes at every defect frequency and speed of the default rig (22 to 56 ms; the
-    entry into a crack and the impact at its end lie 3 to 10 ms apart): most windows of a faulty
-    condition hold no strike, so a diagnoser that looks at single windows lives on the colour and
+    :math:`\xi, \xi', \eta` are white noise, v is the speed of the rolling contact, and :math:`g` is
+    the transmission path combined with the low-pass spectrum of friction. The factors c, b and
+    :math:`\sigma` are `rubbing_level`, `friction_level` and `noise_level`, and :math:`\beta_i` is
+    `torque_leak`.
+
+    A compound fault is the superposition of its single faults. The emission of a defect depends
+    only on its place, the speed and the crack, and its realisation is the same in the recordings
+    of the single and of the compound fault. Torque, friction of the healthy bearing and noise are
+    independent between recordings. A recording does not depend on which other recordings are
+    generated.
+
+    The defaults of the parameters up to `sampling_rate` are those of Table 1 of [1]_. The paper
+    neither names its bearing nor publishes a signal, so the defaults of all later parameters are
+    chosen for physical plausibility. The word "chosen" below marks a value without a source.
+
+    A window of 1200 samples at 250 kHz lasts 4.8 ms. This is shorter than the interval between two
+    strikes at every defect frequency and speed of the default rig (22 to 56 ms). The entry into a
+    crack and the impact at its end are 3 to 10 ms apart. Most windows of a faulty condition
+    therefore contain no strike, and a diagnoser of single windows can only use the spectrum and
     the level of the continuous emission.
 
     Parameters
@@ -139,66 +151,70 @@ def simulate_rig(
     rpm : float or sequence of float, default=(300, 400, 450, 500)
         Shaft speeds in revolutions per minute. Source: [1]_, Table 1.
     crack_mm : float or sequence of float, default=(3, 6)
-        Widths of the crack along the rolling direction, in mm, not above the diameter of an
-        element. Source: [1]_, Table 1. The normal condition has no crack and is recorded
-        once for each speed.
+        Widths of the crack along the rolling direction, in mm. They must not exceed the diameter of
+        an element. Source: [1]_, Table 1. The normal condition has no crack and has one recording
+        for each speed.
     conditions : str or sequence of str, default=None
         Which of "Normal", "IR", "OR", "Ball", "IR-Ball", "OR-Ball", "IR-OR" and "IR-OR-Ball" to
-        simulate; all by default. Source: [1]_, Tables 1 and 2.
+        simulate. If None, all are simulated. Source: [1]_, Tables 1 and 2.
     n_samples : int, default=120_000
-        Samples of a recording, a multiple of `window_length`. Source: [1]_, section 5.
+        Number of samples of a recording, a multiple of `window_length`. Source: [1]_, section 5.
     window_length : int, default=1200
-        Samples of a window. Source: [1]_, section 5.
+        Number of samples of a window. Source: [1]_, section 5.
     sampling_rate : float, default=250_000.0
-        In Hz. Source: [1]_, section 2.
+        Sampling rate in Hz. Source: [1]_, section 2.
     bearing : BearingGeometry, default=SKF_6205
-        The bearing. Default: SKF 6205-2RS JEM, the drive-end bearing of the Case
-        Western Reserve University data, with the dimensions published there.
+        The bearing. The default is the SKF 6205-2RS JEM, the drive-end bearing of the Case Western
+        Reserve University data, with the dimensions published there.
     paths : TransmissionPaths, default=None
-        Resonances, gain and delay between each place and the sensor. None stands for
-        ``TransmissionPaths()``, which tells its sources.
+        Resonances, gain and delay between each place and the sensor. If None, the paths are
+        ``TransmissionPaths()``, whose docstring states the sources.
     torque : DriveTorque, default=None
-        Make-up of the drive torque. None stands for ``DriveTorque()``, which tells its sources.
+        Components of the drive torque. If None, they are ``DriveTorque()``, whose docstring states
+        the sources.
     torque_leak : sequence of float, default=(0.10, 0.05, -0.05, -0.10)
-        Response of the output to the torque 1, 2, ... samples before, in V/(N m); empty for no
-        leak. Chosen: sums to zero, since acoustic emission amplifiers block the mean.
+        Response of the output to the torque 1, 2, ... samples earlier, in V/(N m). An empty
+        sequence means no leak. Chosen: the values sum to zero, because amplifiers of acoustic
+        emission block the mean.
     slip : float, default=0.01
-        Standard deviation of the interval between two strikes relative to its mean, at most
-        0.1. Source: 1 to 2 % is usual [2]_.
+        Standard deviation of the interval between two strikes relative to its mean, in [0, 0.1].
+        Source: 1 to 2 % is usual [2]_.
     load_distribution : float, default=0.5
         Load distribution factor, > 0. Source: 0.5 for a bearing without clearance [3]_.
     impact_level : float, default=0.5
         Peak output for a unit velocity of impact through a path of unit gain, in V/(m/s).
-        Chosen: bursts some 14 dB above the continuous emission for a crack of 3 mm in the outer
-        ring at 500 rpm.
+        Chosen: the bursts of a crack of 3 mm in the outer ring at 500 rpm are about 14 dB above
+        the continuous emission.
     entry_ratio : float, default=0.3
-        Strike at the entry into a crack relative to the impact at its end. Chosen; the entry
-        is the weaker one [4]_.
+        Strength of the strike at the entry into a crack, relative to the impact at its end. Chosen;
+        the entry is weaker than the impact [4]_.
     friction_level : float, default=0.02
         RMS output from friction at one place for a unit contact speed through a path of unit gain,
-        in V/(m/s). Chosen: some 10 mV at 500 rpm behind a preamplifier of 40 dB. The RMS
+        in V/(m/s). Chosen: about 10 mV at 500 rpm behind a preamplifier of 40 dB. The RMS
         of acoustic emission grows with the speed [5]_.
     rubbing_level : float, default=0.01
-        The same for a defect, for each millimetre of its crack, in V/(m/s)/mm. Chosen;
-        the RMS grows with the defect [5]_.
+        RMS output from rubbing at a defect for each millimetre of its crack, for a unit contact
+        speed through a path of unit gain, in V/(m/s)/mm. Chosen; the RMS grows with the defect
+        [5]_.
     asperity_um : float, default=5.0
-        Length of an asperity contact in micrometres, > 0; with the contact speed it
-        sets the corner of the friction's spectrum (see
+        Length of an asperity contact in micrometres, > 0. Together with the contact speed it
+        determines the corner frequency of the friction spectrum (see
         `skarxlag.datasets.transmission.friction_response`). Chosen: a ground raceway.
     noise_level : float, default=5e-4
         RMS of the sensor noise in V. Chosen: 5 uV at the input of a preamplifier of 40 dB.
     random_state : int, RandomState instance or None, default=0
-        Source of randomness.
+        Seed or generator of the random numbers.
     return_fault : bool, default=False
-        Also return the known fault signal, which takes half the memory of `data`. It does not
-        change `data`, and needs ``return_X_y=False``.
+        If True, also return the known fault signal, which takes half the memory of `data`. This
+        does not change `data`, and requires ``return_X_y=False``.
     return_X_y : bool, default=False
-        Return ``(data, target)`` instead of a Bunch.
+        If True, return ``(data, target)`` instead of a Bunch.
 
     Returns
     -------
     rig : :class:`~sklearn.utils.Bunch`
-        Windows in time order within a recording, recordings one after another, with
+        The windows of all recordings. Windows of one recording are consecutive and in time order.
+        The attributes are
 
         - data : float64 ndarray of shape (n_windows, 2, window_length); channel 0 the acoustic
           emission in V (output), channel 1 the drive torque in N m (measured input)
@@ -209,16 +225,16 @@ def simulate_rig(
         - recording : str ndarray of shape (n_windows,)
         - start : int ndarray of shape (n_windows,), first sample in the recording
         - fault : float64 ndarray of shape (n_windows, window_length), only with
-          ``return_fault=True``; the first sum of the equation, what the defects add to channel 0
-          of `data`, in V; 0 for the normal condition
+          ``return_fault=True``; the first sum of the equation, which is the contribution of the
+          defects to channel 0 of `data`, in V; 0 for the normal condition
         - sampling_rate : float, in Hz
         - DESCR : str
 
     Raises
     ------
     ValueError, TypeError
-        If a parameter is out of its range or of another type, or both `return_fault` and
-        `return_X_y` are asked for.
+        If a parameter is out of its range or of another type, or if both `return_fault` and
+        `return_X_y` are True.
 
     References
     ----------
@@ -243,7 +259,7 @@ def simulate_rig(
     >>> rig.target[[0, 10]].tolist(), str(rig.recording[10])
     (['Normal', 'IR'], 'IR_500rpm_3mm')
 
-    What the crack alone emits:
+    The contribution of the crack alone:
 
     >>> rig = simulate_rig(rpm=500, crack_mm=3, conditions=["Normal", "IR"], n_samples=12_000,
     ...                    return_fault=True)

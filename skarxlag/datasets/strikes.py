@@ -1,4 +1,4 @@
-"""Instants and strengths of the strikes of a local bearing defect."""
+"""Times and strengths of the strikes of a local bearing defect."""
 
 from typing import Any
 
@@ -13,10 +13,10 @@ POINT_CONTACT_EXPONENT = 1.5
 
 
 def transit_time(bearing: Any, rpm: float, crack_mm: float) -> float:
-    r"""Time from an element's entry into a crack to its impact on the far edge.
+    r"""Return the time from an element's entry into a crack to its impact on the far edge.
 
-    The element hits the far edge when its centre is over the middle of a crack of
-    width w, so after :math:`w / (2 v)` with the contact speed v [1]_.
+    The element hits the far edge of a crack of width w when its centre is over the middle of the
+    crack. With the contact speed v, this is the time :math:`w / (2 v)` after the entry [1]_.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def transit_time(bearing: Any, rpm: float, crack_mm: float) -> float:
     Returns
     -------
     time : float
-        In seconds.
+        Time in seconds.
 
     References
     ----------
@@ -49,11 +49,11 @@ def transit_time(bearing: Any, rpm: float, crack_mm: float) -> float:
 
 
 def impact_velocity(bearing: Any, rpm: float, crack_mm: float) -> float:
-    r"""Velocity at which an element meets the far edge of a crack.
+    r"""Return the velocity at which an element hits the far edge of a crack.
 
-    An element of diameter d that rests on both edges of a crack of width w has turned
-    by :math:`\arcsin(w / d)`, so the contact speed v has the component
-    :math:`v w / d` along the line of the impact: it grows with the crack and the speed.
+    An element of diameter d that rests on both edges of a crack of width w has turned by
+    :math:`\arcsin(w / d)`. The contact speed v therefore has the component :math:`v w / d` along
+    the line of the impact. This velocity grows with the width of the crack and with the speed.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def impact_velocity(bearing: Any, rpm: float, crack_mm: float) -> float:
     Returns
     -------
     velocity : float
-        In m/s.
+        Velocity in m/s.
 
     Examples
     --------
@@ -80,10 +80,11 @@ def impact_velocity(bearing: Any, rpm: float, crack_mm: float) -> float:
 
 
 def load_distribution_at(angle: float | NDArray[Any], load_distribution: float) -> NDArray[Any]:
-    r"""Load of an element at an angle from the load's direction, relative to the largest.
+    r"""Return the load of an element, relative to the largest load in the bearing.
 
-    Stribeck's distribution with load distribution factor :math:`\epsilon` and the
-    exponent 3/2 of a point contact [1]_,
+    The load at the angle :math:`\psi` from the direction of the load follows Stribeck's
+    distribution with the load distribution factor :math:`\epsilon` and the exponent 3/2 of a point
+    contact [1]_:
 
     .. math:: q(\psi) = \max\left(0,\, 1 - \frac{1 - \cos\psi}{2 \epsilon}\right)^{3/2}.
 
@@ -92,12 +93,12 @@ def load_distribution_at(angle: float | NDArray[Any], load_distribution: float) 
     angle : float or ndarray
         Angle from the direction of the load, in radians.
     load_distribution : float
-        The factor epsilon, > 0; 0.5 is a bearing without clearance.
+        The factor :math:`\epsilon`, > 0. The value 0.5 describes a bearing without clearance.
 
     Returns
     -------
     load : ndarray
-        In [0, 1].
+        Relative load, in [0, 1].
 
     References
     ----------
@@ -116,8 +117,9 @@ def load_distribution_at(angle: float | NDArray[Any], load_distribution: float) 
 
 
 def _interval_sums(expected, slip, rng):
-    """Instants after the first strike in mean intervals, for at least `expected` of them."""
-    # The margin covers the accumulated slip, whose deviation grows as the square root.
+    """Return times since the first strike, in mean intervals, that reach at least `expected`."""
+    # The margin covers the accumulated slip. Its standard deviation grows with the square root of
+    # the number of intervals.
     n_intervals = int(np.ceil(expected + 6 * slip * np.sqrt(expected) + 2))
     return np.concatenate([[0.0], np.cumsum(1 + slip * rng.standard_normal(n_intervals))])
 
@@ -133,13 +135,14 @@ def simulate_strikes(
     load_distribution: float,
     rng: np.random.Generator,
 ) -> tuple[NDArray[Any], NDArray[Any]]:
-    r"""Instants of the entries into a defect, and the load carried at each.
+    r"""Simulate the times at which elements enter a defect, and the load at each time.
 
-    The intervals are independent, :math:`(1 + s\,\xi) / f` with the defect's strike rate f,
-    slip s and :math:`\xi` of unit variance, so that the deviation of the instants accumulates
-    as that of real rolling elements does [1]_. The load zone stands still: a defect of the outer
-    ring stays under the largest load, one of the inner ring turns through the zone with the
-    shaft and one of a ball with the cage [2]_.
+    The intervals between two entries are :math:`(1 + s\,\xi) / f`, where f is the strike rate of
+    the defect, s is the slip, and :math:`\xi` is normal with unit variance. The intervals are
+    independent, so their deviations accumulate over time, as they do for real rolling elements
+    [1]_. The load zone does not move. A defect of the outer ring therefore always carries the
+    largest load. A defect of the inner ring passes through the load zone with each turn of the
+    shaft, and a defect of a ball with each turn of the cage [2]_.
 
     Parameters
     ----------
@@ -148,24 +151,25 @@ def simulate_strikes(
     rpm : float
         Speed of the shaft, in revolutions per minute.
     location : {"outer", "inner", "ball"}
-        Where the defect is.
+        Location of the defect.
     duration : float
-        Time to cover, in seconds, from 0.
+        Duration of the simulation from time 0 on, in seconds.
     before : float
-        Time to cover before 0, in seconds. What happens from 0 on does not depend on it.
+        Duration of the simulation before time 0, in seconds. The strikes from time 0 on do not
+        depend on it.
     slip : float
         Standard deviation of an interval relative to its mean, in [0, 0.1].
     load_distribution : float
-        The factor of :func:`load_distribution_at`.
+        Load distribution factor, see :func:`load_distribution_at`.
     rng : numpy.random.Generator
-        Source of randomness.
+        Generator of the random phases and intervals.
 
     Returns
     -------
     times : ndarray of shape (n_strikes,)
-        Instants of the entries in seconds, ascending.
+        Times of the entries in seconds, in ascending order.
     load : ndarray of shape (n_strikes,)
-        Load at each instant relative to the largest, in [0, 1].
+        Load at each time relative to the largest load, in [0, 1].
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Drive torque of the simulated rig: the measured input."""
+"""Drive torque of the simulated rig, which is the measured input."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,25 +11,29 @@ __all__ = ["DriveTorque", "simulate_torque"]
 
 @dataclass(frozen=True)
 class DriveTorque:
-    """Make-up of the drive torque.
+    """Components of the drive torque: a mean load, three ripples and a random fluctuation.
+
+    The word "chosen" marks values that are set for physical plausibility and have no source.
 
     Parameters
     ----------
     mean : float, default=2.0
-        Mean load in N m. Chosen: the rated torque of a four-pole motor of some 0.37 kW.
+        Mean load in N m. Chosen: the rated torque of a four-pole motor of about 0.37 kW.
     shaft_ripple : float, default=0.02
-        Ripple once a turn, amplitude relative to `mean`. Chosen: slight misalignment.
+        Amplitude of the ripple with one period per turn of the shaft, relative to `mean`. Chosen:
+        slight misalignment.
     mesh_ripple : float, default=0.01
-        Ripple of the gear mesh, amplitude relative to `mean`. Chosen.
+        Amplitude of the gear mesh ripple, relative to `mean`. Chosen.
     gear_teeth : int, default=25
-        Teeth of the gear on the shaft, the order of the mesh ripple. Chosen.
+        Number of teeth of the gear on the shaft. It is the order of the mesh ripple. Chosen.
     electrical_ripple : float, default=0.01
-        Ripple of the motor, amplitude relative to `mean`. Chosen.
+        Amplitude of the motor's ripple, relative to `mean`. Chosen.
     electrical_order : float, default=12.0
-        Its periods in a turn: six times the supply frequency, the lowest torque harmonic of
-        an inverter-fed three-phase motor, here with two pole pairs.
+        Number of periods of the motor's ripple in one turn of the shaft. The default is six times
+        the supply frequency, which is the lowest torque harmonic of an inverter-fed three-phase
+        motor, for a motor with two pole pairs.
     fluctuation : float, default=0.02
-        Broadband fluctuation, white, RMS in N m. Chosen: 1 % of the mean load.
+        RMS of the white, broadband fluctuation in N m. Chosen: 1 % of the mean load.
 
     Raises
     ------
@@ -60,30 +64,31 @@ class DriveTorque:
 def simulate_torque(
     torque: DriveTorque, rpm: float, n_samples: int, sampling_rate: float, rng: np.random.Generator
 ) -> NDArray[Any]:
-    r"""Drive torque over time.
+    r"""Simulate the drive torque over time.
 
     .. math:: u(t) = M \left(1 + \sum_i r_i \cos(2\pi o_i f_r t + \phi_i)\right) + \sigma \xi(t)
 
-    with the mean load M, the shaft rate :math:`f_r`, ripples :math:`r_i` of orders
-    :math:`o_i` (1, gear teeth, electrical order) and random phases, and white fluctuation.
+    Here M is the mean load and :math:`f_r` is the rotation rate of the shaft. The ripples have the
+    amplitudes :math:`r_i`, the orders :math:`o_i` (1, gear teeth, electrical order) and the random
+    phases :math:`\phi_i`. The fluctuation :math:`\xi` is white, and :math:`\sigma` is its RMS.
 
     Parameters
     ----------
     torque : DriveTorque
-        Make-up of the torque.
+        Components of the torque.
     rpm : float
         Speed of the shaft, in revolutions per minute.
     n_samples : int
         Number of samples.
     sampling_rate : float
-        In Hz.
+        Sampling rate in Hz.
     rng : numpy.random.Generator
-        Source of randomness.
+        Generator of the random phases and of the fluctuation.
 
     Returns
     -------
     torque : ndarray of shape (n_samples,)
-        In N m.
+        Torque in N m.
 
     Examples
     --------

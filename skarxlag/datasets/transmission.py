@@ -1,4 +1,4 @@
-"""Transmission paths of the simulated rig: from a source in the bearing to the sensor."""
+"""Transmission paths of the simulated rig, from a source in the bearing to the sensor."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,13 +9,13 @@ from scipy.signal import lfilter
 
 __all__ = ["TransmissionPath", "TransmissionPaths", "friction_response", "impulse_response"]
 
-# Where the slowest mode is 120 dB down, the response is cut.
+# A response is cut off where its slowest mode has decayed by 120 dB.
 DECAY = np.log(1e6)
 
 
 @dataclass(frozen=True)
 class TransmissionPath:
-    """Decaying resonances between a source and the sensor.
+    """Transmission path between a source and the sensor, as a sum of decaying resonances.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ class TransmissionPath:
     damping : tuple of float
         Damping ratio of each mode, in (0, 1).
     amplitudes : tuple of float
-        Participation of each mode, dimensionless; only their ratios count.
+        Participation of each mode, dimensionless. Only the ratios of these values matter.
     gain : float
         Transmission of the path, dimensionless, >= 0 (1 for a source next to the sensor).
     delay : float
@@ -33,7 +33,7 @@ class TransmissionPath:
     Raises
     ------
     ValueError
-        If the modes are not given alike, or a value is out of range.
+        If the three tuples differ in length, or a value is out of range.
 
     Examples
     --------
@@ -101,18 +101,22 @@ def _default_ball():
 
 @dataclass(frozen=True)
 class TransmissionPaths:
-    r"""The transmission path of each place in the bearing where emission arises.
+    r"""Transmission path of each place in the bearing where emission arises.
 
-    The default is built for the SKF 6205 bearing. Rings: free in-plane bending modes of a steel
-    ring, n = 3-6 of the outer ring (mean radius 24.74 mm, thickness 2.51 mm) and n = 2-5 of the
-    inner ring (14.02 mm, 3.05 mm), :math:`f_n = \frac{c h}{2 \pi \sqrt{12} R^2}
-    \frac{n (n^2 - 1)}{\sqrt{n^2 + 1}}` [1]_ with c = 5150 m/s, rounded to 100 Hz. Ball: 30 kHz
-    is the resonance of a ball of 2.04 g on two Hertzian contacts of 3.6e7 N/m (some 100 N), and it
-    excites a mode of either ring. 60 kHz in every path is the resonance of a low-frequency
-    acoustic emission sensor. Damping, participation and gain are chosen: 1.5 % for a
-    ring fitted in its housing, more for every oiled contact on the way (2.5 % for a ball,
-    3 % for the inner ring), and a loss of 4 dB for each contact. The delays are 15, 30 and 45 mm
-    at 3000 m/s.
+    The defaults describe the SKF 6205 bearing.
+
+    - Rings: the natural frequencies are those of the free in-plane bending modes of a steel ring,
+      :math:`f_n = \frac{c h}{2 \pi \sqrt{12} R^2} \frac{n (n^2 - 1)}{\sqrt{n^2 + 1}}` [1]_ with
+      c = 5150 m/s, rounded to 100 Hz. The modes are n = 3-6 of the outer ring (mean radius
+      R = 24.74 mm, thickness h = 2.51 mm) and n = 2-5 of the inner ring (14.02 mm, 3.05 mm).
+    - Ball: 30 kHz is the resonance of a ball of 2.04 g on two Hertzian contacts of 3.6e7 N/m each
+      (at a load of about 100 N). A source at a ball also excites one mode of each ring.
+    - Sensor: 60 kHz in every path is the resonance of a low-frequency acoustic emission sensor.
+    - Damping, participation and gain have no source; they are chosen. The damping is 1.5 % for a
+      ring that is fitted in its housing. It is larger for every oiled contact on the way (2.5 % for
+      a ball, 3 % for the inner ring). Each contact causes a loss of 4 dB.
+    - The delays are the travel times at 3000 m/s over 15 mm (outer), 30 mm (ball) and 45 mm
+      (inner).
 
     Parameters
     ----------
@@ -138,27 +142,28 @@ class TransmissionPaths:
 
 
 def impulse_response(path: TransmissionPath, sampling_rate: float) -> NDArray[Any]:
-    r"""Response of a path to a unit impulse, scaled to a peak of 1.
+    r"""Compute the response of a path to a unit impulse, scaled to a peak of 1.
 
     .. math::
 
         h(t) \propto \sum_m a_m e^{-2\pi\zeta_m f_m (t - \tau)}
         \sin\left(2\pi f_m \sqrt{1-\zeta_m^2}\,(t - \tau)\right), \quad t \ge \tau
 
-    with modes :math:`f_m, \zeta_m, a_m` and the delay :math:`\tau` rounded to a sample. The
-    gain of the path is not applied.
+    Mode m has the natural frequency :math:`f_m`, the damping ratio :math:`\zeta_m` and the
+    participation :math:`a_m`. The delay :math:`\tau` is rounded to a whole sample. The gain of the
+    path is not applied.
 
     Parameters
     ----------
     path : TransmissionPath
         The path.
     sampling_rate : float
-        In Hz; more than twice every natural frequency.
+        Sampling rate in Hz. It must be more than twice every natural frequency.
 
     Returns
     -------
     response : ndarray of shape (n_taps,)
-        The response from the impulse until it is 120 dB down.
+        The response from the impulse until it has decayed by 120 dB.
 
     Raises
     ------
@@ -195,18 +200,18 @@ def impulse_response(path: TransmissionPath, sampling_rate: float) -> NDArray[An
 def friction_response(
     path: TransmissionPath, sampling_rate: float, contact_time: float
 ) -> NDArray[Any]:
-    r"""Filter that colours white noise into friction emission, scaled to unit RMS at its output.
+    r"""Compute the filter that turns white noise into friction emission of unit RMS.
 
-    Asperities in contact for a time :math:`\tau_c` emit pulses of about that length, so the
-    source has the low-pass spectrum :math:`1 / (1 + (2 \pi f \tau_c)^2)` before it passes the path:
-    the faster the contact, the wider its spectrum [1]_.
+    Asperities that are in contact for a time :math:`\tau_c` emit pulses of about this duration.
+    The source therefore has the low-pass spectrum :math:`1 / (1 + (2 \pi f \tau_c)^2)` before the
+    transmission path. A faster contact is shorter and gives a wider spectrum [1]_.
 
     Parameters
     ----------
     path : TransmissionPath
         The path.
     sampling_rate : float
-        In Hz.
+        Sampling rate in Hz.
     contact_time : float
         Duration of an asperity contact, in seconds, > 0.
 

@@ -1,4 +1,7 @@
-"""Figures, as Display classes in scikit-learn's manner; they need matplotlib."""
+"""Figures, as Display classes that follow the conventions of scikit-learn.
+
+They need matplotlib, which the extra ``skarxlag[plot]`` installs.
+"""
 
 from ._style import condition_styles
 from .identification import IdentificationDisplay

@@ -1,4 +1,4 @@
-"""Where to draw; matplotlib is imported here and only when it is needed."""
+"""Axes, legends and scales of the figures; matplotlib is imported only when a figure is drawn."""
 
 from typing import Any
 
@@ -7,17 +7,17 @@ from numpy.typing import NDArray
 
 
 def new_axes(n_rows: int) -> NDArray[Any]:
-    """Axes of a new pyplot figure, one above the other.
+    """Create a pyplot figure with axes one above the other.
 
     Parameters
     ----------
     n_rows : int
-        How many.
+        Number of axes.
 
     Returns
     -------
     ndarray of matplotlib Axes of shape (n_rows,)
-        They share their horizontal axis.
+        The axes, which share their horizontal axis.
 
     Raises
     ------
@@ -33,19 +33,19 @@ def new_axes(n_rows: int) -> NDArray[Any]:
 
 
 def time_axis(n_samples: int, sampling_rate: float | None) -> tuple[NDArray[Any], str]:
-    """Values of a time axis, and its label.
+    """Compute the values and the label of a time axis.
 
     Parameters
     ----------
     n_samples : int
         Length of the signal.
     sampling_rate : float or None
-        In Hz. None: samples are counted.
+        Sampling rate in Hz. If None, the axis counts samples.
 
     Returns
     -------
     ndarray of shape (n_samples,), str
-        Milliseconds or samples, from 0.
+        Time in milliseconds, or sample number, starting from 0; and the label of the axis.
 
     Examples
     --------
@@ -58,21 +58,24 @@ def time_axis(n_samples: int, sampling_rate: float | None) -> tuple[NDArray[Any]
 
 
 def legend_beside(ax: Any, lines: Any) -> None:
-    """Legend of these lines to the right of the axes, where it hides nothing."""
+    """Place the legend of these lines to the right of the axes, so that it covers no data."""
     ax.legend(
         handles=lines, loc="upper left", bbox_to_anchor=(1, 1), fontsize="small", frameon=False
     )
 
 
 def readable_log_scale(ax: Any, values: NDArray[Any]) -> None:
-    """Logarithmic vertical axis; plain numbers at equal steps where the values span little.
+    """Make the vertical axis logarithmic.
+
+    If the largest value is less than 20 times the smallest, the ticks are plain numbers at equal
+    steps instead of powers of ten.
 
     Parameters
     ----------
     ax : matplotlib Axes
-        Where.
+        The axes to change.
     values : ndarray
-        What will be drawn; zeros do not count.
+        The values that will be drawn. Zeros are ignored.
     """
     from matplotlib import ticker
 

@@ -1,4 +1,4 @@
-"""What displays read off a fitted diagnoser."""
+"""Names, thresholds and steps that the displays read from a fitted diagnoser."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -7,39 +7,40 @@ import numpy as np
 
 
 def model_names(identify: Any) -> list[str]:
-    """Names of the models of a fitted ARXLaguerre.
+    """Return the names of the models of a fitted ARXLaguerre.
 
     Parameters
     ----------
     identify : ARXLaguerre
-        Fitted.
+        The fitted identification.
 
     Returns
     -------
     list of str
-        In the order of the innovations.
+        The names, in the order of the models' innovations.
     """
     return [str(name) for name in identify.classes_]
 
 
 def first_and_last(estimator: Any) -> Any:
-    """First and last step of a Pipeline; twice the estimator where it is none."""
+    """Return the first and last step of a Pipeline, or any other estimator twice."""
     steps = getattr(estimator, "steps", [(None, estimator)])
     return steps[0][1], steps[-1][1]
 
 
 def condition_names(estimator: Any) -> list[Any]:
-    """Conditions that a fitted estimator knows.
+    """Return the conditions that a fitted estimator knows.
 
     Parameters
     ----------
     estimator : Pipeline, ARXLaguerre or ThresholdLadder
-        Fitted.
+        The fitted estimator.
 
     Returns
     -------
     list of label
-        The healthy one first, the others sorted; empty where only a single model was identified.
+        The healthy condition comes first and the others are sorted. The list is empty if only a
+        single model was identified.
     """
     identify, decide = first_and_last(estimator)
     if hasattr(decide, "healthy_index_"):
@@ -50,31 +51,31 @@ def condition_names(estimator: Any) -> list[Any]:
 
 
 def healthy_name(decide: Any) -> Any:
-    """Name of the healthy condition of a fitted ThresholdLadder, None of another step."""
+    """Return the healthy condition's name of a fitted ThresholdLadder; None for other steps."""
     if not hasattr(decide, "healthy_index_"):
         return None
     return str(decide.classes_[decide.healthy_index_])
 
 
 def ordered_conditions(known: Sequence[Any] | None, conditions: Sequence[Any] | None) -> list[str]:
-    """Conditions in the order that gives them their colours.
+    """Return the conditions in the order that determines their colours.
 
     Parameters
     ----------
     known : sequence of label or None
-        Conditions that are to be drawn; None stands for no condition.
+        Conditions to be drawn. None entries are ignored.
     conditions : sequence of label or None
-        The order that was asked for. None: that of `known`.
+        The requested order. If None, the order of `known`.
 
     Returns
     -------
     list of str
-        The order.
+        The names of the conditions, in order.
 
     Raises
     ------
     ValueError
-        If `conditions` leaves one out or repeats one.
+        If `conditions` omits or repeats a condition.
     """
     known = [str(name) for name in known if name is not None]
     if conditions is None:
@@ -89,14 +90,14 @@ def ordered_conditions(known: Sequence[Any] | None, conditions: Sequence[Any] | 
 
 
 def chosen_model(names: list[str], model: Any, healthy: str | None) -> int:
-    """Position of the model that was asked for, or of the healthy one.
+    """Return the position of the requested model, or of the healthy one.
 
     Parameters
     ----------
     names : list of str
         Names of all models.
     model : label or None
-        Which. None: the healthy one, or the only one.
+        The requested model. If None, the model of the healthy condition, or the only model.
     healthy : str or None
         Name of the healthy condition.
 
@@ -108,7 +109,7 @@ def chosen_model(names: list[str], model: Any, healthy: str | None) -> int:
     Raises
     ------
     ValueError
-        If there is no such model.
+        If no model has this name.
     """
     if model is None:
         model = healthy if len(names) > 1 else names[0]
@@ -118,12 +119,12 @@ def chosen_model(names: list[str], model: Any, healthy: str | None) -> int:
 
 
 def observer_of(estimator: Any) -> Any:
-    """The observer before the decision of a fitted Pipeline.
+    """Return the observer of a fitted Pipeline, which is the step before the decision.
 
     Raises
     ------
     ValueError
-        If `estimator` has none.
+        If the step before the decision is not an observer.
     """
     observer = estimator[-2]
     if not hasattr(observer, "observe"):
@@ -135,29 +136,32 @@ def observer_of(estimator: Any) -> Any:
 
 
 def ladder_cuts(decide: Any) -> dict[str, float]:
-    r"""Upper end of the rung of each condition, :math:`\Delta`, from the lowest rung up.
+    r"""Return the isolation threshold :math:`\Delta` of each condition, in ascending order.
+
+    A rung is the range of levels that is assigned to one condition; its upper end is the
+    condition's :math:`\Delta`.
 
     Parameters
     ----------
     decide : ThresholdLadder
-        Fitted on one residual.
+        A ladder that was fitted on one residual.
 
     Returns
     -------
     dict of str to float
-        Infinite for the highest rung.
+        The thresholds by condition. The threshold of the highest rung is infinite.
     """
     cuts = [*decide.isolation_thresholds_.tolist(), np.inf]
     return {str(name): cut for name, cut in zip(decide.rungs_, cuts, strict=True)}
 
 
 def bank_deltas(decide: Any) -> Any:
-    r""":math:`\Delta` of each condition of a ThresholdLadder that was fitted on a bank."""
+    r"""Return :math:`\Delta` of each condition for a ThresholdLadder fitted on a bank."""
     deltas = decide.isolation_thresholds_.tolist()
     return {str(name): delta for name, delta in zip(decide.classes_, deltas, strict=True)}
 
 
 def is_bank(decide: Any) -> Any:
-    """Whether a fitted decision compares one residual for each condition."""
+    """Return whether a fitted decision compares a bank: one residual for each condition."""
     n_classes = len(getattr(decide, "classes_", ()))
     return n_classes == decide.n_features_in_ > 1

@@ -1,14 +1,15 @@
-"""Colours, line styles and markers of conditions, the same in every figure."""
+"""Colours, line styles and markers of the conditions, which are the same in every figure."""
 
 from collections.abc import Sequence
 from typing import Any
 
-#: Grey that stands out alike from white and from a dark page, for what is no condition.
+#: Grey with similar contrast to white and to a dark page, for elements that are not a condition.
 NEUTRAL = "#7a7a7a"
 
-#: Contrast of at least 3 with white and with a dark page, apart from each other and from `NEUTRAL`
-#: for normal, deuteranopic and protanopic eyes; found by random search for the largest of the
-#: smallest distances. The tests compute all of this.
+#: Colours of the conditions. Each has a contrast of at least 3 with white and with a dark page.
+#: They differ from each other and from `NEUTRAL` in normal, deuteranopic and protanopic vision.
+#: A random search that maximised the smallest distance between two colours found them. The tests
+#: check these properties.
 PALETTE = (
     "#2aa564",
     "#6982ff",
@@ -26,7 +27,7 @@ ANY_PAGE = {
     ),
     **dict.fromkeys(("figure.facecolor", "axes.facecolor", "savefig.facecolor"), "none"),
 }
-#: Told apart without colour.
+#: Line styles that can be distinguished without colour.
 LINE_STYLES = (
     "-",
     "--",
@@ -41,18 +42,19 @@ MARKERS = ("o", "s", "^", "d", "v", "P", "X", "<")
 
 
 def condition_styles(conditions: Sequence[Any]) -> dict[str, Any]:
-    """Colour, line style and marker of each condition, by its place.
+    """Assign a colour, a line style and a marker to each condition, by its position.
 
     Parameters
     ----------
     conditions : sequence of label
         Conditions in the order of the rig's ``target_names``, the healthy one first. From the
-        ninth on colours come again, with another line style and marker.
+        ninth condition on, the colours repeat with another line style and marker.
 
     Returns
     -------
     dict of str to dict of str to object
-        For each condition ``color``, ``linestyle`` and ``marker``, as matplotlib names them.
+        The properties ``color``, ``linestyle`` and ``marker`` of each condition, with the names
+        and values that matplotlib uses.
 
     Examples
     --------
@@ -73,7 +75,7 @@ def condition_styles(conditions: Sequence[Any]) -> dict[str, Any]:
 
 
 def ink() -> Any:
-    """Colour of text in the style in use, for lines that belong to no condition."""
+    """Return the text colour of the current style, for lines that belong to no condition."""
     from matplotlib import rcParams
 
     return rcParams["text.color"]

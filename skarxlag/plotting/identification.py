@@ -1,4 +1,4 @@
-"""Measured and predicted output of one window, and the error between them."""
+"""Plot of the measured and the predicted output of one window, and of the prediction error."""
 
 from collections.abc import Sequence
 from typing import Any, Self
@@ -20,32 +20,35 @@ from ._style import NEUTRAL, condition_styles, ink
 
 
 class IdentificationDisplay:
-    r"""Measured and predicted output of one window, and their error (Figures 7 and 8 of the paper).
+    r"""Plot the measured and the predicted output of one window, and the prediction error.
+
+    Figures 7 and 8 of the paper are of this kind.
 
     Parameters
     ----------
     output, prediction : ndarray of shape (n_samples,)
-        In the sensor's unit.
+        Measured and predicted output, in the unit of the sensor.
     model : str or None, default=None
-        Condition of the model that predicts.
+        Condition that the predicting model was identified on.
     condition : str or None, default=None
         True condition of the window.
     conditions : list of str or None, default=None
-        All conditions, in the order that gives them their colours.
+        All conditions. Their order determines their colours.
     sampling_rate : float or None, default=None
-        In Hz, for a time axis in ms. None: samples.
+        Sampling rate in Hz. If given, the time axis is in ms; if None, it counts samples.
 
     Attributes
     ----------
     fit_percentage : float
-        :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)`: 100 is exact, 0 no better than the
-        mean.
+        :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)`, where :math:`y` is the output,
+        :math:`\hat y` the prediction and :math:`\bar y` the mean of the output. A value of 100
+        means an exact prediction. A value of 0 means one that is no better than the mean.
     output_line_, prediction_line_, error_line_ : matplotlib Line2D
-        What was drawn.
+        The lines that were drawn.
     axes_ : ndarray of matplotlib Axes of shape (2,)
-        Output and prediction; error.
+        The upper axes show output and prediction, the lower axes the error.
     figure_ : matplotlib Figure
-        Where it was plotted.
+        Figure that holds the plot.
 
     Examples
     --------
@@ -79,7 +82,7 @@ class IdentificationDisplay:
 
     @property
     def fit_percentage(self) -> Any:
-        """How well the prediction reproduces the output, in percent."""
+        """Agreement of the prediction with the output, in percent."""
         return float(fit_percentage(self.output, self.prediction))
 
     @classmethod
@@ -95,38 +98,41 @@ class IdentificationDisplay:
         sampling_rate: float | None = None,
         axes: Sequence[Any] | None = None,
     ) -> Self:
-        """Plot what fitted models make of one window.
+        """Predict one window with a model of a fitted estimator, and plot the prediction.
 
         Parameters
         ----------
         estimator : ARXLaguerre or Pipeline
-            Fitted; of a Pipeline its first step is used.
+            Fitted estimator. Only the first step of a Pipeline predicts.
         window : array-like of shape (n_samples,) or (n_channels, n_samples)
             The window.
         model : label or None, default=None
-            Condition of the model. None: the only one, or that of the healthy condition that the
-            last step of a Pipeline knows, or the first.
+            Condition whose model predicts. If None and there is only one model, that model is
+            used. If None and there are several, the model of the healthy condition is used if the
+            last step of a Pipeline knows that condition, and otherwise the first model.
         free_run : bool, default=False
-            Whether the model simulates the output from its inputs instead of predicting one step.
+            If True, the model simulates the output from the inputs and the first samples of the
+            output (the transient). If False, it predicts each sample one step ahead from all
+            measured samples before it.
         condition : label or None, default=None
-            True condition of the window, for its colour.
+            True condition of the window. It determines the colour of the lines.
         conditions : sequence of label or None, default=None
-            All conditions, in the order that gives them their colours. None: those of the models,
-            the healthy one first.
+            All conditions. Their order determines their colours. If None, the conditions of the
+            models, the healthy one first.
         sampling_rate : float or None, default=None
-            In Hz, for a time axis in ms. None: samples.
+            Sampling rate in Hz. If given, the time axis is in ms; if None, it counts samples.
         axes : sequence of 2 matplotlib Axes or None, default=None
-            Where to plot. None: new axes.
+            Axes to plot into. If None, new axes are created.
 
         Returns
         -------
         IdentificationDisplay
-            With the plot.
+            The display, after drawing.
 
         Raises
         ------
         ValueError
-            If there is no such model.
+            If the estimator has no model of the condition `model`.
         """
         identify, decide = first_and_last(estimator)
         names = model_names(identify)
@@ -156,30 +162,30 @@ class IdentificationDisplay:
         sampling_rate: float | None = None,
         axes: Sequence[Any] | None = None,
     ) -> Self:
-        """Plot a prediction that one has.
+        """Plot a prediction that was computed elsewhere.
 
         Parameters
         ----------
         output, prediction : array-like of shape (n_samples,)
             Measured and predicted output.
         model, condition : label or None, default=None
-            Condition of the model, and the true one.
+            Condition that the model was identified on, and true condition of the window.
         conditions : sequence of label or None, default=None
-            All conditions, in the order that gives them their colours. None: `condition` alone.
+            All conditions. Their order determines their colours. If None, `condition` alone.
         sampling_rate : float or None, default=None
-            In Hz, for a time axis in ms. None: samples.
+            Sampling rate in Hz. If given, the time axis is in ms; if None, it counts samples.
         axes : sequence of 2 matplotlib Axes or None, default=None
-            Where to plot. None: new axes.
+            Axes to plot into. If None, new axes are created.
 
         Returns
         -------
         IdentificationDisplay
-            With the plot.
+            The display, after drawing.
 
         Raises
         ------
         ValueError
-            If the shapes do not fit, or `conditions` leaves out `condition`.
+            If the shapes differ, or `conditions` does not contain `condition`.
         """
         output, prediction = np.asarray(output), np.asarray(prediction)
         if output.ndim != 1 or output.shape != prediction.shape:
@@ -198,19 +204,19 @@ class IdentificationDisplay:
         return display.plot(axes=axes)
 
     def plot(self, axes: Sequence[Any] | None = None, **line_kw: Any) -> Self:
-        """Plot.
+        """Draw the plot.
 
         Parameters
         ----------
         axes : sequence of 2 matplotlib Axes or None, default=None
-            Where to plot. None: new axes, one above the other.
+            Axes to plot into. If None, new axes are created, one above the other.
         **line_kw : dict
-            Passed to ``Axes.plot`` for the measured output.
+            Keyword arguments that ``Axes.plot`` receives for the measured output.
 
         Returns
         -------
         IdentificationDisplay
-            With the plot.
+            The display, after drawing.
         """
         axes = new_axes(2) if axes is None else np.asarray(axes, dtype=object)
         styles = condition_styles(self.conditions or [])

@@ -1,4 +1,4 @@
-"""Order spectrum of one stretch over the references of the nearest conditions."""
+"""Plot of the order spectrum of one stretch, with the references of the nearest conditions."""
 
 from collections.abc import Sequence
 from typing import Any, Self
@@ -11,49 +11,49 @@ from ._axes import legend_beside, new_axes
 from ._fitted import condition_names, ordered_conditions
 from ._style import NEUTRAL, condition_styles, ink
 
-#: What the legend calls the orders that `fault_orders` gives, and how often each is drawn: strikes
-#: of a fault show at multiples.
+#: Names in the legend of the orders that `fault_orders` returns, and the number of multiples to
+#: draw of each. Repeated strikes of a fault appear at multiples of its order.
 _HARMONICS = {"shaft": 1, "cage": 1, "outer": 3, "inner": 3, "ball": 2}
 
 
 class OrderSpectrumDisplay:
-    r"""Order spectrum of a stretch, over the references of the nearest conditions.
+    r"""Plot the order spectrum of a stretch, with the references of the nearest conditions.
 
-    There is one panel for each of these conditions. It shows the spectrum of the envelope, as the
-    mean over the bands, at the speed that suits the condition best, and the reference of the
-    condition. Where the geometry of the bearing is given, lines mark the orders of its faults, with
-    the first multiples of those of the rings and the elements.
+    There is one panel for each of these conditions. A panel shows the spectrum of the envelope,
+    averaged over the frequency bands, and the reference spectrum of the condition. The order axis
+    of the spectrum uses the shaft speed that fits the condition best. If `fault_orders` is given,
+    lines mark the orders of the faults, with the first multiples for the rings and the elements.
 
     Parameters
     ----------
     orders : ndarray of shape (n_orders,)
-        Orders of the shaft.
+        Orders, in multiples of the shaft speed.
     spectra : dict of str to ndarray of shape (n_orders,)
-        For each condition that is shown, the spectrum of the stretch at the factor on the speed
-        that suits this condition best, in nepers of power. The nearest condition comes first.
+        Spectrum of the stretch for each condition that is shown, in nepers of power. The speed is
+        multiplied by the factor that fits the condition best. The nearest condition comes first.
     references : dict of str to ndarray of shape (n_orders,)
-        Spectrum of each condition.
+        Reference spectrum of each condition.
     factors : dict of str to float
-        The factors on the speed.
+        Factor on the speed for each condition.
     residuals : dict of str to float
-        Residuals of the order spectra.
+        Residual of the order spectrum for each condition.
     rpm : float or None, default=None
         Nominal speed in revolutions per minute.
     fault_orders : dict of str to float or None, default=None
         Orders of the faults, as `skarxlag.fault_orders` gives them.
     conditions : list of str or None, default=None
-        All conditions, in the order that gives them their colours.
+        All conditions. Their order determines their colours.
 
     Attributes
     ----------
     axes_, figure_ : ndarray of matplotlib Axes, and Figure
-        Where it was plotted, one panel for each condition.
+        The axes, one panel for each condition, and the figure that holds them.
     lines_ : dict of str to matplotlib Line2D
-        Spectrum of the stretch in the panel of each condition.
+        Line of the stretch's spectrum in the panel of each condition.
     reference_lines_ : dict of str to matplotlib Line2D
-        Reference in the panel of each condition.
+        Line of the reference spectrum in the panel of each condition.
     fault_lines_ : dict of str to matplotlib Line2D
-        The first line of each fault in the first panel.
+        First line of each fault, in the first panel.
 
     Examples
     --------
@@ -107,33 +107,34 @@ class OrderSpectrumDisplay:
         n_conditions: int = 2,
         conditions: Sequence[Any] | None = None,
     ) -> Self:
-        """Plot what a fitted diagnoser saw in one stretch.
+        """Compare one stretch with the references of a fitted diagnoser, and plot the spectra.
 
         Parameters
         ----------
         estimator : Pipeline
-            Fitted; it has a step `StretchResidual` or `OrderResidual`, as `make_stretch_diagnoser`.
+            Fitted pipeline with a step `StretchResidual` or `OrderResidual`, such as
+            `make_stretch_diagnoser` returns.
         stretch : array-like of shape (n_samples,) or (n_channels, n_samples)
             The stretch.
         rpm : float, array-like of shape (n_samples,) or None, default=None
-            Its nominal speed.
+            Nominal shaft speed of the stretch, in revolutions per minute.
         fault_orders : dict of str to float or None, default=None
-            Orders to mark, as `skarxlag.fault_orders` gives them.
+            Orders to mark, as `skarxlag.fault_orders` returns them.
         n_conditions : int, default=2
-            How many conditions to show, from the nearest on.
+            Number of conditions to show. The nearest conditions are chosen.
         conditions : sequence of label or None, default=None
-            All conditions, in the order that gives them their colours. None: the healthy one
-            first, the others sorted.
+            All conditions. Their order determines their colours. If None, the healthy condition
+            comes first and the others are sorted.
 
         Returns
         -------
         OrderSpectrumDisplay
-            With the plot.
+            The display, after drawing.
 
         Raises
         ------
         ValueError
-            If no step compares order spectra.
+            If no step of the pipeline compares order spectra.
         """
         place, residual = _order_step(estimator)
         row = np.asarray(stretch)[np.newaxis]
@@ -158,12 +159,12 @@ class OrderSpectrumDisplay:
         return display.plot()
 
     def plot(self) -> Self:
-        """Plot into a new figure.
+        """Draw the plot into a new figure.
 
         Returns
         -------
         OrderSpectrumDisplay
-            With the plot.
+            The display, after drawing.
         """
         self.axes_ = new_axes(len(self.spectra))
         self.figure_ = self.axes_[0].figure
@@ -212,7 +213,7 @@ def _line(style):
 
 
 def _order_step(estimator):
-    """Place of the step that compares order spectra, and what compares them."""
+    """Return the position of the step that compares order spectra, and the comparing estimator."""
     for place, (_, step) in enumerate(estimator.steps):
         residual = getattr(step, "order_residual_", step)
         if hasattr(residual, "match"):

@@ -1,4 +1,4 @@
-"""Residual of one window with the thresholds that it is compared with."""
+"""Plot of the residual of one window, with the thresholds that its level is compared with."""
 
 from collections.abc import Sequence
 from typing import Any, Self
@@ -25,46 +25,48 @@ from ._style import condition_styles, ink
 
 
 class ResidualDisplay:
-    r"""Residual of one window with the ladder's thresholds (Figures 12-19 of the paper).
+    r"""Plot the residual of one window, with the thresholds of the decision.
 
-    For the evaluation "switching_gain" the residual is :math:`r = K_s\,\mathrm{sgn}(S)` (Eq. 21).
-    The level of the window is then the settled :math:`K_s`, and the thresholds are compared with
-    this level. For "power" the residual is the error e, and the level is its root mean square.
+    Figures 12 to 19 of the paper are of this kind. The level of a window is one number that
+    describes the size of the residual; the decision compares it with the thresholds. For the
+    evaluation "switching_gain" the residual is :math:`r = K_s\,\mathrm{sgn}(S)` (Eq. 21), and the
+    level is the settled value of :math:`K_s`. For "power" the residual is the output error e, and
+    the level is its root mean square.
 
     Parameters
     ----------
     residual : ndarray of shape (n_samples,)
-        Trajectory r(k), in the unit of the innovations.
+        Trajectory of the residual r(k), in the unit of the innovations.
     level : float or None, default=None
-        The one number that the ladder compares, in the same unit.
+        Level of the window, in the same unit.
     detection_threshold : float or None, default=None
-        :math:`\Gamma`.
+        Detection threshold :math:`\Gamma`.
     isolation_thresholds : dict of str to float or None, default=None
-        :math:`\Delta` by condition. If `level` is given, only the next threshold below it and the
-        next one above it are drawn; these two decide the verdict. A threshold that is infinite, or
-        that equals :math:`\Gamma`, is not drawn.
+        Isolation threshold :math:`\Delta` of each condition. If `level` is given, only the next
+        threshold below it and the next one above it are drawn, because these two decide the
+        verdict. A threshold that is infinite, or that equals :math:`\Gamma`, is not drawn.
     model : str or None, default=None
-        Condition of the model that the residual is of.
+        Condition of the model that produced the residual.
     condition : str or None, default=None
         True condition of the window.
     conditions : list of str or None, default=None
-        All conditions, in the order that gives them their colours.
+        All conditions. Their order determines their colours.
 
     Attributes
     ----------
     line_ : matplotlib Line2D
-        The residual.
+        The line of the residual.
     level_line_ : matplotlib Line2D or None
-        The level; like the thresholds, it is drawn on both sides of zero.
+        The line of the level. Like the thresholds, it is drawn on both sides of zero.
     threshold_lines_ : dict of str to matplotlib Line2D
-        The thresholds that are drawn, by their label, in the order of the legend: :math:`\Gamma`,
+        The lines of the thresholds by label, in the order of the legend: first :math:`\Gamma`,
         then :math:`\Delta` from the lowest to the highest.
     ax_, figure_ : matplotlib Axes and Figure
-        Where it was plotted.
+        Axes and figure that hold the plot.
 
     See Also
     --------
-    ThresholdLadderDisplay : Levels of many windows.
+    ThresholdLadderDisplay : Plot the levels of many windows.
 
     Examples
     --------
@@ -113,38 +115,39 @@ class ResidualDisplay:
         conditions: Sequence[Any] | None = None,
         ax: Any = None,
     ) -> Self:
-        r"""Plot the residual of a fitted diagnoser on one window.
+        r"""Compute the residual of one window with a fitted diagnoser, and plot it.
 
-        One residual has all cuts of the ladder. A bank's :math:`\Delta` bounds the residual of one
-        model relative to the geometric mean of all of the window's residuals, so it is drawn times
-        that mean, and :math:`\Gamma` with the healthy model only.
+        If the diagnoser has a single residual, all thresholds apply to it. If it has a bank, which
+        is one model for each condition, :math:`\Delta` limits the residual of one model relative
+        to the geometric mean of all residuals of the window. The plot therefore shows
+        :math:`\Delta` multiplied by that mean. It shows :math:`\Gamma` for the healthy model only.
 
         Parameters
         ----------
         estimator : Pipeline
-            Fitted; an ARXLaguerre, an observer, and a ThresholdLadder.
+            Fitted pipeline of an ARXLaguerre, an observer and a ThresholdLadder.
         window : array-like of shape (n_samples,) or (n_channels, n_samples)
             The window.
         model : label or None, default=None
-            Condition of the model to show. None: the healthy one.
+            Condition of the model to show. If None, the healthy condition.
         condition : label or None, default=None
-            True condition of the window, for its colour.
+            True condition of the window. It determines the colour of the lines.
         conditions : sequence of label or None, default=None
-            All conditions, in the order that gives them their colours. None: the healthy one
-            first, the others sorted.
+            All conditions. Their order determines their colours. If None, the healthy condition
+            comes first and the others are sorted.
         ax : matplotlib Axes or None, default=None
-            Where to plot. None: new axes.
+            Axes to plot into. If None, new axes are created.
 
         Returns
         -------
         ResidualDisplay
-            With the plot.
+            The display, after drawing.
 
         Raises
         ------
         ValueError
-            If there is no observer, its evaluation does not measure a trajectory ("whiteness"),
-            or there is no such model.
+            If the estimator has no observer or no model of the condition `model`, or if its
+            residual evaluation does not measure the size of a trajectory ("whiteness").
         """
         observer, decide = observer_of(estimator), estimator[-1]
         shown = RESIDUAL_EVALUATIONS[observer.evaluation].TRAJECTORY
@@ -185,35 +188,35 @@ class ResidualDisplay:
         conditions: Sequence[Any] | None = None,
         ax: Any = None,
     ) -> Self:
-        r"""Plot a residual that one has.
+        r"""Plot a residual that was computed elsewhere.
 
         Parameters
         ----------
         residual : array-like of shape (n_samples,)
-            Trajectory.
+            Trajectory of the residual.
         level : float or None, default=None
-            The number that is compared with the thresholds.
+            Level of the window, which is compared with the thresholds.
         detection_threshold : float or None, default=None
-            :math:`\Gamma`.
+            Detection threshold :math:`\Gamma`.
         isolation_thresholds : dict of label to float or None, default=None
-            :math:`\Delta` by condition.
+            Isolation threshold :math:`\Delta` of each condition.
         model, condition : label or None, default=None
-            Condition of the model, and the true one.
+            Condition that the model was identified on, and true condition of the window.
         conditions : sequence of label or None, default=None
-            All conditions, in the order that gives them their colours. None: those of
+            All conditions. Their order determines their colours. If None, those of
             `isolation_thresholds`, then `condition`.
         ax : matplotlib Axes or None, default=None
-            Where to plot. None: new axes.
+            Axes to plot into. If None, new axes are created.
 
         Returns
         -------
         ResidualDisplay
-            With the plot.
+            The display, after drawing.
 
         Raises
         ------
         ValueError
-            If `residual` is not one trajectory, or `conditions` leaves out one that is drawn.
+            If `residual` is not one trajectory, or `conditions` omits a condition that is drawn.
         """
         residual = np.asarray(residual)
         if residual.ndim != 1 or len(residual) == 0:
@@ -233,19 +236,19 @@ class ResidualDisplay:
         return display.plot(ax=ax)
 
     def plot(self, ax: Any = None, **line_kw: Any) -> Self:
-        """Plot.
+        """Draw the plot.
 
         Parameters
         ----------
         ax : matplotlib Axes or None, default=None
-            Where to plot. None: new axes.
+            Axes to plot into. If None, new axes are created.
         **line_kw : dict
-            Passed to ``Axes.plot`` for the residual.
+            Keyword arguments that ``Axes.plot`` receives for the residual.
 
         Returns
         -------
         ResidualDisplay
-            With the plot.
+            The display, after drawing.
         """
         ax = new_axes(1)[0] if ax is None else ax
         styles = condition_styles(self.conditions or [])
@@ -285,7 +288,7 @@ class ResidualDisplay:
         return self
 
     def _bounds(self):
-        """The isolation thresholds that are drawn, the lowest first."""
+        """Return the isolation thresholds to draw, in ascending order."""
         finite = [
             (name, value)
             for name, value in (self.isolation_thresholds or {}).items()
@@ -308,7 +311,7 @@ def _on_both_sides(ax, value, label, **style):
 
 
 def _thresholds(decide, levels, model, healthy):
-    """Gamma and Deltas on the residual of one model, for one window with these levels."""
+    """Return Gamma and the Deltas in the unit of one model's residual, for one window."""
     gamma = decide.detection_threshold_
     if healthy is None:
         return gamma, {}

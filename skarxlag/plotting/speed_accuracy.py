@@ -1,4 +1,4 @@
-"""Accuracy across shaft speeds, as a figure."""
+"""Plot of the accuracy across shaft speeds."""
 
 from typing import Any, Self
 
@@ -13,16 +13,16 @@ from ._style import condition_styles
 
 
 class SpeedAccuracyDisplay:
-    """Accuracy against the speed of the test, one line for each training speed.
+    """Plot the accuracy against the shaft speed of the test, one line for each training speed.
 
     Parameters
     ----------
     accuracy : ndarray of shape (n_train, n_test)
-        Share of right verdicts; NaN where there is none.
+        Share of correct verdicts for each pair of speeds; NaN if there is no verdict.
     train_rpm : ndarray of shape (n_train,)
-        Speeds that a diagnoser was calibrated at.
+        Speeds at which the diagnoser was calibrated, in revolutions per minute.
     test_rpm : ndarray of shape (n_test,)
-        Speeds that it was tested at.
+        Speeds at which the diagnoser was tested, in revolutions per minute.
     name : str or None, default=None
         Name of the diagnoser, for the legend.
 
@@ -31,7 +31,7 @@ class SpeedAccuracyDisplay:
     lines_ : list of matplotlib Line2D
         One for each training speed.
     ax_, figure_ : matplotlib Axes and Figure
-        Where it was plotted.
+        Axes and figure that hold the plot.
 
     Examples
     --------
@@ -73,32 +73,33 @@ class SpeedAccuracyDisplay:
         name: str | None = None,
         ax: Any = None,
     ) -> Self:
-        """Fit a clone at each training speed, test it at the others and plot.
+        """Fit a clone at each training speed, test it at the other speeds and plot the accuracy.
 
         Parameters
         ----------
         estimator : estimator
-            A diagnoser, fitted or not.
+            The diagnoser. It need not be fitted, because clones are fitted.
         X : array-like of shape (n_windows, ...)
             Windows.
         y : array-like of shape (n_windows,)
             Conditions.
         rpm : array-like of shape (n_windows,)
-            Nominal shaft speed of each window.
+            Nominal shaft speed of each window, in revolutions per minute.
         recording : array-like of shape (n_windows,) or None, default=None
-            Recording of each window. Given, first halves are fitted and second halves tested, and
-            the training speed is tested too, see `speed_splits`.
+            Recording of each window. If given, clones are fitted on the first half of each
+            recording and tested on the second half, and the training speed is tested, too. See
+            `speed_splits`.
         train_rpm : float or None, default=None
-            The speed to train at. None: every speed in turn.
+            The only training speed. If None, every speed is the training speed in turn.
         name : str or None, default=None
-            Name for the legend. None: that of the class.
+            Name for the legend. If None, the name of the estimator's class.
         ax : matplotlib Axes or None, default=None
-            Where to plot. None: new axes.
+            Axes to plot into. If None, new axes are created.
 
         Returns
         -------
         SpeedAccuracyDisplay
-            With the plot.
+            The display, after drawing.
         """
         X, y, rpm = np.asarray(X), np.asarray(y), np.asarray(rpm, dtype=float)
         splits = speed_splits(
@@ -134,23 +135,23 @@ class SpeedAccuracyDisplay:
         name: str | None = None,
         ax: Any = None,
     ) -> Self:
-        """Plot from verdicts.
+        """Compute the accuracy of verdicts and plot it.
 
         Parameters
         ----------
         y_true, y_pred : array-like of shape (n_verdicts,)
             True and predicted conditions.
         train_rpm, test_rpm : array-like of shape (n_verdicts,)
-            Speeds of the calibration and of the test behind each verdict.
+            Calibration speed and test speed of each verdict, in revolutions per minute.
         name : str or None, default=None
             Name for the legend.
         ax : matplotlib Axes or None, default=None
-            Where to plot. None: new axes.
+            Axes to plot into. If None, new axes are created.
 
         Returns
         -------
         SpeedAccuracyDisplay
-            With the plot.
+            The display, after drawing.
         """
         check_consistent_length(y_true, y_pred, train_rpm, test_rpm)
         right = np.asarray(y_true) == np.asarray(y_pred)
@@ -164,27 +165,27 @@ class SpeedAccuracyDisplay:
         return cls(accuracy, train_rpm=train, test_rpm=test, name=name).plot(ax=ax)
 
     def plot(self, ax: Any = None, *, name: str | None = None, **line_kw: Any) -> Self:
-        """Plot.
+        """Draw the plot.
 
         Parameters
         ----------
         ax : matplotlib Axes or None, default=None
-            Where to plot. None: new axes.
+            Axes to plot into. If None, new axes are created.
         name : str or None, default=None
-            Name for the legend. None: the display's own.
+            Name for the legend. If None, the attribute `name` of the display.
         **line_kw : dict
-            Passed to ``Axes.plot``.
+            Keyword arguments that ``Axes.plot`` receives.
 
         Returns
         -------
         SpeedAccuracyDisplay
-            With the plot; hollow markers are tests at the training speed.
+            The display, after drawing. Hollow markers are tests at the training speed.
         """
         ax = new_axes(1)[0] if ax is None else ax
         name = self.name if name is None else name
         prefix = "" if name is None else f"{name}, "
         self.lines_ = []
-        # Lines of earlier displays on these axes keep their styles to themselves.
+        # Lines of earlier displays on these axes keep their styles; new lines take the next ones.
         n_before = len(ax.get_legend_handles_labels()[0])
         styles = list(condition_styles(range(n_before + len(self.train_rpm))).values())[n_before:]
         for accuracy, speed, own in zip(self.accuracy, self.train_rpm, styles, strict=True):

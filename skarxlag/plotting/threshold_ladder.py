@@ -1,4 +1,4 @@
-"""Residual levels of many windows against the thresholds of the ladder."""
+"""Plot of the residual levels of many windows, with the thresholds of the ladder."""
 
 from collections.abc import Sequence
 from typing import Any, Self
@@ -14,19 +14,26 @@ from ._fitted import bank_deltas, condition_names, is_bank, ladder_cuts, ordered
 from ._style import condition_styles, ink
 
 _DECISIONS = ("detection", "isolation")
-#: Windows left free between two conditions, as a share of all.
+#: Width of the gap between two conditions, as a share of the number of windows.
 _GAP = 0.02
 
 
 class ThresholdLadderDisplay:
-    r"""Levels of many windows by condition, with :math:`\Gamma` and the :math:`\Delta`.
+    r"""Plot the residual levels of many windows by condition, with the thresholds.
 
-    Detection (Figure 11 of the paper, Eqs. 23 and 24): levels of the healthy model's residual, with
-    :math:`\Gamma`. Isolation by one residual (Eq. 32): the same levels on the rungs, which are
-    drawn as bands; a window is given the condition whose band it lies in. Isolation by a bank: the
-    residual of a window's own model relative to the geometric mean of all its residuals, with the
-    condition's own :math:`\Delta`, and the smallest relative residual of the other models, its
-    rival; the verdict is right where the rival lies above.
+    The plot depends on the decision.
+
+    - Detection (Figure 11 of the paper, Eqs. 23 and 24): the levels of the healthy model's
+      residual are drawn with the detection threshold :math:`\Gamma`.
+    - Isolation by one residual (Eq. 32): the same levels are drawn on the rungs. A rung is the
+      range of levels that is assigned to one condition, and it is drawn as a band. A window is
+      assigned the condition whose band contains its level. The upper end of a rung is the
+      isolation threshold :math:`\Delta` of its condition.
+    - Isolation by a bank, which has one model for each condition: all residuals are relative to
+      the geometric mean of the window's residuals. The plot shows the relative residual of the
+      model of the true condition, with the :math:`\Delta` of this condition. It also shows the
+      rival, which is the smallest relative residual of the other models. The verdict is correct
+      if the rival lies above the residual of the true condition.
 
     Parameters
     ----------
@@ -35,31 +42,31 @@ class ThresholdLadderDisplay:
     y : ndarray of str of shape (n_windows,)
         True conditions.
     rivals : ndarray of shape (n_windows,) or None, default=None
-        Smallest level of the other models, of a bank.
+        Rival of each window, for a bank.
     detection_threshold : float or None, default=None
-        :math:`\Gamma`.
+        Detection threshold :math:`\Gamma`.
     isolation_thresholds : dict of str to float or None, default=None
-        :math:`\Delta` by condition; without rivals the upper ends of the rungs, the lowest first,
-        that of the highest infinite.
+        Isolation threshold :math:`\Delta` of each condition. Without rivals, these are the upper
+        ends of the rungs in ascending order, and that of the highest rung is infinite.
     conditions : list of str
-        Conditions from left to right, in the order that gives them their colours.
+        Conditions from left to right. Their order determines their colours.
 
     Attributes
     ----------
     lines_ : dict of str to matplotlib Line2D
-        Levels of each condition.
+        Line of the levels of each condition.
     rival_line_ : matplotlib Line2D or None
-        Levels of the rivals.
+        Line of the rivals.
     threshold_lines_ : dict of str to matplotlib Line2D
-        The thresholds, by their label.
+        Lines of the thresholds, by label.
     bands_ : dict of str to matplotlib Rectangle
-        The rung of each condition; empty for a bank and for detection.
+        Band of each condition's rung. It is empty for a bank and for detection.
     ax_, figure_ : matplotlib Axes and Figure
-        Where it was plotted.
+        Axes and figure that hold the plot.
 
     See Also
     --------
-    ResidualDisplay : The residual of one window.
+    ResidualDisplay : Plot the residual of one window.
 
     Examples
     --------
@@ -106,35 +113,36 @@ class ThresholdLadderDisplay:
         conditions: Sequence[Any] | None = None,
         ax: Any = None,
     ) -> Self:
-        r"""Plot the levels that a fitted diagnoser gives windows.
+        r"""Compute the levels of windows with a fitted diagnoser, and plot them.
 
         Parameters
         ----------
         estimator : Pipeline or ThresholdLadder
-            Fitted.
+            The fitted diagnoser.
         X : array-like of shape (n_windows, ...)
-            Windows; residual levels where `estimator` is no Pipeline.
+            Windows if `estimator` is a Pipeline, residual levels otherwise.
         y : array-like of shape (n_windows,)
             True conditions.
         decision : {"detection", "isolation"} or None, default=None
-            Which decision to show. None: isolation, or detection where
-            there is one condition only.
+            The decision to show. If None, isolation is shown, or detection if the estimator knows
+            one condition only.
         conditions : sequence of label or None, default=None
-            All conditions, in the order that gives them their colours. None: those that the
-            estimator knows, the healthy one first, then others in `y`.
+            All conditions. Their order determines their colours. If None, the conditions that the
+            estimator knows come first, starting with the healthy one, followed by others in `y`.
         ax : matplotlib Axes or None, default=None
-            Where to plot. None: new axes.
+            Axes to plot into. If None, new axes are created.
 
         Returns
         -------
         ThresholdLadderDisplay
-            With the plot.
+            The display, after drawing.
 
         Raises
         ------
         ValueError
-            If `decision` is none of these, isolation is asked of one condition, a bank has no model
-            for a condition in `y`, or `conditions` leaves one out.
+            If `decision` is not one of these, isolation is requested of an estimator that knows
+            one condition, a bank has no model for a condition in `y`, or `conditions` omits a
+            condition.
         """
         is_pipeline = hasattr(estimator, "steps")
         decide = estimator[-1] if is_pipeline else estimator
@@ -173,7 +181,7 @@ class ThresholdLadderDisplay:
         conditions: Sequence[Any] | None = None,
         ax: Any = None,
     ) -> Self:
-        r"""Plot levels that one has.
+        r"""Plot levels that were computed elsewhere.
 
         Parameters
         ----------
@@ -182,27 +190,28 @@ class ThresholdLadderDisplay:
         levels : array-like of shape (n_windows,)
             Level of each window.
         rivals : array-like of shape (n_windows,) or None, default=None
-            Smallest level of the other models, of a bank.
+            Rival of each window, for a bank: the smallest level of the other models.
         detection_threshold : float or None, default=None
-            :math:`\Gamma`.
+            Detection threshold :math:`\Gamma`.
         isolation_thresholds : dict of label to float or None, default=None
-            :math:`\Delta` by condition; without rivals the upper ends of the rungs, ascending.
+            Isolation threshold :math:`\Delta` of each condition. Without rivals, these are the
+            upper ends of the rungs in ascending order.
         conditions : sequence of label or None, default=None
-            Conditions in the order that gives them their colours. None: those of
-            `isolation_thresholds`, then others in `y_true`.
+            All conditions. Their order determines their colours. If None, the conditions in
+            `isolation_thresholds` come first, followed by others in `y_true`.
         ax : matplotlib Axes or None, default=None
-            Where to plot. None: new axes.
+            Axes to plot into. If None, new axes are created.
 
         Returns
         -------
         ThresholdLadderDisplay
-            With the plot.
+            The display, after drawing.
 
         Raises
         ------
         ValueError
-            If lengths differ, `levels` has more than one axis, rungs do not ascend, or
-            `conditions` leaves one out.
+            If the lengths differ, `levels` has more than one axis, the upper ends of the rungs do
+            not ascend, or `conditions` omits a condition.
         """
         y, levels = np.asarray(y_true).astype(str), np.asarray(levels)
         if levels.ndim != 1:
@@ -226,19 +235,19 @@ class ThresholdLadderDisplay:
         return display.plot(ax=ax)
 
     def plot(self, ax: Any = None, **line_kw: Any) -> Self:
-        """Plot.
+        """Draw the plot.
 
         Parameters
         ----------
         ax : matplotlib Axes or None, default=None
-            Where to plot. None: new axes.
+            Axes to plot into. If None, new axes are created.
         **line_kw : dict
-            Passed to ``Axes.plot`` for the levels.
+            Keyword arguments that ``Axes.plot`` receives for the levels.
 
         Returns
         -------
         ThresholdLadderDisplay
-            With the plot.
+            The display, after drawing.
         """
         ax = new_axes(1)[0] if ax is None else ax
         self.lines_, self.threshold_lines_, self.bands_ = {}, {}, {}
@@ -260,7 +269,7 @@ class ThresholdLadderDisplay:
         ax.set_xlabel("Windows by true condition")
         thresholds = list(self.threshold_lines_.values())
         if self.rivals is None:
-            # As they lie, the highest on top.
+            # The legend lists the thresholds as they lie in the plot, the highest on top.
             legend_beside(ax, sorted(thresholds, key=lambda line: -line.get_ydata()[0]))
         else:
             legend_beside(ax, [self.rival_line_, *thresholds])
@@ -268,7 +277,7 @@ class ThresholdLadderDisplay:
         return self
 
     def _places(self):
-        """Place of each window on the horizontal axis, by condition."""
+        """Return the position of each window on the horizontal axis, by condition."""
         places, begin, gap = {}, 0.0, _GAP * len(self.y)
         for name in self.conditions:
             places[name] = begin + np.arange(np.count_nonzero(self.y == name))
@@ -302,7 +311,7 @@ class ThresholdLadderDisplay:
             if np.isfinite(upper) and upper != self.detection_threshold:
                 shown = {key: styles[name][key] for key in ("color", "linestyle")}
                 self._threshold(ax, rf"$\Delta$ {name}", upper, **shown)
-        # The lowest and the highest rung have no end of their own: they end with the figure.
+        # The lowest rung has no lower end and the highest no upper end: both end with the axes.
         lowest, highest = ax.get_ylim()
         lower = lowest
         for name, upper in self.isolation_thresholds.items():

@@ -1,4 +1,4 @@
-"""What an observer makes of the innovations of one window."""
+"""Plot of the trajectories of an observer on the innovations of one window."""
 
 from collections.abc import Sequence
 from typing import Any, Self
@@ -20,34 +20,39 @@ from ._style import NEUTRAL, condition_styles, ink
 
 
 class TrajectoryDisplay:
-    r"""Innovations and output error of one window and model, and the observer's fault estimate.
+    r"""Plot the innovations, the output error and the fault estimate of an observer.
+
+    The trajectories belong to one window and one model. The innovations :math:`\varepsilon` are the
+    one-step prediction errors of the model. The output error e is the part of the innovations
+    that remains after the observer's correction, and :math:`\hat\delta` is the observer's estimate
+    of the fault (Eqs. 17-20).
 
     Parameters
     ----------
     innovations, error, fault_estimate : ndarray of shape (n_samples,)
-        Innovations :math:`\varepsilon`, what the observer leaves of them, e, and
-        :math:`\hat\delta` (Eqs. 17-20), all in the unit of the innovations.
+        Trajectories of :math:`\varepsilon`, e and :math:`\hat\delta`, in the unit of the
+        innovations.
     model : str or None, default=None
-        Condition of the model.
+        Condition that the model was identified on.
     condition : str or None, default=None
         True condition of the window.
     conditions : list of str or None, default=None
-        All conditions, in the order that gives them their colours.
+        All conditions. Their order determines their colours.
     sampling_rate : float or None, default=None
-        In Hz, for a time axis in ms. None: samples.
+        Sampling rate in Hz. If given, the time axis is in ms; if None, it counts samples.
 
     Attributes
     ----------
     innovations_line_, error_line_, fault_estimate_line_ : matplotlib Line2D
-        What was drawn.
+        The lines that were drawn.
     axes_ : ndarray of matplotlib Axes of shape (2,)
-        Innovations and error; fault estimate.
+        The upper axes show innovations and error, the lower axes the fault estimate.
     figure_ : matplotlib Figure
-        Where it was plotted.
+        Figure that holds the plot.
 
     See Also
     --------
-    IdentificationDisplay : Output and prediction, which the innovations lie between.
+    IdentificationDisplay : Plot output and prediction; their difference is the innovations.
 
     Examples
     --------
@@ -97,35 +102,35 @@ class TrajectoryDisplay:
         sampling_rate: float | None = None,
         axes: Sequence[Any] | None = None,
     ) -> Self:
-        """Plot what the observer of a fitted diagnoser makes of one window.
+        """Run the observer of a fitted diagnoser on one window, and plot its trajectories.
 
         Parameters
         ----------
         estimator : Pipeline
-            Fitted; an ARXLaguerre, an observer, and a ThresholdLadder.
+            Fitted pipeline of an ARXLaguerre, an observer and a ThresholdLadder.
         window : array-like of shape (n_samples,) or (n_channels, n_samples)
             The window.
         model : label or None, default=None
-            Condition of the model. None: the healthy one.
+            Condition of the model to show. If None, the healthy condition.
         condition : label or None, default=None
-            True condition of the window, for its colour.
+            True condition of the window. It determines the colour of the lines.
         conditions : sequence of label or None, default=None
-            All conditions, in the order that gives them their colours. None: the healthy one
-            first, the others sorted.
+            All conditions. Their order determines their colours. If None, the healthy condition
+            comes first and the others are sorted.
         sampling_rate : float or None, default=None
-            In Hz, for a time axis in ms. None: samples.
+            Sampling rate in Hz. If given, the time axis is in ms; if None, it counts samples.
         axes : sequence of 2 matplotlib Axes or None, default=None
-            Where to plot. None: new axes.
+            Axes to plot into. If None, new axes are created.
 
         Returns
         -------
         TrajectoryDisplay
-            With the plot.
+            The display, after drawing.
 
         Raises
         ------
         ValueError
-            If there is no observer or no such model.
+            If the estimator has no observer, or no model of the condition `model`.
         """
         observer = observer_of(estimator)
         names = model_names(estimator[0])
@@ -156,30 +161,30 @@ class TrajectoryDisplay:
         sampling_rate: float | None = None,
         axes: Sequence[Any] | None = None,
     ) -> Self:
-        """Plot trajectories that one has.
+        """Plot trajectories that were computed elsewhere.
 
         Parameters
         ----------
         innovations, error, fault_estimate : array-like of shape (n_samples,)
-            Trajectories.
+            Trajectories of the innovations, the output error and the fault estimate.
         model, condition : label or None, default=None
-            Condition of the model, and the true one.
+            Condition that the model was identified on, and true condition of the window.
         conditions : sequence of label or None, default=None
-            All conditions, in the order that gives them their colours. None: `condition` alone.
+            All conditions. Their order determines their colours. If None, `condition` alone.
         sampling_rate : float or None, default=None
-            In Hz, for a time axis in ms. None: samples.
+            Sampling rate in Hz. If given, the time axis is in ms; if None, it counts samples.
         axes : sequence of 2 matplotlib Axes or None, default=None
-            Where to plot. None: new axes.
+            Axes to plot into. If None, new axes are created.
 
         Returns
         -------
         TrajectoryDisplay
-            With the plot.
+            The display, after drawing.
 
         Raises
         ------
         ValueError
-            If the shapes do not fit, or `conditions` leaves out `condition`.
+            If the shapes differ, or `conditions` does not contain `condition`.
         """
         paths = [np.asarray(path) for path in (innovations, error, fault_estimate)]
         shapes = [path.shape for path in paths]
@@ -198,19 +203,19 @@ class TrajectoryDisplay:
         return display.plot(axes=axes)
 
     def plot(self, axes: Sequence[Any] | None = None, **line_kw: Any) -> Self:
-        """Plot.
+        """Draw the plot.
 
         Parameters
         ----------
         axes : sequence of 2 matplotlib Axes or None, default=None
-            Where to plot. None: new axes, one above the other.
+            Axes to plot into. If None, new axes are created, one above the other.
         **line_kw : dict
-            Passed to ``Axes.plot`` for the fault estimate.
+            Keyword arguments that ``Axes.plot`` receives for the fault estimate.
 
         Returns
         -------
         TrajectoryDisplay
-            With the plot.
+            The display, after drawing.
         """
         axes = new_axes(2) if axes is None else np.asarray(axes, dtype=object)
         styles = condition_styles(self.conditions or [])
