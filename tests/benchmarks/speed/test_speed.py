@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.speed import children, identification, peers, processes, rows
+from benchmarks.speed import children, identification, monitor, peers, processes, rows
 from benchmarks.speed import command as speed
 from benchmarks.speed.counts import multiply_adds
 from benchmarks.speed.timing import MATRIX_SIDE, matrix_product, ratio, spread, take_turns
@@ -147,6 +147,13 @@ def test_rows_with_tiny_sizes(row, sizes):
     assert len(speed.table(lines)) == len(lines)
     if row is rows.grid_search:
         assert lines[1]["reached"] == 1  # one identification a fold
+
+
+def test_rows_of_the_monitor():
+    lines = monitor.monitor(n_rounds=2, n_seconds=2)
+    assert [line["reached"] > 0 for line in lines] == [True, True]
+    assert "latency of a block of 1 s" in lines[1]["ours"]
+    assert len(speed.table(lines)) == 2
 
 
 def test_rows_on_processes(monkeypatch):
