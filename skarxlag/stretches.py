@@ -23,7 +23,7 @@ from .pipelines import DiagnosisPipeline
 from .spectra import LogSpectra
 
 
-def window_comparison(n_jobs=None):
+def window_comparison(n_jobs: int | None = None) -> DiagnosisPipeline:
     """What `make_diagnoser` makes of innovations before it decides.
 
     Parameters

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import pandas as pd
 
@@ -12,7 +13,7 @@ from .diagnosers import DIAGNOSERS
 from .rigs import FETCHERS
 
 #: Rigs that this process has loaded; threads share it, a worker process loads the files itself.
-loaded_rigs = {}
+loaded_rigs: dict[Any, Any] = {}
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class Trial:
     name: str
     n_jobs: int
 
-    def __call__(self):
+    def __call__(self) -> Any:
         """Fit on first halves of the recordings at the speed, score on second halves of all."""
         rig = self._loaded()
         started = perf_counter()

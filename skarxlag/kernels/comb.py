@@ -1,6 +1,9 @@
 """Fundamental frequency near a given one, by a comb of harmonics."""
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy import fft
 from scipy.ndimage import median_filter
 
@@ -16,7 +19,9 @@ _LEAST_POWER = 1e-12
 _STEP = 1e-3
 
 
-def comb_frequency(samples, fundamental, tolerance, n_harmonics):
+def comb_frequency(
+    samples: NDArray[Any], fundamental: float, tolerance: float, n_harmonics: int
+) -> float:
     """Frequency whose multiples stand out most from the spectrum.
 
     Parameters
