@@ -21,6 +21,9 @@ from .kernels.spectra import cepstrum
 
 #: No power of double precision has a larger logarithm: a value above it is no logarithm.
 _LARGEST = 1e4
+#: Added to squared distances: a group that is the same everywhere, as the steadiness of windows of
+#: one segment, must not make the product 0 for all conditions.
+_LEAST = 1e-12
 
 
 class SpectralDistance(TransformerMixin, BaseEstimator):
@@ -386,4 +389,5 @@ def _joined(cepstra):
 def _squared_distances(cepstra, whitener, references):
     rows = whitened(cepstra, whitener)
     n_coefficients = max(rows.shape[1], 1)
-    return np.sum((rows[:, np.newaxis] - references) ** 2, axis=-1) / n_coefficients
+    squared = np.sum((rows[:, np.newaxis] - references) ** 2, axis=-1) / n_coefficients
+    return squared + _LEAST
