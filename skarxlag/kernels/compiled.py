@@ -1,4 +1,4 @@
-"""The one way in which this package compiles a loop."""
+"""Compilation of loops with numba. All kernels of this package are compiled with it."""
 
 import functools
 from collections.abc import Callable
@@ -8,10 +8,10 @@ import numba
 
 
 class _LenientCache:
-    """A cache on disk that is done without where it cannot be read or written.
+    """A cache on disk that is ignored if it cannot be read or written.
 
-    A full disk, a file that was cut off and a folder that became read-only must not end a
-    computation that only wanted to be faster the next time.
+    The cache only makes the next run faster. A full disk, a truncated file or a folder that became
+    read-only must therefore not abort a computation.
     """
 
     def __init__(self, cache: Any) -> None:
@@ -45,9 +45,9 @@ class _LenientCache:
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile `function` with numba at its first call, never at import.
 
-    The machine code is cached on disk where numba finds a folder that it may write to. It is kept
-    in memory for the life of the process where there is none, where the disk is full, and where
-    what is cached is damaged.
+    The machine code is cached on disk if numba finds a folder that it may write to. If there is no
+    such folder, the disk is full or the cache is damaged, the machine code is kept in memory until
+    the process ends.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     Returns
     -------
     callable
-        `function`, compiled; the original stays reachable as ``__wrapped__``.
+        The compiled function. Its attribute ``__wrapped__`` is the original function.
     """
     options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
     try:
@@ -72,9 +72,9 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Make `function` part of the compiled loops that call it.
+    """Inline `function` into the compiled loops that call it.
 
-    That takes less time to compile than a function of its own.
+    Inlining takes less time to compile than a separate function.
 
     Parameters
     ----------
@@ -84,6 +84,6 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     Returns
     -------
     callable
-        `function`, to be called from compiled loops.
+        The function, which compiled loops can call.
     """
     return functools.update_wrapper(numba.njit(inline="always")(function), function)

@@ -1,4 +1,4 @@
-"""Windows that occur several times, as in a bootstrap sample, counted once."""
+"""Windows that occur several times, as in a bootstrap sample, are found and counted once."""
 
 from typing import Any
 
@@ -11,23 +11,24 @@ _N_KEYS = 8
 def distinct_windows(
     windows: NDArray[Any], weights: NDArray[Any]
 ) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Places of the windows that differ, and the weight of each of them.
+    """Return the indices of the distinct windows, and the weight of each.
 
-    Sums in floating point depend on the order of what is added. Where windows are repeated or
-    weighted they are therefore put into an order of their own values: a window of weight 2 and two
-    such windows then give the same sums to the last bit.
+    Sums in floating point depend on the order of the summands. If windows are repeated or
+    weighted, they are therefore sorted by their values. One window of weight 2 and two equal
+    windows then give the same sums to the last bit.
 
     Parameters
     ----------
     windows : ndarray of shape (n_windows, n_channels, n_samples)
         Windows without NaN.
     weights : ndarray of shape (n_windows,)
-        How many windows each one stands for.
+        Number of windows that each window stands for.
 
     Returns
     -------
     rows : ndarray of int of shape (n_distinct,)
-        Places of the windows; all, as they come, where none is repeated or weighted.
+        Indices of the distinct windows. If no window is repeated or weighted, these are all indices
+        in their original order.
     weights : ndarray of shape (n_distinct,)
         Sums of the weights.
 

@@ -16,11 +16,12 @@ _TIE = 1e-9
 def false_alarm_threshold(
     levels: NDArray[Any], rate: float, margin_db: float, weights: NDArray[Any] | None = None
 ) -> float:
-    """Level that a healthy window exceeds with at most the stated probability.
+    """Return the level that a healthy window exceeds with at most the stated probability.
 
-    The order statistic ceil((n + 1)(1 - rate)) of n healthy levels: for exchangeable windows a
-    further one exceeds it with probability at most `rate` (conformal prediction). With fewer than
-    1 / rate - 1 levels it is the largest, and the probability 1 / (n + 1).
+    The threshold is the order statistic ceil((n + 1)(1 - rate)) of n healthy levels. If the windows
+    are exchangeable, a new window exceeds it with a probability of at most `rate` (conformal
+    prediction). With fewer than 1 / rate - 1 levels, the threshold is the largest level, and the
+    probability is 1 / (n + 1).
 
     Parameters
     ----------
@@ -29,9 +30,10 @@ def false_alarm_threshold(
     rate : float
         False-alarm rate, in (0, 1).
     margin_db : float
-        Margin in dB on the threshold.
+        Margin in dB that is added to the threshold.
     weights : ndarray of shape (n_windows,) or None, default=None
-        How many windows each level stands for, above 0; n is their sum. None: one each.
+        Number of windows that each level stands for, above 0; n is their sum. If None, each level
+        stands for one window.
 
     Returns
     -------
@@ -51,17 +53,17 @@ def false_alarm_threshold(
 
 
 def weighted_median(levels: NDArray[Any], weights: NDArray[Any]) -> float:
-    """Median of levels of which each stands for a number of windows.
+    """Return the weighted median of levels, where each level stands for a number of windows.
 
     Parameters
     ----------
     levels, weights : ndarray of shape (n_windows,)
-        Levels, and how many windows each stands for, above 0.
+        Levels, and the number of windows that each level stands for, above 0.
 
     Returns
     -------
     float
-        The level in the middle, or the mean of the two about it.
+        The middle level, or the mean of the two middle levels.
 
     Examples
     --------
@@ -75,22 +77,22 @@ def weighted_median(levels: NDArray[Any], weights: NDArray[Any]) -> float:
 
 
 def _counted_in_order(levels, weights):
-    """Places of levels from the lowest to the highest, and windows up to each of them."""
+    """Return the indices that sort the levels, and the cumulative number of windows."""
     order = np.argsort(levels, kind="stable")
     return order, np.cumsum(weights[order])
 
 
 def log_level(levels: Any) -> Any:
-    """Natural logarithm of levels, finite at 0."""
+    """Return the natural logarithm of levels. It is finite for a level of 0, too."""
     levels = np.asarray(levels, dtype=np.float64)
     return np.log(levels, out=np.full(levels.shape, _LOG_ZERO), where=levels > 0)
 
 
 def rung_scores(levels: NDArray[Any], cuts: NDArray[Any]) -> NDArray[Any]:
-    """Signed log distance of levels to the bounds of each rung, positive inside.
+    """Compute the signed log distance of levels to the bounds of each rung, positive inside.
 
-    Rung i holds the levels in (cuts[i-1], cuts[i]], Eq. (32) with the rule for equality that it
-    does not have.
+    Rung i contains the levels in (cuts[i-1], cuts[i]]. This is Eq. (32), with a rule for equality,
+    which the paper does not state.
 
     Parameters
     ----------
@@ -116,7 +118,7 @@ def rung_scores(levels: NDArray[Any], cuts: NDArray[Any]) -> NDArray[Any]:
 
 
 def relative_scores(levels: NDArray[Any]) -> NDArray[Any]:
-    """How far each residual of a window lies below the geometric mean of all, in nepers.
+    """Compute how far each residual of a window lies below the geometric mean of all, in nepers.
 
     Parameters
     ----------
@@ -126,7 +128,7 @@ def relative_scores(levels: NDArray[Any]) -> NDArray[Any]:
     Returns
     -------
     ndarray of shape (n_windows, n_models)
-        Scores; what is common to all models cancels.
+        Scores. A factor that is common to all models cancels.
 
     Examples
     --------
@@ -141,19 +143,20 @@ def relative_scores(levels: NDArray[Any]) -> NDArray[Any]:
 def confidence_scale(
     scores: NDArray[Any], target: NDArray[Any], weights: NDArray[Any] | None = None
 ) -> float:
-    r"""Factor :math:`\beta` with which softmax of the scores states the right confidence.
+    r"""Fit the factor :math:`\beta` for which softmax of the scaled scores is a confidence.
 
-    Maximises the likelihood of the targets, smoothed as Platt (1999) does: a class of n windows
-    counts as (n + 1)/(n + 2) certain, so that the factor stays finite when no score errs.
+    The factor maximises the likelihood of the targets. The targets are smoothed as in Platt (1999):
+    the probability of the true class is set to (n + 1)/(n + 2) for a class of n windows. The factor
+    therefore stays finite even if all scores are correct.
 
     Parameters
     ----------
     scores : ndarray of shape (n_windows, n_classes)
-        Larger is likelier.
+        Scores; a larger score means a more likely class.
     target : ndarray of shape (n_windows,)
-        Column of the right class.
+        Column of the true class.
     weights : ndarray of shape (n_windows,) or None, default=None
-        How many windows each row stands for, above 0. None: one each.
+        Number of windows that each row stands for, above 0. If None, each row stands for one.
 
     Returns
     -------

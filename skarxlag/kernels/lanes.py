@@ -1,11 +1,12 @@
-"""Several signals side by side in one block, which is what a processor's vectors want.
+"""Storage of several signals side by side in one block, for vector instructions.
 
-A recursion over time cannot be vectorised, the same recursion on many signals can. A block is a
-flat array that holds `LANES` signals sample by sample: sample k of the signal in lane l stands at
-``k * LANES + l``. A loop over the flat index that reads what it wrote `LANES` places before
-then runs on whole vectors: its length and that distance are known when it is compiled, and its
-arrays are rows of which each is written in one place only. A history is a block with one more
-sample in front, the one before the block begins.
+A recursion over time cannot be vectorised, but the same recursion on many signals can. A block is a
+flat array that holds `LANES` signals sample by sample: sample k of the signal in lane l has the
+index ``k * LANES + l``. A loop over this index can read the value that it wrote `LANES` places
+before and still use vector instructions. The compiler needs three conditions for this: it knows the
+length of the loop, it knows the distance `LANES`, and the loop writes each array in one place
+only. A history is a block with one additional sample in front, which is the last sample before the
+block.
 """
 
 from typing import Any
@@ -29,11 +30,11 @@ def interleave(
     Parameters
     ----------
     signals : ndarray of shape (n_signals, n_channels, n_samples)
-        The signals; those after the last one are missing.
+        The signals. Lanes after the last signal stay unused.
     first, channel, start : int
         First signal, channel and first sample.
     block : ndarray of shape (TILE * LANES,)
-        Written; places of missing signals and samples are left as they are.
+        The block to write. Positions without a signal or a sample are not changed.
     """
     for lane in range(min(LANES, signals.shape[0] - first)):
         for k in range(min(TILE, signals.shape[2] - start)):
@@ -44,16 +45,16 @@ def interleave(
 def deinterleave(
     block: NDArray[Any], dropped: int, signals: NDArray[Any], first: int, channel: int, start: int
 ) -> None:
-    """Copy samples of a block to where up to `LANES` signals want them.
+    """Copy the samples of a block back into up to `LANES` signals.
 
     Parameters
     ----------
     block : ndarray of shape (n_samples * LANES,)
         A block or a history.
     dropped : int
-        Samples at its beginning that nobody wants.
+        Number of samples at the beginning of the block that are skipped.
     signals : ndarray of shape (n_signals, n_channels, n_samples)
-        Written.
+        The signals to write.
     first, channel, start : int
         First signal, channel and first sample.
     """
@@ -64,14 +65,14 @@ def deinterleave(
 
 @inlined
 def carry(history: NDArray[Any], n_samples: int) -> None:
-    """Make a sample of a history the one that it begins with.
+    """Copy one sample of a history to its beginning, as the state before the next block.
 
     Parameters
     ----------
     history : ndarray of shape ((TILE + 1) * LANES,)
-        Its first sample is overwritten.
+        The history. Its first sample is overwritten.
     n_samples : int
-        Samples to go on by.
+        Index of the sample that is copied.
     """
     for lane in range(LANES):
         history[lane] = history[n_samples * LANES + lane]

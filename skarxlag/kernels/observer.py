@@ -14,11 +14,11 @@ INNOVATION, ERROR, CORRECTION, INTEGRAL, ESTIMATE = range(5)
 
 
 def observe(innovations: NDArray[Any], loop: tuple[Any, ...]) -> tuple[NDArray[Any], NDArray[Any]]:
-    r"""Output error and fault estimate of the extended-state observer, Form A.
+    r"""Compute the output error and the fault estimate of the extended-state observer, Form A.
 
-    With the fault direction E and the output correction K_p of the full-state observer chosen so
-    that both reach the output through :math:`1/(z - \zeta)`, its error depends on the innovations
-    alone:
+    The fault direction E and the output correction K_p of the full-state observer are chosen so
+    that both act on the output through :math:`1/(z - \zeta)`. The error of the observer then
+    depends on the innovations alone:
 
     .. math::
 
@@ -27,7 +27,7 @@ def observe(innovations: NDArray[Any], loop: tuple[Any, ...]) -> tuple[NDArray[A
         S &= p + k_{Ib} e, \qquad
         \hat\delta^+ = K_c\,(1 + \min(|S|, M)^\kappa)\, p^+ .
 
-    With :math:`K_c = 1` and :math:`M = 0` it is the linear proportional-integral observer.
+    With :math:`K_c = 1` and :math:`M = 0`, this is the linear proportional-integral observer.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def observe(innovations: NDArray[Any], loop: tuple[Any, ...]) -> tuple[NDArray[A
     error : ndarray of shape (n_windows, n_models, n_samples)
         The output error e.
     fault_estimate : ndarray of shape (n_windows, n_models, n_samples)
-        The fault estimate before sample k is seen.
+        The fault estimate at sample k, computed from the samples before k.
     """
     error, fault_estimate = np.empty(innovations.shape), np.empty(innovations.shape)
     record_trajectories(innovations, loop, loop_histories(), error, fault_estimate)
@@ -49,7 +49,7 @@ def observe(innovations: NDArray[Any], loop: tuple[Any, ...]) -> tuple[NDArray[A
 
 
 def loop_histories() -> Any:
-    """Room for one block of what is in the loop, and of its innovations."""
+    """Allocate the histories of the loop's signals and of the innovations, for one block."""
     return np.zeros((5, (TILE + 1) * LANES))
 
 
@@ -57,7 +57,7 @@ def loop_histories() -> Any:
 def record_trajectories(
     innovations: Any, loop: Any, histories: Any, error: Any, fault_estimate: Any
 ) -> None:
-    """Fill the last two arrays, block by block."""
+    """Compute `error` and `fault_estimate` block by block, and write them into these arrays."""
     n_windows, n_models, n_samples = innovations.shape
     for w in range(0, n_windows, LANES):
         for c in range(n_models):
@@ -71,7 +71,7 @@ def record_trajectories(
 
 @inlined
 def start_loop(innovations: Any, first: Any, model: Any, histories: Any) -> None:
-    """State before the first sample: at rest, and an error that has not changed yet."""
+    """Set the state before the first sample: zero, except for the error, which is the first one."""
     for row in range(CORRECTION, ESTIMATE + 1):
         for lane in range(LANES):
             histories[row, lane] = 0.0
@@ -100,7 +100,7 @@ def observe_block(
         As in `observe`.
     histories : ndarray of shape (5, (TILE + 1) * LANES)
         Innovations, error, correction, integral and fault estimate. The error at i + LANES belongs
-        to the same sample as the others at i, for the one before is wanted with it.
+        to the same sample as the other signals at i, because the error before it is needed, too.
     """
     _, _, _, _, _, exponent, _ = loop
     interleave(innovations, first, model, start, histories[INNOVATION])
@@ -134,26 +134,26 @@ def _close_loop(histories, i, surface, loop):
 
 @inlined
 def carry_loop(histories: Any, n_samples: Any) -> None:
-    """Make a sample of the block the one that the next block begins after."""
+    """Copy one sample of the block to the beginning of the histories, for the next block."""
     for row in range(ERROR, ESTIMATE + 1):
         carry(histories[row], n_samples)
 
 
 def loop_matrix(pole: float, kp: float, ki: float, gain: float = 1.0) -> NDArray[Any]:
-    """Closed loop of correction and integral for a constant gain from integral to estimate.
+    """Return the closed-loop matrix of correction and integral, for a constant gain.
 
     Parameters
     ----------
     pole, kp, ki : float
         Laguerre pole, proportional and integral gain.
     gain : float, default=1.0
-        Slope of the map from the integral to the fault estimate.
+        Gain from the integral to the fault estimate.
 
     Returns
     -------
     ndarray of shape (2, 2)
-        Stable where its spectral radius is below 1: by Jury's conditions, with a = pole - kp and
-        k = ki gain, where k > 0, a + k < 1 and 2 (1 + a) + k > 0.
+        The matrix. The loop is stable if its spectral radius is below 1. With a = pole - kp and
+        k = ki gain, Jury's conditions for this are k > 0, a + k < 1 and 2 (1 + a) + k > 0.
 
     Examples
     --------
@@ -165,12 +165,13 @@ def loop_matrix(pole: float, kp: float, ki: float, gain: float = 1.0) -> NDArray
 
 
 def common_lyapunov(slow: NDArray[Any], fast: NDArray[Any]) -> NDArray[Any] | None:
-    r"""Quadratic Lyapunov function shared by two loops, or None where there is none.
+    r"""Find a quadratic Lyapunov function that two loops share, or None if there is none.
 
-    The loops differ in the gain from integral to estimate, so any gain between theirs, changing
-    from sample to sample, decreases :math:`V(x) = x^T P x` as well. P solves the Riccati equation
-    of the discrete positive-real lemma, the matrix form of the circle criterion; what it returns
-    has been checked on both loops.
+    The loops differ in the gain from integral to estimate. A common function
+    :math:`V(x) = x^T P x` also decreases for any gain between theirs, even if the gain changes
+    from sample to sample. P solves the Riccati equation of the discrete positive-real lemma, which
+    is the matrix form of the circle criterion. The function checks P on both loops before it
+    returns it.
 
     Parameters
     ----------

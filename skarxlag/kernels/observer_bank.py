@@ -1,9 +1,9 @@
 """A bank of observers over frequency: levels of each member's fault estimate.
 
-Every member runs the recursion of `observer.observe` on the same innovations with gains of its own.
-Members are independent, so the loops over them run on the processor's vectors. They do so in single
-precision: an estimate is the innovations through a filter of two poles, of which rounding takes
-less than 1e-5.
+Every member runs the recursion of `observer.observe` on the same innovations, with its own gains.
+The members are independent, so the loops over them use vector instructions. They compute in single
+precision. A fault estimate is the output of a filter with two poles, and the relative rounding
+error of this filter is less than 1e-5.
 """
 
 from typing import Any
@@ -22,7 +22,7 @@ _FLOOR = 1e-12
 
 
 def centre_frequencies(n_members: int) -> NDArray[Any]:
-    """Frequencies that the members are tuned to: midpoints of equal cells on (0, pi).
+    """Return the frequencies of the members, which are the midpoints of equal cells on (0, pi).
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def centre_frequencies(n_members: int) -> NDArray[Any]:
     Returns
     -------
     ndarray of shape (n_members,)
-        In radians a sample.
+        Frequencies in radians per sample.
 
     Examples
     --------
@@ -45,7 +45,7 @@ def centre_frequencies(n_members: int) -> NDArray[Any]:
 def member_gains(
     pole: float, n_members: int, bandwidth: float
 ) -> tuple[NDArray[Any], NDArray[Any]]:
-    r"""Gains that give member m the closed-loop poles :math:`\rho\,e^{\pm j\omega_m}`.
+    r"""Compute the gains that give member m the closed-loop poles :math:`\rho\,e^{\pm j\omega_m}`.
 
     The matrix `observer.loop_matrix` has the characteristic polynomial
     :math:`z^2 - (1 + a) z + a + k_i` with :math:`a = \zeta - k_p`. Hence
@@ -62,8 +62,8 @@ def member_gains(
     n_members : int
         Number M of members.
     bandwidth : float
-        The bandwidth b, above 0. At 1 the response of a member has fallen to half its power where
-        the cell of its neighbour begins.
+        The bandwidth b, above 0. At b = 1, the power of a member's response has fallen to one half
+        at the boundary to its neighbour's cell.
 
     Returns
     -------
@@ -90,19 +90,19 @@ def bank_levels(
     bound: NDArray[Any],
     step: float,
 ) -> tuple[NDArray[Any], NDArray[Any]]:
-    r"""Power and switching gain of each member's fault estimate.
+    r"""Compute the power and the switching gain of each member's fault estimate.
 
-    With the error e of a member, its integral p and its fault estimate d,
+    A member has the error e, the integral p and the fault estimate d:
 
     .. math::
 
         e = \varepsilon - c, \qquad c^+ = \zeta c + k_p e + d, \qquad p^+ = p + k_i e, \qquad
         d^+ = (1 + \min(|p^+|, M))\,p^+ ,
 
-    which is the extended-state observer whose two integral gains are alike; with :math:`M = 0` it
-    is the linear one. The sliding surface is the fault estimate: :math:`\ln K` moves by
-    ``step * sign(|d| - K)`` a sample. It starts at the root-mean-square of d, settles in one pass
-    over the window and is averaged in a second.
+    This is the extended-state observer with two equal integral gains. With :math:`M = 0` it is
+    linear. The fault estimate is the sliding surface: :math:`\ln K` changes by
+    ``step * sign(|d| - K)`` per sample. The gain K starts at the root mean square of d. It settles
+    in a first pass over the window, and is averaged in a second pass.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def bank_levels(
     kp, ki, bound : ndarray of shape (n_members,)
         Gains and bound of each member. The bound is in the unit of the innovations.
     step : float
-        Step of the gain's logarithm a sample, above 0.
+        Step of the gain's logarithm per sample, above 0.
 
     Returns
     -------
@@ -149,7 +149,7 @@ def bank_levels(
 
 @compiled
 def _fill_levels(signals, unit, gains, ratios, squares, state, levels):
-    """Fill the mean square, and the mean steps by which the gain lies above where it began."""
+    """Write the mean square, and the mean number of steps of the gain above its start."""
     n_windows, n_samples = signals.shape
     inverse = np.float32(1.0 / n_samples)
     for w in range(n_windows):
@@ -173,10 +173,11 @@ def _fill_levels(signals, unit, gains, ratios, squares, state, levels):
 
 @inlined
 def _estimate(signal, unit, gains, squares, state):
-    """Squares of the fault estimates, and their sum.
+    """Compute the squares of the fault estimates, and their sum.
 
-    `state` holds correction, integral, estimate and sum of `_TOGETHER` members, `gains` their
-    feedback of the correction, kp, ki and bound. Four samples a time spare loads and stores.
+    `state` holds correction, integral, estimate and sum of `_TOGETHER` members. `gains` holds
+    their feedback of the correction, kp, ki and bound. The loop processes four samples at a time,
+    which saves loads and stores.
     """
     n, floor = _TOGETHER, np.float32(_FLOOR)
     whole = len(signal) - len(signal) % 4
@@ -220,9 +221,10 @@ def _one_sample(x, c, p, d, a, kp, ki, bound, unit, floor):
 
 @inlined
 def _vote(squares, ratios, state):
-    """One pass of the switching gains.
+    """Run the switching gains over the window once.
 
-    `state` holds the squared gain, the steps up less those down, and the sum of these over time.
+    `state` holds the squared gain, the number of steps up minus steps down, and the sum of this
+    number over time.
     """
     n = _TOGETHER
     up, down = ratios[0], ratios[1]

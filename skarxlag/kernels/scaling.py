@@ -1,4 +1,4 @@
-"""Centring and scaling of windows, safe for huge, tiny and constant ones."""
+"""Centring and scaling of windows, which is also safe for huge, tiny and constant windows."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ ROUNDING = 8 * np.finfo(np.float64).eps
 
 
 def centred(signals: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Take the mean off every row, and off rows that are constant everything.
+    """Subtract the mean of every row. A row that is constant up to rounding becomes zero.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ def centred(signals: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     unit : ndarray of shape (..., n_samples)
         Centred rows divided by `peak`.
     peak : ndarray of shape (..., 1)
-        Largest value of the row, in the unit of the signal; 1 where the row is zero.
+        Largest absolute value of the row, in the unit of the signal; 1 if the row is zero.
     """
     signals = np.ascontiguousarray(signals, dtype=np.float64)
     peak = largest(signals)
@@ -35,16 +35,16 @@ def centred(signals: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def largest(signals: Any) -> Any:
-    """Largest size over the last axis, which is kept; without a copy of the signals."""
+    """Return the largest absolute value over the last axis, which is kept, without a copy."""
     highest = np.max(signals, axis=-1, keepdims=True)
     return np.maximum(highest, -np.min(signals, axis=-1, keepdims=True))
 
 
 def unit_rms_windows(windows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Windows centred by channel and divided by the root-mean-square of their output.
+    """Centre every channel of each window, and divide it by the root mean square of the output.
 
-    All channels of a window are divided by one number, so a linear model between them keeps its
-    coefficients.
+    All channels of a window are divided by the same number, so that a linear model between the
+    channels keeps its coefficients.
 
     Parameters
     ----------
@@ -54,9 +54,9 @@ def unit_rms_windows(windows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]
     Returns
     -------
     scaled : ndarray of shape (n_windows, n_channels, n_samples)
-        Output of unit root-mean-square, or of zeros where it was constant.
+        Scaled windows. The output has a root mean square of 1, or is zero if it was constant.
     rms : ndarray of shape (n_windows,)
-        What was divided by, in the unit of the output; 1 for a constant output.
+        The divisor of each window, in the unit of the output; 1 for a constant output.
     """
     unit, peak = centred(windows)
     rms = np.sqrt(np.einsum("wk,wk->w", unit[:, 0], unit[:, 0]) / unit.shape[-1])
@@ -70,27 +70,28 @@ def unit_rms_windows(windows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]
 
 
 def root_mean_square(signals: Any) -> Any:
-    """Root-mean-square over the last axis without overflow or underflow of the squares."""
+    """Return the root mean square over the last axis, without overflow or underflow of squares."""
     peak = largest(signals)
     peak[peak == 0] = 1.0
     return peak[..., 0] * np.sqrt(np.mean((signals / peak) ** 2, axis=-1))
 
 
 def fit_percentage(output: NDArray[Any], predicted: NDArray[Any]) -> NDArray[Any]:
-    r"""One minus the normalised root-mean-square error, in percent.
+    r"""Return one minus the normalised root mean square error, in percent.
 
-    :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)`, as system identification reports a fit.
+    :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)` is the usual measure of fit in system
+    identification.
 
     Parameters
     ----------
     output, predicted : ndarray of shape (..., n_samples)
-        Measured and predicted output; they broadcast against each other.
+        Measured and predicted output, which are broadcast against each other.
 
     Returns
     -------
     ndarray of shape (...)
-        100 where the prediction is exact, 0 where it is no better than the mean, negative where
-        it is worse; 100 where the output is constant.
+        100 if the prediction is exact, 0 if it is no better than the mean, and negative if it is
+        worse. For a constant output it is 100.
 
     Examples
     --------
