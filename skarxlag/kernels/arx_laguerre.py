@@ -1,8 +1,9 @@
 """ARX-Laguerre models on windows: sums for least squares, innovations, free run.
 
-Everywhere `windows` is (n_windows, n_channels, n_samples) with channel 0 the output y, and a
-network layout is a pair of arrays (orders, poles), one entry a channel. The regressor x holds the
-Laguerre states of channel 0, then of channel 1, and so on; it is strictly causal.
+In all functions, `windows` has the shape (n_windows, n_channels, n_samples), and channel 0 is the
+output y. The arrays `orders` and `poles` describe the networks, with one entry for each channel.
+The regressor x contains the Laguerre states of channel 0, then of channel 1, and so on. It is
+strictly causal: x(k) depends on samples before k only.
 """
 
 import math
@@ -27,18 +28,18 @@ def accumulate_sums(
     poles: NDArray[Any],
     n_transient: int,
 ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Weighted sums from which `sums_of_products` follow, over samples after the transient.
+    """Compute the weighted sums that `sums_of_products` needs, over samples after the transient.
 
     Parameters
     ----------
     windows : ndarray of shape (n_windows, n_channels, n_samples)
-        Output and inputs; states start from zero in every window.
+        Output and inputs. The states start from zero in every window.
     weights : ndarray of shape (n_windows,)
         Weight of each window in the sums.
     orders, poles : ndarray of shape (n_channels,)
         The networks.
     n_transient : int
-        Samples at the start of a window that drive the states and enter no sum.
+        Number of samples at the start of a window that drive the states but enter no sum.
 
     Returns
     -------
@@ -47,7 +48,7 @@ def accumulate_sums(
     driven : ndarray of shape (n_channels, n_states)
         Sum w s x'.
     moved : ndarray of shape (n_states, n_states)
-        What sum w x x' would change by if it began and ended one sample later.
+        Change of the sum w x x' if the sum began and ended one sample later.
     """
     n_windows, n_channels, _ = windows.shape
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
@@ -71,10 +72,10 @@ def sum_driven_states(
     first: Any,
     last: Any,
 ) -> None:
-    """Fill the last three arrays, which come as zeros.
+    """Fill the last three arrays, which must be zero on entry.
 
-    They get the sums of each state times each channel's signal, and of each window the states at
-    the first sample that is summed, and after the last one.
+    They receive the sums of each state times each channel's signal, and for each window the states
+    at the first sample that is summed and after the last one.
     """
     n_windows, n_channels, n_samples = windows.shape
     n_states = driven.shape[1]
@@ -109,22 +110,22 @@ def sums_of_products(
     orders: NDArray[Any],
     poles: NDArray[Any],
 ) -> NDArray[Any]:
-    r"""Sums for least squares of y(k) on x(k).
+    r"""Compute the sums for least squares of y(k) on x(k).
 
-    The sums D of products of states need not be formed sample by sample. With
-    :math:`x^+ = A x + B s`, multiplied by itself and summed,
+    The sums D of the products of states need not be formed sample by sample. The product of
+    :math:`x^+ = A x + B s` with itself, summed over time, gives
 
     .. math::
 
         D + M = A D A^T + A C B^T + B C^T A^T + B R B^T
 
-    where C are the sums of x s', R those of s s', and M what D would change by if it began and
-    ended one sample later: a discrete Lyapunov equation, since A is stable.
+    Here C are the sums of x s' and R those of s s'. M is the change of D if the sum began and ended
+    one sample later. This is a discrete Lyapunov equation, and A is stable, so it has one solution.
 
     Parameters
     ----------
     power, driven, moved : ndarray
-        R, C' and M, as `accumulate_sums` gives them.
+        R, C' and M, as `accumulate_sums` returns them.
     orders, poles : ndarray of shape (n_channels,)
         The networks.
 
@@ -147,7 +148,7 @@ def innovations(
     n_transient: int,
     out: NDArray[Any],
 ) -> NDArray[Any]:
-    """What each model could not predict: eps_c(k) = y(k) - coef_c . x(k).
+    """Compute the innovations, the prediction errors of each model: y(k) - coef_c . x(k).
 
     Parameters
     ----------
@@ -158,9 +159,9 @@ def innovations(
     coef : ndarray of shape (n_models, n_states)
         Fourier coefficients of each model.
     n_transient : int
-        Samples dropped at the start of every window.
+        Number of samples at the start of every window for which no innovation is returned.
     out : ndarray of shape (n_windows, n_models, n_samples - n_transient)
-        Where to write them.
+        Array that receives the innovations.
 
     Returns
     -------
@@ -205,8 +206,9 @@ def subtract_predictions(
 ) -> None:
     """Fill `errors` with the innovations, block by block.
 
-    `coef` is padded, the last three arrays are for blocks of states, signals and predictions; made
-    in here, they would cost as much to compile as all else.
+    `coef` is padded. The last three arrays are working memory for blocks of states, signals and
+    predictions. The caller allocates them, because their allocation in here would take as long to
+    compile as the rest of the function.
     """
     n_windows, n_channels, n_samples = windows.shape
     n_models = errors.shape[1]
@@ -233,7 +235,7 @@ def subtract_predictions(
 
 @inlined
 def _subtract_block(coef, histories, output, errors):
-    """Output less predictions on one block; several states and models a pass spare memory."""
+    """Subtract predictions from the output; several states and models a pass save memory access."""
     for c in range(0, coef.shape[0], _MODELS):
         for i in range(TILE * LANES):
             errors[c, i] = output[i]
@@ -257,23 +259,23 @@ def free_run(
     coef: NDArray[Any],
     n_start: int,
 ) -> NDArray[Any]:
-    """Simulation on the inputs alone, fed by its own output after the first samples.
+    """Simulate the output from the inputs; after the first samples the model feeds on its output.
 
     Parameters
     ----------
     windows : ndarray of shape (n_windows, n_channels, n_samples)
-        Output and inputs; of the output only the first `n_start` samples are looked at.
+        Output and inputs. Only the first `n_start` samples of the output are used.
     orders, poles : ndarray of shape (n_channels,)
         The networks.
     coef : ndarray of shape (n_states,)
         Fourier coefficients of one model.
     n_start : int
-        Measured output samples that drive the states before the simulation starts.
+        Number of measured output samples that drive the states before the simulation starts.
 
     Returns
     -------
     ndarray of shape (n_windows, n_samples)
-        coef . x(k).
+        Simulated output, coef . x(k).
     """
     n_windows, n_channels, n_samples = windows.shape
     n_states = coef.shape[0]

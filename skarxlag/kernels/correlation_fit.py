@@ -1,7 +1,8 @@
-"""Fits with given poles from correlations of the channels alone, for many models at a time.
+"""Fits for given poles from the correlations of the channels alone, for many models at a time.
 
-No sample is looked at again, so a fit costs the same for any length of data. The correlations are
-those of zero-padded windows: the autocorrelation method of linear prediction.
+A fit does not read the samples again, so its cost does not depend on the length of the data. The
+correlations are those of zero-padded windows, as in the autocorrelation method of linear
+prediction.
 """
 
 import math
@@ -15,7 +16,7 @@ from .compiled import compiled
 
 @compiled
 def impulse_responses(order: int, pole: float, longest: int) -> NDArray[Any]:
-    """Impulse responses of a network's filters and of one beyond, while they last.
+    """Compute the impulse responses of a network's filters and of one additional filter.
 
     Parameters
     ----------
@@ -24,7 +25,7 @@ def impulse_responses(order: int, pole: float, longest: int) -> NDArray[Any]:
     pole : float
         The shared pole, in (-1, 1).
     longest : int
-        Samples to stop at, at least 1, where they last longer.
+        Largest number of samples, at least 1. Longer responses are cut off.
 
     Returns
     -------
@@ -57,7 +58,7 @@ def impulse_responses(order: int, pole: float, longest: int) -> NDArray[Any]:
 def state_correlations(
     correlations: NDArray[Any], orders: NDArray[Any], poles: NDArray[Any]
 ) -> NDArray[Any]:
-    """Correlations of a network's states with the first state of each network and the output.
+    """Correlate the states of each network with the first states of all networks and the output.
 
     Parameters
     ----------
@@ -156,21 +157,21 @@ def best_fits(
     Parameters
     ----------
     states : ndarray of shape (n_models, n_channels, n_channels + 1, max(orders) + 1)
-        What `state_correlations` returns.
+        Correlations, as `state_correlations` returns them.
     power : ndarray of shape (n_models,)
         Sum of squares of the output.
     orders, poles : ndarray of shape (n_channels,)
         The networks.
     alpha : float
-        Ridge, added to the sum of squares.
+        Ridge parameter, which is added to the sum of squares.
 
     Returns
     -------
     coef : ndarray of shape (n_models, n_states)
-        Coefficients; 0 for a state that the states before it determine.
+        Coefficients. A state that is a linear combination of the states before it gets 0.
     error : float
-        What the fits minimise, each as a share of its output's power, summed over the models. An
-        output without power has no error.
+        Sum over the models of the minimised error, each relative to the power of its output. The
+        error of an output without power is 0.
     slopes : ndarray of shape (n_channels,)
         Derivative of the error with respect to artanh of each pole.
     """

@@ -1,4 +1,4 @@
-"""Page's cumulative sum of windows that exceed a threshold: its step, its limit, its run length."""
+"""Page's cumulative sum of windows above a threshold: its step, its limit and its run length."""
 
 import math
 from typing import Any
@@ -12,17 +12,18 @@ _LARGEST_LIMIT = 2**16
 
 
 def reference_step(healthy_rate: float, faulty_rate: float) -> int:
-    r"""Number of windows m of which one that exceeds is just what tips the balance.
+    r"""Compute the step m of the cumulative sum from the rates of healthy and of faulty windows.
 
-    The log-likelihood ratio of two Bernoulli sequences grows by a fixed amount with a window that
-    exceeds and falls by another with one that does not. Scaled so that it falls by 1, it grows by
-    :math:`m - 1`, where
+    The log-likelihood ratio of two Bernoulli sequences increases by a fixed amount with a window
+    that exceeds the threshold. It decreases by another fixed amount with a window that does not. If
+    the ratio is scaled so that it decreases by 1, it increases by :math:`m - 1`. A share of
+    :math:`1 / m` of windows above the threshold thus leaves the sum unchanged in the mean. Here
 
     .. math::
 
         m = \ln\frac{p_1 (1 - p_0)}{p_0 (1 - p_1)} \Big/ \ln\frac{1 - p_0}{1 - p_1}
 
-    is rounded to a whole number, so that the sum stays a whole number (Reynolds and Stoumbos 1999).
+    is rounded to an integer, so that the sum is an integer, too (Reynolds and Stoumbos 1999).
 
     Parameters
     ----------
@@ -55,14 +56,14 @@ def reference_step(healthy_rate: float, faulty_rate: float) -> int:
 
 
 def mean_run_length(limit: int, step: int, rate: float, persistence: float) -> float:
-    r"""Mean number of windows until the sum reaches its limit, from a sum of 0.
+    r"""Compute the mean number of windows until the sum reaches its limit, starting from 0.
 
-    The sum moves by :math:`s \leftarrow s + m - 1` with a window that exceeds the threshold and by
-    :math:`s \leftarrow \max(s - 1, 0)` with one that does not. Windows that exceed come in runs:
-    they are a Markov chain, in which a window exceeds with probability `persistence` after one that
-    did, and `rate` is their share in the long run. The sum and the last window together are a
-    Markov chain too, and the mean times until its absorption solve a linear system (Brook and
-    Evans 1972).
+    The sum changes to :math:`s + m - 1` with a window that exceeds the threshold, and to
+    :math:`\max(s - 1, 0)` with one that does not. Windows above the threshold occur in runs. They
+    are modelled as a Markov chain: `persistence` is the probability that a window exceeds the
+    threshold after one that did, and `rate` is the share of such windows in the long run. The sum
+    and the last window together are a Markov chain, too. The mean times until its absorption solve
+    a linear system (Brook and Evans 1972).
 
     Parameters
     ----------
@@ -78,11 +79,11 @@ def mean_run_length(limit: int, step: int, rate: float, persistence: float) -> f
     Returns
     -------
     float
-        Windows.
+        Mean number of windows.
 
     Examples
     --------
-    One window is enough, of which every tenth exceeds:
+    If one window is enough and every tenth window exceeds the threshold:
 
     >>> round(mean_run_length(1, 2, 0.1, 0.1), 9)
     10.0
@@ -106,14 +107,14 @@ def mean_run_length(limit: int, step: int, rate: float, persistence: float) -> f
 
 
 def alarm_limit(run_length: float, step: Any, rate: Any, persistence: Any) -> int:
-    """Smallest limit at which healthy windows raise an alarm rarely enough.
+    """Find the smallest limit at which healthy windows raise an alarm rarely enough.
 
     Parameters
     ----------
     run_length : float
-        Mean number of healthy windows until an alarm, at least.
+        Smallest acceptable mean number of healthy windows until an alarm.
     step, rate, persistence
-        As in `mean_run_length`; the sum of healthy windows must fall in the mean.
+        Parameters of `mean_run_length`. The sum of healthy windows must decrease in the mean.
 
     Returns
     -------
@@ -123,7 +124,7 @@ def alarm_limit(run_length: float, step: Any, rate: Any, persistence: Any) -> in
     Raises
     ------
     ValueError
-        If no limit of practical use does.
+        If no limit of practical use satisfies the requirement.
 
     Examples
     --------

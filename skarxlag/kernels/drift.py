@@ -1,4 +1,4 @@
-"""How a change of speed moves the cepstra of log spectra: three priors."""
+"""Three prior models of how a change of speed changes log spectra and their cepstra."""
 
 from typing import Any
 
@@ -14,9 +14,11 @@ _NOISE_DB = (-20.0, -26.0)
 
 
 def smooth_variance(n_coefficients: int, smooth: float, rough: float) -> NDArray[Any]:
-    r"""Variance by which a change of speed moves each cosine coefficient of a log spectrum.
+    r"""Return the variance that a change of speed adds to each cepstral coefficient.
 
-    :math:`c\,n^{-2} + f`: drift is smooth over frequency, and no coefficient is free of it.
+    A cepstral coefficient is a cosine coefficient of the log spectrum. Its variance is
+    :math:`c\,n^{-2} + f`. The first term describes changes that are smooth over frequency, and the
+    second term gives every coefficient some variance.
 
     Parameters
     ----------
@@ -39,10 +41,11 @@ def smooth_variance(n_coefficients: int, smooth: float, rough: float) -> NDArray
 
 
 def scaled_frequency(log_spectra: NDArray[Any]) -> NDArray[Any]:
-    r"""Changes of log spectra when all that they show moves along the frequency axis.
+    r"""Compute the changes of log spectra when the frequency axis is scaled.
 
-    What follows the shaft moves with speed, what the structure rings at does not; which is which
-    is not known.
+    Components that follow the shaft move along the frequency axis with the speed, and resonances of
+    the structure do not. It is not known which components of a spectrum are of which kind, so the
+    whole spectrum is moved.
 
     Parameters
     ----------
@@ -52,8 +55,8 @@ def scaled_frequency(log_spectra: NDArray[Any]) -> NDArray[Any]:
     Returns
     -------
     ndarray of shape (2 * n_spectra, n_frequencies)
-        Changes when frequency is multiplied by :math:`e^{0.1}` and by :math:`e^{-0.1}`; the last
-        value is held beyond the band.
+        Changes when the frequency is multiplied by :math:`e^{0.1}` and by :math:`e^{-0.1}`. Beyond
+        the band, the last value is used.
 
     Examples
     --------
@@ -72,9 +75,10 @@ def scaled_frequency(log_spectra: NDArray[Any]) -> NDArray[Any]:
 
 
 def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
-    r"""Changes of log spectra when white noise is added, 20 and 26 dB below their mean power.
+    r"""Compute the changes of log spectra when white noise is added, 20 and 26 dB below mean power.
 
-    What a bearing emits grows with speed, what the sensor adds does not: valleys fill or empty.
+    The emission of a bearing grows with the speed, and the noise of the sensor does not. Relative
+    to the emission, the noise floor in the valleys of the spectrum therefore changes with speed.
 
     Parameters
     ----------
@@ -102,14 +106,14 @@ def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
 
 
 def whitened(features: NDArray[Any], whitener: NDArray[Any]) -> NDArray[Any]:
-    """Features in coordinates in which their covariance is the identity.
+    """Transform features into coordinates in which their covariance is the identity.
 
     Parameters
     ----------
     features : ndarray of shape (n_rows, n_features)
         Rows.
     whitener : ndarray of shape (n_features, n_features)
-        Lower triangular W with W W' the inverse of the covariance.
+        Lower triangular matrix W, for which W W' is the inverse of the covariance.
 
     Returns
     -------

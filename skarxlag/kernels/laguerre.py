@@ -12,11 +12,11 @@ from .lanes import LANES, TILE
 
 
 def laguerre_matrices(order: int, pole: float) -> tuple[NDArray[Any], NDArray[Any]]:
-    r"""State space of one Laguerre network, Eqs. (13)-(15).
+    r"""Return the state space of one Laguerre network, Eqs. (13)-(15).
 
     :math:`x(k+1) = A x(k) + b s(k)` realises the filters
     :math:`L_n(z) = \frac{\sqrt{1-\zeta^2}}{z-\zeta}\left(\frac{1-\zeta z}{z-\zeta}\right)^n`
-    for n = 0 .. order - 1. The corner exponent that the paper prints is off by one; here
+    for n = 0 .. order - 1. The exponent in the corner of the printed matrix is wrong by one. Here
     :math:`A_{nj} = (-\zeta)^{n-j-1}(1-\zeta^2)` for n > j. The network is input-balanced:
     :math:`A A^T + b b^T = I`.
 
@@ -50,7 +50,7 @@ def laguerre_matrices(order: int, pole: float) -> tuple[NDArray[Any], NDArray[An
 
 
 def network_matrices(orders: Any, poles: Any) -> tuple[NDArray[Any], NDArray[Any]]:
-    """State space of several networks side by side, Eq. (12).
+    """Return the state space of several parallel networks, Eq. (12).
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def network_matrices(orders: Any, poles: Any) -> tuple[NDArray[Any], NDArray[Any
     A : ndarray of shape (n_states, n_states)
         Block diagonal.
     b : ndarray of shape (n_states, n_channels)
-        One column a channel, zero outside its block.
+        Input matrix with one column for each channel, which is zero outside the channel's block.
 
     Examples
     --------
@@ -79,7 +79,7 @@ def network_matrices(orders: Any, poles: Any) -> tuple[NDArray[Any], NDArray[Any
 
 @compiled
 def advance(states: Any, sample: Any, pole: Any) -> None:
-    """Take the states of one network from k to k + 1 in place, as a cascade of all-passes."""
+    """Advance the states of one network from k to k + 1 in place, as a cascade of all-passes."""
     before = states[0]
     states[0] = pole * before + math.sqrt(1.0 - pole * pole) * sample
     for n in range(1, states.shape[0]):
@@ -95,9 +95,9 @@ def advance_block(histories: NDArray[Any], signal: NDArray[Any], pole: float) ->
     Parameters
     ----------
     histories : ndarray of shape (order, (TILE + 1) * LANES)
-        States; those at the first sample are given, those at the others are written.
+        States. The states at the first sample are given, and those at the others are written.
     signal : ndarray of shape (TILE * LANES,)
-        What drives the network.
+        Input of the network.
     pole : float
         The shared pole.
     """
@@ -111,9 +111,9 @@ def advance_block(histories: NDArray[Any], signal: NDArray[Any], pole: float) ->
 
 
 def settling_length(order: int, pole: float) -> int:
-    r"""Samples until the states of a network have all but forgotten that they started from zero.
+    r"""Return the length of the transient that the zero initial states of a network cause.
 
-    The group delay of the network at the frequency where it is longest,
+    The length is the largest group delay of the network over all frequencies,
     :math:`N (1 + |\zeta|)/(1 - |\zeta|)`, rounded up.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Coefficients from the sums that one pass over the windows leaves."""
+"""Coefficients of a model from the sums that one pass over the windows computes."""
 
 from typing import Any
 
@@ -8,19 +8,19 @@ from scipy import linalg
 
 
 def solve_sums(sums: NDArray[Any], alpha: float) -> tuple[NDArray[Any], float]:
-    r"""Ridge least squares from :math:`\sum [x; y][x; y]^T`.
+    r"""Solve ridge least squares from :math:`\sum [x; y][x; y]^T`.
 
-    Minimises :math:`\sum (y - g^T x)^2 + \alpha |g|^2`: the recursion of Eq. (16), with its sign
-    and its missing X(k) repaired, ends at the same coefficients when it starts from
+    The coefficients minimise :math:`\sum (y - g^T x)^2 + \alpha |g|^2`. The recursion of Eq. (16),
+    with its sign and its missing X(k) corrected, gives the same coefficients if it starts from
     :math:`P_0 = I / \alpha`.
 
     Parameters
     ----------
     sums : ndarray of shape (n_states + 1, n_states + 1)
-        Lower triangle of the sums, y last.
+        Lower triangle of the sums, with y last.
     alpha : float
-        Ridge, at least 0. Where it is 0 and x does not excite every state, the coefficients of
-        least norm are returned.
+        Ridge parameter, at least 0. If it is 0 and x does not excite every state, the coefficients
+        of least norm are returned.
 
     Returns
     -------

@@ -21,14 +21,14 @@ _OVERLAP = 8
 
 
 def own_model(signals: NDArray[Any], segment: int, order: int) -> dict[str, Any]:
-    """Colour: log spectrum of the autoregressive model that is identified on each signal.
+    """Compute the colour: the log spectrum of an autoregressive model identified on each signal.
 
     Parameters
     ----------
     signals : ndarray of shape (n_signals, n_samples)
         Signals, in any unit.
     segment : int
-        Sets the number of bands, which is that of the short-time spectrum.
+        Length of a segment of the short-time spectrum, which determines the number of bands.
     order : int
         Order of the model, at least 1.
 
@@ -50,7 +50,7 @@ def own_model(signals: NDArray[Any], segment: int, order: int) -> dict[str, Any]
 
 
 def short_time(signals: NDArray[Any], segment: int, order: Any) -> dict[str, Any]:
-    """Mean and median power of each band over time, and the one over the other.
+    """Compute the mean and the median power of each band over time, and their ratio.
 
     Parameters
     ----------
@@ -59,12 +59,12 @@ def short_time(signals: NDArray[Any], segment: int, order: Any) -> dict[str, Any
     segment : int
         Samples in the window of the short-time Fourier transform, at most n_samples.
     order : ignored
-        For `own_model`.
+        Not used. It exists because all measures have the same parameters.
 
     Returns
     -------
     dict of str to ndarray of shape (n_signals, n_bands)
-        "power", the log mean; "floor", the log median; "steadiness", floor less power.
+        "power" is the log mean, "floor" the log median, and "steadiness" is floor minus power.
 
     Examples
     --------
@@ -87,7 +87,7 @@ MEASURES: dict[str, Any] = {
 
 
 def measure(signals: NDArray[Any], names: Sequence[str], segment: int, order: int) -> NDArray[Any]:
-    """Log spectra of each signal by the measures named.
+    """Compute the log spectra of each signal by the named measures.
 
     Parameters
     ----------
@@ -96,12 +96,12 @@ def measure(signals: NDArray[Any], names: Sequence[str], segment: int, order: in
     names : sequence of str
         Keys of `MEASURES`.
     segment, order : int
-        As in `own_model` and `short_time`.
+        Parameters of `own_model` and `short_time`.
 
     Returns
     -------
     ndarray of shape (n_signals, len(names), n_bands)
-        Natural logarithms of power, each up to a constant of the signal.
+        Natural logarithms of power, each up to a constant that depends on the signal.
 
     Examples
     --------
