@@ -1,7 +1,8 @@
 r"""The Laguerre pole of each channel, by separable least squares on correlations.
 
-Given the poles the fit is linear, and all that it needs follows from the correlations of the
-channels, which are accumulated once: trying a pole costs the same for any length of data.
+For given poles the fit is linear, and it depends on the data only through the correlations of the
+channels. These are accumulated once, so the cost of trying a pole does not depend on the length of
+the data.
 """
 
 from typing import Any
@@ -24,11 +25,12 @@ _DENSE_END, _GRID_END = 1.5, 1.9
 
 
 def correlations(windows: NDArray[Any]) -> NDArray[Any]:
-    """Sum over the windows of the correlations of their channels.
+    """Sum the correlations of the channels over the windows.
 
-    Windows longer than `LONGEST_SEGMENT` are cut into segments of equal length, so the cost of a
-    sample and the memory do not grow with the length. Products across a boundary are left out, as
-    they are between windows: what a network still rings there counts as error for every pole.
+    Windows longer than `LONGEST_SEGMENT` are cut into segments of equal length, so that the cost
+    per sample and the memory do not grow with the length of the windows. Products across a
+    boundary are omitted, both between segments and between windows. The response of a network that
+    continues beyond a boundary counts as error for every pole.
 
     Parameters
     ----------
@@ -72,11 +74,11 @@ def correlations(windows: NDArray[Any]) -> NDArray[Any]:
 
 
 def closed_form_pole(taps: NDArray[Any]) -> float:
-    r"""The pole in which an impulse response is most compact.
+    r"""Return the pole whose Laguerre series represents an impulse response most compactly.
 
-    Minimises :math:`\sum_n n g_n^2` over the Laguerre coefficients g of the response (Fu and Dumont
-    1993): :math:`\zeta = (s - \sqrt{s^2 - 4c^2})/(2c)` with :math:`s = \sum_k (2k-1) h_k^2` and
-    :math:`c = \sum_k k h_k h_{k+1}`.
+    The pole minimises :math:`\sum_n n g_n^2` over the Laguerre coefficients g of the response (Fu
+    and Dumont 1993): :math:`\zeta = (s - \sqrt{s^2 - 4c^2})/(2c)` with :math:`s = \sum_k (2k-1)
+    h_k^2` and :math:`c = \sum_k k h_k h_{k+1}`.
 
     Parameters
     ----------
@@ -102,7 +104,7 @@ def closed_form_pole(taps: NDArray[Any]) -> float:
 
 
 def least_of_cubics(places: NDArray[Any], values: NDArray[Any], slopes: NDArray[Any]) -> float:
-    """Where the piecewise cubic through values and slopes is least, to a twentieth of a piece.
+    """Find the minimum of a piecewise cubic through values and slopes, to a twentieth of a piece.
 
     Parameters
     ----------
@@ -112,7 +114,7 @@ def least_of_cubics(places: NDArray[Any], values: NDArray[Any], slopes: NDArray[
     Returns
     -------
     float
-        The place.
+        Position of the minimum.
 
     Examples
     --------
@@ -132,13 +134,13 @@ def least_of_cubics(places: NDArray[Any], values: NDArray[Any], slopes: NDArray[
 
 
 def search_poles(correlations: NDArray[Any], orders: Any, poles: Any, alpha: float) -> NDArray[Any]:
-    """Poles of least prediction error, summed over the models.
+    """Find the poles with the smallest prediction error, summed over the models.
 
-    The closed form of the unrestricted impulse response starts every free channel. Then each
-    channel in turn moves to the least of a cubic through error and slope on a grid; with several
-    free channels this is done twice, coarsely at first. A bounded quasi-Newton search moves all of
-    them together at the end. The error has ripples, so another pole may be better by a fraction of
-    a percent.
+    The search has three steps. First, every free channel starts at the closed-form pole of the
+    unrestricted impulse response. Second, each channel in turn moves to the minimum of a cubic
+    through error and slope on a grid. With several free channels this step is repeated, and the
+    first grid is coarser. Third, a bounded quasi-Newton search moves all free poles together. The
+    error has ripples, so another pole may be better by a fraction of a percent.
 
     Parameters
     ----------
@@ -147,9 +149,9 @@ def search_poles(correlations: NDArray[Any], orders: Any, poles: Any, alpha: flo
     orders : sequence of int, of length n_channels
         The networks' orders.
     poles : sequence of float or None, of length n_channels
-        Given poles, None where one is to be found.
+        Fixed poles; None for a pole that is to be found.
     alpha : float
-        Ridge, added to the sum of squares.
+        Ridge parameter, which is added to the sum of squares.
 
     Returns
     -------

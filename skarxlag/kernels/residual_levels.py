@@ -20,7 +20,7 @@ _SETTLED = 0.5
 
 
 def sliding_surface(error: NDArray[Any], slope: float) -> NDArray[Any]:
-    r"""The surface :math:`S(k) = \lambda e(k) + (e(k) - e(k-1))`, with e(-1) = e(0).
+    r"""Return the surface :math:`S(k) = \lambda e(k) + (e(k) - e(k-1))`, with e(-1) = e(0).
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def sliding_surface(error: NDArray[Any], slope: float) -> NDArray[Any]:
 
 
 def switching_gain(surface: NDArray[Any], step: float) -> NDArray[Any]:
-    """Trajectory of the adapted switching gain, which starts at the surface's RMS.
+    """Compute the trajectory of the adapted switching gain, which starts at the surface's RMS.
 
     Parameters
     ----------
@@ -62,17 +62,18 @@ def switching_gain(surface: NDArray[Any], step: float) -> NDArray[Any]:
 
 @compiled
 def adapt_switching_gain(surface: NDArray[Any], start: NDArray[Any], step: float) -> NDArray[Any]:
-    r"""Switching gain that follows the size of the sliding surface.
+    r"""Compute the switching gain, which follows the size of the sliding surface.
 
-    :math:`\ln K_s^+ = \ln K_s + \mathrm{step}\,\mathrm{sgn}(|S| - K_s)` rests where
-    :math:`|S|` lies above and below equally often: at its median.
+    The gain changes by :math:`\ln K_s^+ = \ln K_s + \mathrm{step}\,\mathrm{sgn}(|S| - K_s)`. It
+    settles at the median of :math:`|S|`, where :math:`|S|` is above and below the gain equally
+    often.
 
     Parameters
     ----------
     surface : ndarray of shape (n_signals, n_samples)
         The sliding surface S.
     start : ndarray of shape (n_signals,)
-        Gain before the first sample, above 0; rows that start at 0 stay there.
+        Gain before the first sample, above 0. A gain that starts at 0 stays at 0.
     step : float
         Step of the logarithm, above 0.
 
@@ -97,7 +98,7 @@ def adapt_switching_gain(surface: NDArray[Any], start: NDArray[Any], step: float
 
 
 def settled_level(gain: Any) -> Any:
-    """Geometric mean of a gain over the last half of the window; 0 where the gain is 0."""
+    """Return the geometric mean of a gain over the last half of the window; 0 if the gain is 0."""
     tail = gain[..., int(_SETTLED * gain.shape[-1]) :]
     silent = tail[..., 0] == 0
     level = np.exp(np.mean(np.log(np.where(silent[..., np.newaxis], 1.0, tail)), axis=-1))
@@ -105,14 +106,14 @@ def settled_level(gain: Any) -> Any:
 
 
 def power_levels(innovations: NDArray[Any], loop: tuple[Any, ...]) -> NDArray[Any]:
-    """Root-mean-square of the output error.
+    """Compute the root mean square of the output error.
 
     Parameters
     ----------
     innovations : ndarray of shape (n_windows, n_models, n_samples)
         The innovations.
     loop : tuple of 7 floats
-        As in `observer.observe`.
+        Parameters of the loop, see `observer.observe`.
 
     Returns
     -------
@@ -130,14 +131,16 @@ def power_levels(innovations: NDArray[Any], loop: tuple[Any, ...]) -> NDArray[An
 def switching_gain_levels(
     innovations: NDArray[Any], loop: tuple[Any, ...], slope: float, step: float
 ) -> NDArray[Any]:
-    """`settled_level` of the `switching_gain` of the `sliding_surface` of the output error.
+    """Compute the level at which the switching gain of the output error's sliding surface settles.
+
+    The level is the `settled_level` of the `switching_gain` of the `sliding_surface`.
 
     Parameters
     ----------
     innovations : ndarray of shape (n_windows, n_models, n_samples)
         The innovations.
     loop : tuple of 7 floats
-        As in `observer.observe`.
+        Parameters of the loop, see `observer.observe`.
     slope : float
         Slope of the sliding surface, at least 0.
     step : float
@@ -171,7 +174,7 @@ def switching_gain_levels(
 
 
 def _out_of_range(levels):
-    """Windows whose squares may have over- or underflowed."""
+    """Return which windows have squares that may have overflowed or underflowed."""
     return np.flatnonzero(np.any(~((levels > 1e-140) & (levels < 1e140)), axis=1))
 
 
@@ -209,8 +212,9 @@ def fill_switching_gain_levels(
 ) -> None:
     """Fill `levels`, block by block.
 
-    The logarithm of the gain moves by whole steps, so that its mean needs no logarithms: what is
-    kept are the gain, the steps up less those down, and the sum of these once it has settled.
+    The logarithm of the gain changes by whole steps, so its mean can be computed without
+    logarithms. The loop stores the gain, the number of steps up minus steps down, and the sum of
+    this number after the gain has settled.
     """
     n_windows, n_models, n_samples = innovations.shape
     up, down = math.exp(step), math.exp(-step)
@@ -243,7 +247,7 @@ def fill_switching_gain_levels(
 
 @inlined
 def _size_block(histories, slope, sizes, tile, votes):
-    """Size of the sliding surface, and the sum of its squares."""
+    """Compute the absolute value of the sliding surface, and the sum of its squares."""
     for i in range(TILE * LANES):
         error = histories[ERROR, i + LANES]
         surface = slope * error + (error - histories[ERROR, i])
@@ -253,7 +257,7 @@ def _size_block(histories, slope, sizes, tile, votes):
 
 @inlined
 def _vote_block(sizes, tile, settled, up, down, votes):
-    """One step of the gain a sample."""
+    """Change the gain by one step for each sample."""
     for i in range(TILE * LANES):
         size, gain = sizes[tile, i], votes[GAIN, i]
         steps = votes[STEPS, i] + ((1.0 if size > gain else 0.0) - (1.0 if size < gain else 0.0))
@@ -265,10 +269,11 @@ def _vote_block(sizes, tile, settled, up, down, votes):
 
 
 def cepstral_norm(log_spectra: NDArray[Any], exponent: float) -> NDArray[Any]:
-    r"""Weighted cepstral norm :math:`\sum_{n \ge 1} n^p d_n^2` of log spectra.
+    r"""Compute the weighted cepstral norm :math:`\sum_{n \ge 1} n^p d_n^2` of log spectra.
 
-    d are the cosine coefficients over frequency. Coefficient 0, the gain, is left out; p = 1 is
-    Martin's metric between autoregressive models (Martin 2000).
+    Here :math:`d_n` are the cosine coefficients over frequency. Coefficient 0, which is the gain,
+    is excluded. With p = 1, the norm is Martin's metric between autoregressive models (Martin
+    2000).
 
     Parameters
     ----------

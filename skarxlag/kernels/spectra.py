@@ -1,6 +1,6 @@
-"""What a signal's spectrum looks like and how steady each band is, one signal at a time.
+"""Log spectrum of a signal, and mean and median power of its bands.
 
-Every signal is worked on by itself, so that results do not depend on which others it comes with.
+Every signal is processed separately, so that its result does not depend on the other signals.
 """
 
 import math
@@ -25,28 +25,29 @@ _SAMPLES_IN_CACHE = 20_000
 
 
 def frequency_grid(n_frequencies: Any) -> Any:
-    """Midpoints of equal cells on (0, pi), in radians a sample."""
+    """Return the midpoints of equal cells on (0, pi), in radians per sample."""
     return (np.arange(n_frequencies) + 0.5) * np.pi / n_frequencies
 
 
 def autoregressive_log_spectrum(
     signals: NDArray[Any], order: int, n_frequencies: int, alpha: float = 1e-9
 ) -> NDArray[Any]:
-    r"""Log power spectrum of each signal by the model identified on it alone.
+    r"""Compute the log power spectrum of each signal from a model identified on this signal alone.
 
-    :math:`-\log|1 - \sum_n g_n e^{-j\omega(n+1)}|^2` with g by least squares: the Laguerre network
-    with its pole at 0. The constant that the power of the innovations adds is left out.
+    The spectrum is :math:`-\log|1 - \sum_n g_n e^{-j\omega(n+1)}|^2`, where g is found by least
+    squares. The model is a Laguerre network with its pole at 0, which is an autoregressive model.
+    The constant that the power of the innovations would add is omitted.
 
     Parameters
     ----------
     signals : ndarray of shape (n_signals, n_samples)
         Signals, in any unit.
     order : int
-        Number of filters; at most an eighth of n_samples is used.
+        Number of filters. At most n_samples / 8 filters are used.
     n_frequencies : int
         Midpoints of equal cells on (0, pi).
     alpha : float, default=1e-9
-        Ridge, as a share of the signal's power.
+        Ridge parameter, relative to the power of the signal.
 
     Returns
     -------
@@ -67,11 +68,11 @@ def autoregressive_log_spectrum(
 def short_time_log_spectra(
     signals: NDArray[Any], segment: int, hop: int
 ) -> tuple[NDArray[Any], NDArray[Any]]:
-    r"""Logarithm of the mean and of the median power of each band over time.
+    r"""Compute the logarithms of the mean and of the median power of each band over time.
 
-    Bands are those of a short-time Fourier transform with a Hann window. The median is the floor
-    between strikes and what a switching gain settles at; a band in which strikes ring has a mean
-    far above it.
+    The bands are those of a short-time Fourier transform with a Hann window. The median is the
+    power between strikes, and a switching gain settles at it. In a band in which strikes ring, the
+    mean is far above the median.
 
     Parameters
     ----------
@@ -85,8 +86,8 @@ def short_time_log_spectra(
     Returns
     -------
     mean, median : ndarray of shape (n_signals, max(segment // 2 - 1, 1))
-        Natural logarithms, up to a constant of the signal that both share; 0 for a signal of zeros
-        and where a segment is shorter than 4 samples.
+        Natural logarithms, up to a constant that depends on the signal and is the same for both.
+        They are 0 for a signal of zeros, and if a segment is shorter than 4 samples.
     """
     n_bands = max(segment // 2 - 1, 1)
     levels = np.zeros((2, len(signals), n_bands))
@@ -107,7 +108,7 @@ def short_time_log_spectra(
 
 
 def _unit_peak(signals):
-    """Signals over their largest value, in one layout and type for the compiled kernels."""
+    """Divide signals by their largest value, in one layout and type for the compiled kernels."""
     signals = np.ascontiguousarray(signals, dtype=np.float64)
     peak = largest(signals)
     peak[peak == 0] = 1.0
@@ -115,10 +116,11 @@ def _unit_peak(signals):
 
 
 def cepstrum(log_spectra: NDArray[Any]) -> NDArray[Any]:
-    r"""Cosine coefficients of log spectra, without coefficient 0, the gain.
+    r"""Compute the cosine coefficients of log spectra, without coefficient 0, which is the gain.
 
-    :math:`d_n` with :math:`\log P(\omega) = d_0 + \sum_{n \ge 1} d_n \cos n\omega` on the midpoints
-    of equal cells on (0, pi), from the orthonormal DCT-II.
+    The coefficients :math:`d_n` satisfy
+    :math:`\log P(\omega) = d_0 + \sum_{n \ge 1} d_n \cos n\omega` on the midpoints of equal cells
+    on (0, pi). They are computed with the orthonormal DCT-II.
 
     Parameters
     ----------
@@ -128,7 +130,7 @@ def cepstrum(log_spectra: NDArray[Any]) -> NDArray[Any]:
     Returns
     -------
     ndarray of shape (n_signals, n_frequencies - 1)
-        In nepers of power.
+        Coefficients in nepers of power.
 
     Examples
     --------

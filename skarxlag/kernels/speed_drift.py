@@ -1,8 +1,8 @@
-"""How far what a healthy bearing shows may move with speed.
+"""Model of how the features of a healthy bearing change with speed.
 
-The logarithm of speed is x. What a healthy bearing shows is taken to move with x as Brownian
-motion does. Between two speeds whose recordings are known this is a Brownian bridge, outside them
-it is free. All variances are given for a change of speed by the factor 1.3.
+The features are modelled as Brownian motion over x, the logarithm of the speed. Between two speeds
+with known recordings this is a Brownian bridge, and outside them it is free Brownian motion. All
+variances are stated for a change of speed by the factor 1.3, which is called the unit distance.
 """
 
 from typing import Any, NamedTuple
@@ -25,12 +25,13 @@ SAME_LOG_SPEED = 0.02
 
 
 class Distance(NamedTuple):
-    """Where speeds lie among those that are known.
+    """Position of speeds relative to the known speeds.
 
     Attributes
     ----------
     lower, upper : ndarray of int of shape (n_rows,)
-        Places of the known speeds on either side; outside, of the nearest one twice.
+        Indices of the known speeds on either side. Outside the known range, both are the index of
+        the nearest known speed.
     share : ndarray of shape (n_rows,)
         Weight of the upper one in a linear interpolation, from 0 to 1.
     variance : ndarray of shape (n_rows,)
@@ -52,11 +53,12 @@ class Distance(NamedTuple):
 
 
 def speed_distance(log_speed: NDArray[Any], known: NDArray[Any]) -> Distance:
-    r"""Where speeds lie among those that are known.
+    r"""Compute the position of speeds relative to the known speeds, and the variance of the drift.
 
-    Between two neighbours a distance h apart, at the share t of it, a Brownian bridge has the
-    variance :math:`t (1 - t)\,h / L`. Outside, Brownian motion has the variance of the distance
-    over L, the unit distance.
+    Let h be the distance between two neighbouring known speeds, and t the position between them as
+    a share of h. The Brownian bridge has the variance :math:`t (1 - t)\,h / L`, where L is the unit
+    distance. Outside the known range, the variance of the Brownian motion is the distance from the
+    nearest known speed, divided by L.
 
     Parameters
     ----------
@@ -68,7 +70,7 @@ def speed_distance(log_speed: NDArray[Any], known: NDArray[Any]) -> Distance:
     Returns
     -------
     Distance
-        Neighbours, variance and what lies beyond.
+        Neighbours, weights, variances and distances beyond the known range.
 
     Examples
     --------
@@ -93,7 +95,7 @@ def speed_distance(log_speed: NDArray[Any], known: NDArray[Any]) -> Distance:
 
 
 def group_speeds(log_speed: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Put speeds that hardly differ together.
+    """Group speeds that differ by at most 2 %.
 
     Parameters
     ----------
@@ -126,11 +128,12 @@ def group_speeds(log_speed: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
 def slope_against_speed(
     values: NDArray[Any], known: NDArray[Any], *, mean: float, deviation: float, drift: float
 ) -> tuple[float, float]:
-    r"""Slope of a value against log speed, and the variance of that slope.
+    r"""Estimate the slope of a value against log speed, and the variance of this slope.
 
-    Of Brownian motion with a trend only the two ends tell the trend: it is
-    :math:`(g_k - g_1) / (x_k - x_1)` with the variance :math:`\sigma^2 / (L\,(x_k - x_1))`. What
-    is known of the slope beforehand is combined with it by Bayes' rule for normal distributions.
+    For Brownian motion with a trend, only the two end points contain information about the trend.
+    The estimate is :math:`(g_k - g_1) / (x_k - x_1)` with the variance
+    :math:`\sigma^2 / (L\,(x_k - x_1))`. Bayes' rule for normal distributions combines it with the
+    prior of the slope.
 
     Parameters
     ----------
@@ -139,14 +142,14 @@ def slope_against_speed(
     known : ndarray of shape (n_speeds,)
         Logarithms of the known speeds, ascending.
     mean, deviation : float
-        Of the slope, beforehand.
+        Prior mean and prior standard deviation of the slope.
     drift : float
         Standard deviation :math:`\sigma` of the motion over the unit distance L.
 
     Returns
     -------
     slope, variance : float
-        Mean and variance of the slope afterwards.
+        Posterior mean and variance of the slope.
 
     Examples
     --------
@@ -168,10 +171,10 @@ def drift_covariance(
     frequency: float,
     noise: float,
 ) -> NDArray[Any]:
-    """Covariance of what a change of speed by the unit distance does to cepstra.
+    """Compute the covariance of the change of cepstra when the speed changes by the unit distance.
 
-    Three things may happen: smooth and rough drift over frequency, a scaled frequency axis, and a
-    noise floor that rises. The last two are computed from the mean log spectra.
+    The model has three causes of change: smooth and rough drift over frequency, a scaled frequency
+    axis, and a rising noise floor. The last two are computed from the mean log spectra.
 
     Parameters
     ----------
@@ -180,12 +183,12 @@ def drift_covariance(
     smooth, rough : float
         Constants of `skarxlag.kernels.drift.smooth_variance`.
     frequency, noise : float
-        Weights of the scaled axis and of the raised floor.
+        Weights of the scaled frequency axis and of the raised noise floor.
 
     Returns
     -------
     ndarray of shape (n_features, n_features)
-        Positive definite for `rough` above 0.
+        The covariance, which is positive definite for `rough` above 0.
     """
     scaled = log_spectra_cepstra(scaled_frequency(colour), scaled_frequency(steadiness))
     raised = raised_noise(colour)
@@ -200,7 +203,7 @@ def drift_covariance(
 
 
 def joint_axes(scatter: NDArray[Any], drift: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Coordinates in which scatter is diagonal and drift the identity.
+    """Compute coordinates in which the scatter is diagonal and the drift is the identity.
 
     Parameters
     ----------
@@ -221,7 +224,7 @@ def joint_axes(scatter: NDArray[Any], drift: NDArray[Any]) -> tuple[NDArray[Any]
 
 
 def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
-    """Rows times axes, summed in an order that does not depend on the number of rows.
+    """Multiply rows by axes, with sums whose order does not depend on the number of rows.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How steady the power of each band of a signal is, from its short-time spectrum."""
+"""Mean and median power of each band of a signal, from its short-time spectrum."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ _SIDE_BY_SIDE = 32
 
 
 def windowed_segments(signals: NDArray[Any], window: NDArray[Any], hop: int) -> NDArray[Any]:
-    """Segments of signals, each times a window.
+    """Cut signals into segments, and multiply each segment by a window.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def windowed_segments(signals: NDArray[Any], window: NDArray[Any], hop: int) -> 
     Returns
     -------
     ndarray of shape (n_signals, n_segments, segment)
-        As many segments as lie within a signal.
+        The segments that lie completely within a signal.
     """
     n_segments = (signals.shape[1] - len(window)) // hop + 1
     segments = np.empty((len(signals), n_segments, len(window)))
@@ -47,9 +47,9 @@ def _fill_segments(signals, window, hop, segments):
 def sort_columns(rows: NDArray[Any]) -> None:
     """Sort each column in place, by merge exchange.
 
-    What it compares does not depend on values, so all columns are sorted together: K. E. Batcher
-    (1968), "Sorting networks and their applications", AFIPS 32, 307-314; algorithm 5.2.2M in Knuth,
-    "The Art of Computer Programming".
+    The sequence of comparisons does not depend on the values, so all columns are sorted together.
+    See K. E. Batcher (1968), "Sorting networks and their applications", AFIPS 32, 307-314, and
+    algorithm 5.2.2M in Knuth, "The Art of Computer Programming".
 
     Parameters
     ----------
@@ -78,19 +78,19 @@ def sort_columns(rows: NDArray[Any]) -> None:
 
 
 def mean_and_median(spectra: Any, floor: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Mean and median power of each band over time.
+    """Compute the mean and the median power of each band over time.
 
     Parameters
     ----------
     spectra : ndarray of shape (n_signals, n_segments, n_bands), complex
         Short-time spectra.
     floor : ndarray of shape (n_signals,)
-        Added to the power of each signal, above 0.
+        Value above 0 that is added to the power of each signal.
 
     Returns
     -------
     mean, median : ndarray of shape (n_signals, n_bands)
-        In the unit of the spectra squared.
+        Mean and median, in the squared unit of the spectra.
     """
     n_signals, n_segments, n_bands = spectra.shape
     levels = np.empty((2, n_signals, n_bands))
