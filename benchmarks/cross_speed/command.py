@@ -77,7 +77,7 @@ def run(rig_name, rig, method, make_classifier, window_length, output):
 
 
 def check_installed(methods):
-    """Tell of a missing library before the first score, not after an hour."""
+    """Raise an error for a missing library before the first score, not after an hour."""
     for name, make_classifier in methods.items():
         try:
             make_classifier()

@@ -67,10 +67,10 @@ def ar_coefficients(X, order=AR_ORDER):
 
 
 class LabelsOnly(ClassifierMixin, BaseEstimator):
-    """Hide probabilities that are only 0 and 1.
+    """Wrapper of a classifier that hides its probabilities, which are only 0 and 1.
 
-    aeon's classifiers that end in a ridge regression state such probabilities, at the price of
-    computing all features once more.
+    The classifiers of aeon that end in a ridge regression return such probabilities, and have to
+    compute all features again for them.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ SMALLEST_PROBABILITY = 1e-6
 
 
 def consecutive_groups(recording, start, size=GROUP_SIZE):
-    """Every run of `size` consecutive windows of one recording; runs overlap.
+    """Return all groups of `size` consecutive windows of one recording; groups overlap.
 
     Parameters
     ----------
@@ -50,14 +50,14 @@ def consecutive_groups(recording, start, size=GROUP_SIZE):
 
 
 def log_evidence(classifier, X, predicted):
-    """Evidence of each window for each class, to be added up over windows.
+    """Compute the evidence of each window for each class, which is summed over windows.
 
     Parameters
     ----------
     classifier : fitted classifier
     X : array of shape (n_windows, ...)
     predicted : array of shape (n_windows,)
-        What ``classifier.predict`` says of X.
+        Result of ``classifier.predict`` for X.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def log_evidence(classifier, X, predicted):
 
 
 def check_rig(rig, window_length):
-    """Refuse a rig on which the protocol cannot be carried out.
+    """Raise an error if the protocol cannot be applied to a rig.
 
     Parameters
     ----------

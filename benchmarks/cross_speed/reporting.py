@@ -114,7 +114,7 @@ def summarise(pairs):
 
 
 def merge(path, rows, run):
-    """Write `rows` of one run to a CSV file, in place of what it holds of the same run.
+    """Write `rows` of one run to a CSV file, and replace earlier rows of the same run.
 
     Parameters
     ----------
@@ -248,7 +248,7 @@ def report(summary, command):
 
 
 def command_line(summary, defaults):
-    """Shell commands which make the results that `summary` holds.
+    """Return the shell commands that produce the results in `summary`.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""What writes tables and figures into the pages."""
+"""Commands that write the tables and figures of the documentation."""

@@ -29,7 +29,7 @@ TITLE = f"Simulated rig, crack {CRACK_MM} mm"
 
 
 def figures():
-    """Every figure that data can draw, by the stem of its file."""
+    """Return every figure that is drawn from signals, by the name of its file without suffix."""
     rig = simulate_rig(rpm=RPM, crack_mm=CRACK_MM)
     healthy, faulty = rig.target_names[0], rig.target_names[-1]
     is_first = rig.start < rig.start.max() / 2
@@ -64,7 +64,7 @@ def draw_diagrams(folder):
 
 
 def draw_figures(folder):
-    """Write what data can draw."""
+    """Write the figures that are drawn from signals."""
     with matplotlib.rc_context(ANY_PAGE):
         for stem, figure in figures().items():
             figure.savefig(folder / f"{stem}.png", dpi=90, metadata={"Software": None})

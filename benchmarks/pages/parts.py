@@ -1,4 +1,4 @@
-"""All that is generated in README and docs: the command that writes it, and what it depends on."""
+"""List of the generated parts of README and docs, with their commands and dependencies."""
 
 import ast
 import hashlib
@@ -18,7 +18,7 @@ CORE = (
 
 
 class Part(NamedTuple):
-    """What one command writes.
+    """The output of one command.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ PARTS = {
 
 @cache
 def _code(path):
-    """A source without its comments, docstrings and layout; of other files the bytes."""
+    """Return a Python source without comments, docstrings and layout; other files as bytes."""
     if path.suffix != ".py":
         return path.read_bytes()
     tree = ast.parse(path.read_text("utf-8"))
@@ -197,12 +197,12 @@ def fingerprint(part, root=ROOT):
 
 
 def recorded():
-    """What each output was made from, as far as that is known."""
+    """Return the recorded state of the code that each output was generated from."""
     return json.loads(RECORD.read_text("utf-8")) if RECORD.exists() else {}
 
 
 def record(outputs):
-    """Note that these outputs have just been written."""
+    """Record that these outputs have just been written."""
     known = recorded()
     for part in PARTS.values():
         for output in set(part.outputs()) & set(outputs):
@@ -212,7 +212,7 @@ def record(outputs):
 
 
 def stale():
-    """Outputs, by part, whose code has changed since they were written or that were never recorded.
+    """Return the outputs of each part that are out of date or were never recorded.
 
     Returns
     -------

@@ -2,9 +2,9 @@
 Detection with healthy recordings only
 ======================================
 
-A detector that has seen healthy recordings at 300 and 500 rpm is asked about recordings at 400 rpm
-and at 600 rpm. Its limits widen with the distance from the speeds that it has seen, so healthy
-recordings raise no alarm at either speed, and fewer faults are found farther away.
+A detector is calibrated on healthy recordings at 300 and 500 rpm, and tested on recordings at 400
+and 600 rpm. Its limits widen with the distance from the calibrated speeds. Healthy recordings
+therefore raise no alarm at either speed, and fewer faults are found at the more distant speed.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 Calibrated at one speed, used at others
 =======================================
 
-The three diagnosers, calibrated on the simulated rig at 500 rpm and tested at every speed. All
-figures come from a simulation; the benchmark has real rigs.
+Three diagnosers are calibrated on the simulated rig at 500 rpm and tested at every speed. All
+results come from a simulation. The benchmark contains results on real rigs.
 """
 
 import matplotlib.pyplot as plt

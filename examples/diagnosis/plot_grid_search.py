@@ -2,9 +2,9 @@
 A grid search over observer gains that identifies once
 ======================================================
 
-With ``memory`` a Pipeline keeps what its first step computed, so a search over gains of the
-observer identifies the models once for each split. Gains that are not certified stable are
-scored NaN.
+With the parameter ``memory``, a Pipeline stores the result of its first step. A search over the
+gains of the observer then identifies the models only once for each split. Gains whose stability
+cannot be certified get the score NaN.
 """
 
 import warnings

@@ -2,9 +2,10 @@
 From files to verdicts
 ======================
 
-Recordings of one's own: a table lists the files, a diagnoser is calibrated at one speed, is saved,
-and gives one verdict for each recording of another speed. The files come from the simulated rig
-here; ``python -m skarxlag fit`` and ``diagnose`` do the same from the shell.
+This example shows how to diagnose your own recordings. A table lists the files. A diagnoser is
+calibrated at one speed and saved, and then gives one verdict for each recording at another speed.
+Here, the files come from the simulated rig. The shell commands ``python -m skarxlag fit`` and
+``diagnose`` do the same.
 """
 
 import tempfile

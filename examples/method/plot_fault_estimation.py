@@ -3,9 +3,9 @@ Fault estimation: where the extended state helps
 ================================================
 
 A step of known size enters the difference equation of a healthy bearing's output. Three observers
-estimate it: the extended-state observer, whose gain grows with the fault; the linear observer of
-the same small-signal gain; and the linear observer of twice that gain. The first is as quiet as
-the second while there is no fault, and settles sooner the larger the fault is.
+estimate this step: the extended-state observer, whose gain grows with the fault; the linear
+observer with the same small-signal gain; and the linear observer with twice that gain. Without a
+fault, the first estimate is as quiet as the second. The larger the fault is, the sooner it settles.
 """
 
 import matplotlib.pyplot as plt

@@ -4,7 +4,7 @@ A known system, identified from output and input
 
 An ARX system with known coefficients is driven by a random input. With its pole at 0 an
 ARX-Laguerre model *is* an ARX model, so identification must return these coefficients. With a pole
-that suits the system, few filters do the work of many lags.
+that fits the dynamics of the system, few filters replace many lags.
 """
 
 import matplotlib.pyplot as plt

@@ -3,9 +3,9 @@ Crack size by regression on what an observer gives
 ==================================================
 
 A standard regressor learns the size of a crack from residual levels and levels of fault estimates,
-at one shaft speed, and is tested at another. It stands beside two baselines: the median crack, and
-the same regressor on the level of the window alone. Everything is simulated: the errors say what
-depends on what, and nothing about a machine.
+at one shaft speed, and is tested at another. It is compared with two baselines: the median crack
+size, and the same regressor on the level of the window alone. All data are simulated. The errors
+show how the result depends on the input, but they are no evidence about a real machine.
 """
 
 import matplotlib.pyplot as plt

@@ -2,9 +2,9 @@
 The paper's figures
 ===================
 
-Figures 7, 8 and 10-19 of Piltan and Kim (2019), on the simulated rig: the Display classes draw what
-the model predicts, what the observer leaves, and where the thresholds lie. All signals are
-simulated; the paper's own data were never published.
+This example draws Figures 7, 8 and 10-19 of Piltan and Kim (2019) for the simulated rig. The
+Display classes show the prediction of the model, the residual of the observer, and the thresholds.
+All signals are simulated, because the paper's own data were never published.
 """
 
 import matplotlib.pyplot as plt

@@ -76,9 +76,9 @@ def correlations(windows: NDArray[Any]) -> NDArray[Any]:
 def closed_form_pole(taps: NDArray[Any]) -> float:
     r"""Return the pole whose Laguerre series represents an impulse response most compactly.
 
-    The pole minimises :math:`\sum_n n g_n^2` over the Laguerre coefficients g of the response (Fu
-    and Dumont 1993): :math:`\zeta = (s - \sqrt{s^2 - 4c^2})/(2c)` with :math:`s = \sum_k (2k-1)
-    h_k^2` and :math:`c = \sum_k k h_k h_{k+1}`.
+    The pole minimises :math:`\sum_n n g_n^2` over the Laguerre coefficients g of the response
+    (Fu and Dumont 1993): :math:`\zeta = (s - \sqrt{s^2 - 4c^2})/(2c)` with
+    :math:`s = \sum_k (2k-1) h_k^2` and :math:`c = \sum_k k h_k h_{k+1}`.
 
     Parameters
     ----------

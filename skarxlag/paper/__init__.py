@@ -1,4 +1,4 @@
-"""The tables of Piltan and Kim (2019): as printed, and beside verdicts under the same protocol."""
+"""The tables of Piltan and Kim (2019) as printed, and comparisons under the same protocol."""
 
 from .comparison import (
     METHODS,

@@ -1,6 +1,6 @@
-"""Verdicts in the layout of Tables 2-9 of Piltan and Kim (2019), beside what the paper prints.
+"""Verdicts in the layout of Tables 2-9 of Piltan and Kim (2019), next to the printed values.
 
-Verdicts are those of `skarxlag.paper.run_protocol` with the names in `METHODS`.
+The verdicts come from `skarxlag.paper.run_protocol`, with the method names in `METHODS`.
 """
 
 from typing import Any
@@ -20,26 +20,26 @@ _BY_SPEED, _BY_CRACK = (2, 3, 4, 5), (8, 9)
 
 
 def accuracy_beside_paper(verdicts: pd.DataFrame, number: str) -> pd.DataFrame:
-    """One of Tables 2-5, 8 and 9: accuracy by condition, verdicts beside the paper.
+    """Return one of Tables 2-5, 8 and 9: accuracy by condition, next to the paper's values.
 
     Parameters
     ----------
     verdicts : DataFrame
-        Of the protocol; those of other speeds, or other cracks, than the table's are left out.
+        Verdicts of the protocol. Verdicts for other speeds or cracks than the table's are ignored.
     number : {2, 3, 4, 5, 8, 9}
-        Of the table.
+        Number of the table.
 
     Returns
     -------
     DataFrame
-        Percent. Rows: the conditions; "Average" of these rows; the average that the paper prints.
-        Columns: (source, method, crack size in mm or speed in rpm), the source being "simulated
-        rig" or "paper".
+        Accuracies in percent. The rows are the conditions, the "Average" of these rows, and the
+        average that the paper prints. The columns are (source, method, crack size in mm or speed
+        in rpm). The source is "simulated rig" or "paper".
 
     Raises
     ------
     ValueError
-        If that table does not hold accuracies, or a method is not in `METHODS`.
+        If the table does not contain accuracies, or a method is not in `METHODS`.
     """
     _check_methods(verdicts)
     if number not in _BY_SPEED + _BY_CRACK:
@@ -58,29 +58,29 @@ def accuracy_beside_paper(verdicts: pd.DataFrame, number: str) -> pd.DataFrame:
 
 
 def confusion_beside_paper(verdicts: pd.DataFrame, number: str) -> dict[str, Any]:
-    """Table 6 or 7: confusion matrices at 400 rpm, the paper's first.
+    """Return Table 6 or 7: confusion matrices at 400 rpm, that of the paper first.
 
-    Recall stands on the right, precision below, both recomputed from the counts; the paper has
-    them the other way round.
+    The last column is the recall and the last row the precision. Both are recomputed from the
+    counts. The paper has them the other way round.
 
     Parameters
     ----------
     verdicts : DataFrame
-        Of the protocol; those of other speeds and cracks than the table's are left out.
+        Verdicts of the protocol. Verdicts for other speeds or cracks than the table's are ignored.
     number : {6, 7}
-        Of the table.
+        Number of the table.
 
     Returns
     -------
     dict of (source, method) to DataFrame
-        First ("paper", "proposed"), then one for each method in `verdicts`; each as
-        `skarxlag.accuracy_tables.confusion_table` returns it. The paper's has one more column
-        and one more row, the margins as printed under the names that are printed.
+        First ("paper", "proposed"), then one matrix for each method in `verdicts`, as
+        `skarxlag.accuracy_tables.confusion_table` returns it. The paper's matrix has one more
+        column and one more row, which are the printed margins with their printed names.
 
     Raises
     ------
     ValueError
-        If that table is no confusion matrix, or a method is not in `METHODS`.
+        If the table is not a confusion matrix, or a method is not in `METHODS`.
     """
     _check_methods(verdicts)
     if number not in (6, 7):
@@ -102,12 +102,13 @@ def confusion_beside_paper(verdicts: pd.DataFrame, number: str) -> dict[str, Any
 
 
 def paper_averages() -> pd.DataFrame:
-    """Averages of the paper: claimed, printed, and recomputed from its rows.
+    """Return the averages of the paper as claimed, as printed, and recomputed from its rows.
 
     Returns
     -------
     DataFrame
-        Percent. Rows: where the average comes from. Columns: (method, "3 mm" | "6 mm" | "both").
+        Averages in percent. The rows are the sources of the averages, and the columns are
+        (method, "3 mm" | "6 mm" | "both").
 
     Examples
     --------
@@ -137,20 +138,21 @@ def paper_averages() -> pd.DataFrame:
 
 
 def averages(verdicts: pd.DataFrame, halves: pd.DataFrame) -> pd.DataFrame:
-    """Averages over conditions and speeds, as `paper_averages` has them.
+    """Average the accuracy over conditions and speeds, in the layout of `paper_averages`.
 
     Parameters
     ----------
     verdicts : DataFrame
-        Of the protocol.
+        Verdicts of the protocol.
     halves : DataFrame
-        Of the second halves at the speed of calibration.
+        Verdicts of the second halves at the speed of calibration.
 
     Returns
     -------
     DataFrame
-        Percent. Rows: all tables; the test sets alone; the test sets and, for the speed of
-        calibration, the second halves. Columns: (method, "3 mm" | "6 mm" | "both").
+        Averages in percent. The first row is over all tables and the second over the test sets
+        alone. The third is over the test sets and, for the speed of calibration, the second
+        halves. The columns are (method, "3 mm" | "6 mm" | "both").
     """
     _check_methods(verdicts)
     tested = verdicts[verdicts["train_rpm"] != verdicts["test_rpm"]]
@@ -169,13 +171,13 @@ def averages(verdicts: pd.DataFrame, halves: pd.DataFrame) -> pd.DataFrame:
 
 
 def paper_improvements() -> pd.DataFrame:
-    """Improvement of the proposed method on ALPIO: as claimed, and recomputed.
+    """Return the improvement of the proposed method on ALPIO, as claimed and recomputed.
 
     Returns
     -------
     DataFrame
-        Percentage points, though the paper calls them percent. Rows: where the figure comes from.
-        Columns: "3 mm", "6 mm".
+        Improvement in percentage points, which the paper calls percent. The rows are the sources
+        of the values, and the columns are "3 mm" and "6 mm".
 
     Examples
     --------
@@ -196,24 +198,24 @@ def paper_improvements() -> pd.DataFrame:
 
 
 def improvements(averages: pd.DataFrame) -> pd.DataFrame:
-    """Improvement of the proposed method on ALPIO, by crack size.
+    """Compute the improvement of the proposed method on ALPIO, by crack size.
 
     Parameters
     ----------
     averages : DataFrame
-        As `averages` or `paper_averages` returns it.
+        Averages, as `averages` or `paper_averages` returns them.
 
     Returns
     -------
     DataFrame
-        Percentage points, "proposed" minus "ALPIO". Rows as in `averages`, columns "3 mm" and
-        "6 mm".
+        "proposed" minus "ALPIO" in percentage points. The rows are those of `averages`, and the
+        columns are "3 mm" and "6 mm".
     """
     return (averages["proposed"] - averages["ALPIO"])[["3 mm", "6 mm"]]
 
 
 def _with_both(means):
-    """From means by (method, crack size) to means by (method, name), with that of both sizes."""
+    """Rename the crack sizes of means by (method, crack size), and add the mean of both sizes."""
     means = means.unstack().rename(columns="{:g} mm".format)
     means["both"] = means.mean(axis=1)
     return means.rename_axis(columns="crack").T.unstack()

@@ -18,32 +18,33 @@ CALIBRATION_RPM = 500.0
 def run_protocol(
     load: Callable[..., Any], diagnosers: dict[str, Any], *, progress: Any = lambda text: None
 ) -> Bunch:
-    """Verdicts under the paper's protocol.
+    """Compute verdicts under the paper's protocol.
 
-    Each crack size is diagnosed by itself, with the normal windows. A diagnoser is fitted on all
-    windows at 500 rpm and scored on all windows at 300, 400, 450 and 500 rpm: at 500 rpm the same
-    windows are calibrated and scored, as in the paper's Table 5. What that flatters is told by a
-    second fit on the first halves of the recordings at 500 rpm, scored on the second halves.
+    Each crack size is diagnosed separately, together with the normal windows. A diagnoser is fitted
+    on all windows at 500 rpm and scored on all windows at 300, 400, 450 and 500 rpm. At 500 rpm, it
+    is thus scored on the windows that it was fitted on, as in the paper's Table 5. This score is
+    optimistic. To measure by how much, a second diagnoser is fitted on the first halves of the
+    recordings at 500 rpm and scored on the second halves.
 
     Parameters
     ----------
     load : callable
-        From a crack size in mm and a speed in rpm to a Bunch with the windows of all conditions,
-        as `skarxlag.datasets.simulate_rig` returns it. Called once for each pair; one rig is held
-        at a time.
+        Function of a crack size in mm and a speed in rpm. It returns a Bunch with the windows of
+        all conditions, as `skarxlag.datasets.simulate_rig` does. It is called once for each pair,
+        and only one rig is in memory at a time.
     diagnosers : dict of str to callable
-        From a name to a function that makes an unfitted classifier and takes the healthy
+        Names, and functions that return an unfitted classifier and take the name of the healthy
         condition as ``healthy``.
     progress : callable, default: ignore it
-        Takes words on what is being done.
+        Function that receives messages about the progress.
 
     Returns
     -------
     Bunch
         - ``verdicts``: DataFrame as `skarxlag.accuracy_tables` describes it, with ``crack_mm``,
           in ascending order of crack size and test speed.
-        - ``halves``: the same of the second halves at 500 rpm.
-        - ``fitted``: dict from (crack_mm, name) to the classifier behind ``verdicts``.
+        - ``halves``: DataFrame of the same kind for the second halves at 500 rpm.
+        - ``fitted``: dict from (crack_mm, name) to the classifier that gave ``verdicts``.
 
     Examples
     --------

@@ -9,9 +9,9 @@ from sklearn.utils import Bunch
 
 
 def load_tables() -> Bunch:
-    """Tables 2-9 of the paper and what it claims about them, as printed.
+    """Return Tables 2-9 of the paper, and the paper's claims about them, as printed.
 
-    Nothing is corrected: averages and margins are those on paper, right or wrong.
+    Nothing is corrected: averages and margins are the printed ones, even if they are wrong.
 
     Returns
     -------
