@@ -1,7 +1,7 @@
-"""Limits on what healthy bearings show at any speed, from rows at some speeds.
+"""Limits on the features of healthy bearings at any speed, from rows at some speeds.
 
-Of each row three things are looked at: its mean cepstrum, its unsteadiness, and its level where the
-gain of the sensor is fixed.
+The features of a row are its mean cepstrum, its unsteadiness and, if the gain of the sensor is
+fixed, its level.
 """
 
 from typing import Any, NamedTuple
@@ -41,7 +41,7 @@ _TINY = np.finfo(np.float64).tiny
 
 
 class Limits(NamedTuple):
-    """What healthy rows lead one to expect.
+    """Expected features of healthy rows, and their scatter.
 
     Attributes
     ----------
@@ -50,19 +50,19 @@ class Limits(NamedTuple):
     axes : ndarray of shape (n_features, n_features)
         Coordinates in which the drift is the identity and the scatter diagonal.
     variances : ndarray of shape (n_features,)
-        The scatter of rows in them.
+        Scatter of rows in these coordinates.
     references : ndarray of shape (n_speeds, n_features)
-        Mean cepstra in them.
+        Mean cepstra in these coordinates.
     means : ndarray of shape (n_speeds, n_values)
-        Mean unsteadiness, and level where it counts.
+        Mean unsteadiness, and mean level if it is used.
     slopes : ndarray of shape (n_values, 2)
-        Slope of these against log speed, and its variance.
+        Slope of these values against log speed, and its variance.
     deviations : ndarray of shape (n_values,)
-        Of these, between blocks of time that are left out.
+        Standard deviation of these values between blocks of time that are left out.
     score_mean, score_deviation : float
-        Of the score of cepstra, likewise.
+        Mean and standard deviation of the score of cepstra, between the same blocks.
     n_blocks : int
-        How many blocks these rest on.
+        Number of these blocks.
     """
 
     known: np.ndarray
@@ -104,10 +104,10 @@ def time_blocks(at: NDArray[Any]) -> NDArray[Any]:
 
 
 def calibrate(rows: Any, known: NDArray[Any], at: NDArray[Any]) -> Limits:
-    """Limits from healthy rows.
+    """Compute limits from healthy rows.
 
-    How much rows scatter about what is expected is measured on blocks of time that are left out,
-    one of each speed at a time, of means and covariances alike.
+    The scatter of rows about their expected values is measured on blocks of time. One block of each
+    speed at a time is excluded from the means and covariances, and then compared with them.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def calibrate(rows: Any, known: NDArray[Any], at: NDArray[Any]) -> Limits:
 
 
 def _expected(rows, known, at):
-    """Limits without what only blocks that were left out can tell."""
+    """Compute the limits, except for the values that are measured on left-out blocks."""
     n_windows, n_features = rows.cepstra.shape[1:]
     count = np.bincount(at)
 
@@ -195,14 +195,14 @@ def _expected(rows, known, at):
 
 
 def _cepstral_score(limits, rows, expected, variance):
-    """Log mean square distance of rows from what is expected at the variance of the drift."""
+    """Return the log mean square distance of rows from their expectation, given the drift."""
     gone = along_axes(rows.cepstra.mean(axis=1), limits.axes) - expected
     spread = limits.variances + (variance + SAME_SPEED)[:, np.newaxis]
     return np.log(np.mean(gone**2 / spread, axis=1) + 1e-3)
 
 
 def log_p_values(limits: Limits, rows: Any, log_speed: NDArray[Any], scale: float) -> NDArray[Any]:
-    r"""Logarithms of the probability of healthy rows at least as far off.
+    r"""Compute log p-values: the probability that a healthy row deviates at least as much.
 
     .. math::
 
@@ -224,7 +224,7 @@ def log_p_values(limits: Limits, rows: Any, log_speed: NDArray[Any], scale: floa
     log_speed : ndarray of shape (n_rows,)
         Their log speeds.
     scale : float
-        Of the drift.
+        Scale of the drift.
 
     Returns
     -------
@@ -256,7 +256,7 @@ def log_p_values(limits: Limits, rows: Any, log_speed: NDArray[Any], scale: floa
 def drift_scale(
     rows: Any, known: NDArray[Any], at: NDArray[Any], limits: Limits, rate: float
 ) -> tuple[float, NDArray[Any]]:
-    """Scale of the drift at which every left-out speed holds a false-alarm rate, and the rates.
+    """Find the scale of the drift at which every left-out speed keeps a false-alarm rate.
 
     Parameters
     ----------
@@ -267,14 +267,14 @@ def drift_scale(
     at : ndarray of int of shape (n_rows,)
         Speed of each row.
     limits : Limits
-        From all of them.
+        Limits from all rows.
     rate : float
         False-alarm rate, in (0, 1).
 
     Returns
     -------
     scale : float
-        Twice the least scale that was tried and holds.
+        Twice the smallest of the tried scales that keeps the rate.
     rates : ndarray of shape (n_speeds,)
         Share of the rows of each speed that are flagged with that scale when the means,
         covariances and slopes are those of the other speeds.

@@ -1,4 +1,4 @@
-"""What is measured of rows, each a stretch that is cut into windows."""
+"""Features of rows, where each row is a stretch that is cut into windows."""
 
 from typing import Any, NamedTuple
 
@@ -26,18 +26,18 @@ LEAST_UNSTEADINESS = 0.02
 
 
 class Rows(NamedTuple):
-    """What is measured of rows, each a stretch of n_windows windows.
+    """Features of rows, where each row is a stretch of n_windows windows.
 
     Attributes
     ----------
     colour : ndarray of shape (n_rows, n_frequencies)
         Mean log spectrum of the windows.
     steadiness : ndarray of shape (n_rows, n_bands)
-        Mean logarithm of median over mean power.
+        Mean logarithm of the ratio of median power to mean power.
     cepstra : ndarray of shape (n_rows, n_windows, n_features)
-        Of the single windows.
+        Cepstra of the single windows.
     values : ndarray of shape (n_rows, n_values)
-        Log unsteadiness, and log level where it counts.
+        Log unsteadiness, and log level if the level is used.
     """
 
     colour: np.ndarray
@@ -51,7 +51,7 @@ class Rows(NamedTuple):
 
 
 def log_spectra_cepstra(colour: NDArray[Any], steadiness: NDArray[Any]) -> NDArray[Any]:
-    """Cosine coefficients of colour and steadiness, side by side, without coefficient 0.
+    """Compute the cosine coefficients of colour and steadiness, without coefficient 0.
 
     Parameters
     ----------
@@ -63,13 +63,13 @@ def log_spectra_cepstra(colour: NDArray[Any], steadiness: NDArray[Any]) -> NDArr
     Returns
     -------
     ndarray of shape (n_signals, n_features)
-        In nepers of power.
+        Coefficients of colour and of steadiness, side by side, in nepers of power.
     """
     return np.concatenate([cepstrum(colour)[:, :N_COEFFICIENTS], cepstrum(steadiness)], axis=1)
 
 
 def number_of_cepstra(window_length: Any) -> Any:
-    """Number of features that `log_spectra_cepstra` gives for windows of a length.
+    """Return the number of features of `log_spectra_cepstra` for windows of a given length.
 
     Examples
     --------
@@ -81,7 +81,7 @@ def number_of_cepstra(window_length: Any) -> Any:
 
 
 def log_unsteadiness(steadiness: NDArray[Any]) -> NDArray[Any]:
-    """Logarithm of how far the power of bands is from that of steady Gaussian noise.
+    """Compute the log unsteadiness: how far bands deviate from steady Gaussian noise.
 
     Parameters
     ----------
@@ -103,16 +103,16 @@ def log_unsteadiness(steadiness: NDArray[Any]) -> NDArray[Any]:
 
 
 def measure_rows(signals: NDArray[Any], n_windows: int, *, with_level: bool) -> Rows:
-    """What is measured of rows.
+    """Compute the features of rows.
 
     Parameters
     ----------
     signals : ndarray of shape (n_rows, n_samples)
         Rows in any unit, with any mean.
     n_windows : int
-        Windows that each is cut into, at most n_samples.
+        Number of windows that each row is cut into, at most n_samples.
     with_level : bool
-        Whether the level is among the values.
+        Whether `values` contains the level.
 
     Returns
     -------

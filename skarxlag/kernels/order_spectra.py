@@ -1,4 +1,4 @@
-"""Order spectra of a signal's envelopes, and how far they are from references at any speed."""
+"""Order spectra of a signal's envelopes, and their distance from references at any speed."""
 
 import math
 from typing import Any
@@ -31,10 +31,10 @@ _OVERLAP = 4
 
 
 def band_envelopes(samples: NDArray[Any], frame: int, hop: int, n_bands: int) -> NDArray[Any]:
-    r"""Power of a signal over time in bands of frequency, after the signal has been whitened.
+    r"""Compute the power of a whitened signal over time, in bands of frequency.
 
     The short-time power :math:`P(t, f)` at each frequency is divided by its mean over time,
-    :math:`\bar P(f)`. That whitens the signal: what rings loudest no longer hides the rest. The
+    :math:`\bar P(f)`. This whitens the signal, so that loud resonances do not mask the rest. The
     envelope of a band is the mean of :math:`P(t, f) / \bar P(f)` over the frequencies of the band.
 
     Parameters
@@ -69,7 +69,7 @@ def band_envelopes(samples: NDArray[Any], frame: int, hop: int, n_bands: int) ->
 def envelopes_over_angle(
     samples: NDArray[Any], turn: float | NDArray[Any], frame: int, n_bands: int, max_order: float
 ) -> tuple[NDArray[Any], float]:
-    """Envelopes of a signal at equal steps of the shaft's angle.
+    """Compute the envelopes of a signal at equal steps of the shaft's angle.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def envelopes_over_angle(
 
 
 def turns_of_frames(turn: NDArray[Any], n_frames: int, frame: int, hop: int) -> NDArray[Any]:
-    """Angle of the shaft at the centre of each frame, where its speed varies.
+    """Return the angle of the shaft at the centre of each frame, for a varying speed.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def turns_of_frames(turn: NDArray[Any], n_frames: int, frame: int, hop: int) -> 
 
 
 def equal_angles(envelopes: NDArray[Any], turns: NDArray[Any]) -> tuple[NDArray[Any], float]:
-    """Envelopes at equal steps of the shaft's angle: order tracking.
+    """Resample envelopes at equal steps of the shaft's angle, which is called order tracking.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def equal_angles(envelopes: NDArray[Any], turns: NDArray[Any]) -> tuple[NDArray[
 
 
 def envelope_spectra(envelopes: NDArray[Any], n_segment: int) -> tuple[NDArray[Any], float]:
-    """Log power spectra of envelopes by Welch's method.
+    """Compute the log power spectra of envelopes by Welch's method.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def envelope_spectra(envelopes: NDArray[Any], n_segment: int) -> tuple[NDArray[A
 def at_orders(
     log_power: NDArray[Any], step: float, orders: NDArray[Any], factors: NDArray[Any]
 ) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Spectra at multiples of the shaft's speed, for several hypotheses of that speed.
+    """Interpolate spectra at orders of the shaft, for several hypotheses of its speed.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def at_orders(
     step : float
         The step, in orders of the nominal speed.
     orders : ndarray of shape (n_orders,)
-        Orders that are asked for, ascending.
+        Requested orders, ascending.
     factors : ndarray of shape (n_factors,)
         Hypotheses: true speed over nominal speed.
 
@@ -228,16 +228,16 @@ def distances(
     spectra : ndarray of shape (n_factors, n_bands, n_orders)
         Order spectra, see :func:`at_orders`.
     inside : ndarray of bool of shape (n_factors, n_orders)
-        Which orders count.
+        Orders that are compared.
     references : ndarray of shape (n_references, n_bands, n_orders)
-        What they are compared with.
+        References that the spectra are compared with.
     variances : ndarray of shape (n_bands, n_orders)
         Variance of each value.
 
     Returns
     -------
     ndarray of shape (n_factors, n_references)
-        The distances; 1 where no order counts.
+        The distances; 1 if no order is compared.
     """
     weight = (1 / variances).ravel()
     rows, columns = spectra.reshape(len(spectra), -1), references.reshape(len(references), -1)
@@ -260,7 +260,7 @@ def match(
     references: NDArray[Any],
     variances: NDArray[Any],
 ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    r"""Distance of a stretch from each reference at the factor on its speed that suits it best.
+    r"""Compute the distance of a stretch from each reference, at the best-fitting speed.
 
     The logarithm of the factor s, true speed over nominal speed, is taken to be normally
     distributed, with standard deviation :math:`\tau`. So an unlikely factor adds to the mean square
@@ -285,7 +285,7 @@ def match(
     deviation : float
         The standard deviation :math:`\tau`, at least 0.
     references : ndarray of shape (n_references, n_bands, n_orders)
-        What is compared with.
+        References that the stretch is compared with.
     variances : ndarray of shape (n_bands, n_orders)
         Variance of each value.
 
@@ -323,7 +323,7 @@ def match(
 def order_spectrum(
     envelopes: NDArray[Any], step: float, n_turns: float
 ) -> tuple[NDArray[Any], float]:
-    """Log spectra of envelopes over orders.
+    """Compute the log spectra of envelopes over orders.
 
     Parameters
     ----------
