@@ -5,9 +5,9 @@ first, the normal equations are made of
 
     R(a, b) = sum_m s(m + a) s(m + b),  m = 0 .. n_samples - p - 1,  a, b = 0 .. p.
 
-They are all but Toeplitz: R(a, b) - R(a - 1, b - 1) is e(a) e(b) - l(a) l(b), with what enters the
-sum, e(a) = s(n_samples - p - 1 + a), and what leaves it, l(a) = s(a - 1). The triangular factor of
-a matrix with such a structure comes from its first row, e and l by Schur's algorithm as generalised
+R is nearly Toeplitz: R(a, b) - R(a - 1, b - 1) = e(a) e(b) - l(a) l(b). The samples that enter the
+sum are e(a) = s(n_samples - p - 1 + a), and those that leave it are l(a) = s(a - 1). The triangular
+factor of such a matrix follows from its first row, e and l by Schur's algorithm as generalised
 in T. Kailath and A. H. Sayed (1995), "Displacement structure: theory and applications", SIAM
 Review 37(3), 297-386.
 """
@@ -23,7 +23,7 @@ _EPS = np.finfo(np.float64).eps
 
 
 def predictors(signals: NDArray[Any], order: int, alpha: float) -> NDArray[Any]:
-    r"""Coefficients g of :math:`s(k) \approx \sum_n g_n\,s(k - 1 - n)` by ridge regression.
+    r"""Compute g in :math:`s(k) \approx \sum_n g_n\,s(k - 1 - n)` by ridge regression.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def predictors(signals: NDArray[Any], order: int, alpha: float) -> NDArray[Any]:
     order : int
         Number of coefficients, from 1 to n_samples - 1.
     alpha : float
-        Ridge, as a share of the signal's power.
+        Ridge parameter, relative to the power of the signal.
 
     Returns
     -------
@@ -52,7 +52,7 @@ def predictors(signals: NDArray[Any], order: int, alpha: float) -> NDArray[Any]:
 
 
 def lagged_products(signals: NDArray[Any], order: int) -> NDArray[Any]:
-    """First row R(0, 0) ... R(0, order) of each signal's normal equations.
+    """Compute the first row R(0, 0) ... R(0, order) of each signal's normal equations.
 
     Parameters
     ----------
@@ -102,18 +102,19 @@ def schur_solutions(
 ) -> NDArray[Any]:
     r"""Solve :math:`\sum_b (R(a, b) + \rho\,\delta_{ab})\,c_b = R(a, p)`, a, b = 0 .. p - 1.
 
-    R less itself moved down its diagonal is :math:`u u^T + e e^T - v v^T - l l^T`. At each step
-    rotations of (u, e) and (v, l) take the first entries of e and l to 0, and a hyperbolic one of
-    (u, v) that of v; u is then a row of the triangular factor and moves on by one place.
+    The difference between R and R shifted by one place along its diagonal is
+    :math:`u u^T + e e^T - v v^T - l l^T`. At each step, rotations of (u, e) and (v, l) set the
+    first entries of e and l to 0. A hyperbolic rotation of (u, v) sets the first entry of v to 0.
+    Then u is a row of the triangular factor, and it is shifted by one place.
 
     Parameters
     ----------
     first_rows : ndarray of shape (n_signals, order + 1)
         R(0, b).
     entering, leaving : ndarray of shape (n_signals, order + 1)
-        e and l, 0 in front; overwritten.
+        e and l, with 0 in front. They are overwritten.
     ridges : ndarray of shape (n_signals,)
-        The ridge, above 0; where it is 0, so is the solution.
+        The ridge of each signal, above 0. If it is 0, the solution is 0.
 
     Returns
     -------
