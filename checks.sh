@@ -7,6 +7,5 @@ bin=${1:+$1/}
 "${bin}ruff" check .
 "${bin}ruff" format --check .
 "${bin}mypy"
-"${bin}pyright" --pythonpath "$(command -v "${bin}python")" --verifytypes skarxlag --ignoreexternal
 "${bin}check-jsonschema" --quiet --builtin-schema vendor.github-workflows .github/workflows/*.yml
 "${bin}check-jsonschema" --quiet --builtin-schema vendor.dependabot .github/dependabot.yml

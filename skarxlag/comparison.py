@@ -347,8 +347,8 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
             )
 
     def _check_state(self):
-        self._check_parameters()
         check_fitted_input(self, windows=True)
+        self._check_parameters()
         n_classes, shape = len(check_fitted_classes(self)), self.window_shape_.tolist()
         n_groups, n = (shape[0] if len(shape) == 2 else 1), shape[-1] - 1
         shapes = {"whiteners_": (n_groups, n, n), "references_": (n_classes, n_groups, n)}

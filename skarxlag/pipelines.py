@@ -225,7 +225,8 @@ class DiagnosisPipeline(Pipeline):
         >>> from skarxlag import make_diagnoser
         >>> X = np.random.default_rng(0).normal(size=(40, 400))
         >>> X[20:] = X[20:].cumsum(axis=1)
-        >>> found = make_diagnoser().fit(X, np.repeat(["good", "worn"], 20)).diagnose(X)
+        >>> y = np.repeat(["good", "worn"], 20)
+        >>> found = make_diagnoser(healthy="good").fit(X, y).diagnose(X)
         >>> found.verdict[[0, 20]], found.alarm[[0, 20]]
         (array(['good', 'worn'], dtype='<U4'), array([False,  True]))
         """

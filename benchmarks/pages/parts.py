@@ -120,6 +120,24 @@ PARTS = {
         ("skarxlag/recordings/formats/*.py", "benchmarks/pages/formats.py"),
         {"docs/recordings.md": ("file formats",)},
     ),
+    "battery": Part(
+        "-m benchmarks.recipe battery --write docs/cross_speed.md",
+        (*_CROSS_SPEED, "benchmarks/recipe/battery*.py"),
+        {"docs/cross_speed.md": ("battery",)},
+        downloads=True,
+    ),
+    "constants": Part(
+        "-m benchmarks.recipe sensitivity --write docs/cross_speed.md",
+        (*_CROSS_SPEED, "benchmarks/recipe/*.py"),
+        {"docs/cross_speed.md": ("sensitivity",)},
+        downloads=True,
+    ),
+    "stretches": Part(
+        "-m benchmarks.stretches --write docs/stretches.md README.md",
+        (*_CROSS_SPEED, "benchmarks/stretches/*.py"),
+        {name: ("stretches overview",) for name in ("README.md", "docs/stretches.md")},
+        downloads=True,
+    ),
     "speed": Part(
         "-m benchmarks.speed --write benchmarks/README.md",
         ("benchmarks/speed/*.py",),

@@ -58,7 +58,7 @@ def mutants(source):
     Examples
     --------
     >>> [change for _, change, _ in mutants("if a < 2: b = -a")]
-    ['a <= 2', 'a >= 2', 'a < 3', 'b = a']
+    ['a <= 2', 'a >= 2', 'a < 3', 'b = +a']
     """
     tree = ast.parse(source)
     places = [node for node in ast.walk(tree) if hasattr(node, "lineno") and _changes(node)]
