@@ -116,8 +116,8 @@ def first_and_second_half(
     >>> first_and_second_half(["a", "a", "a"], [0, 100, 200], window_length=100)
     (array([ True, False, False]), array([False, False,  True]))
     >>> first, second = first_and_second_half(["a"] * 7, range(0, 1750, 250), window_length=1000)
-    >>> first.sum(), second.sum()
-    (np.int64(2), np.int64(2))
+    >>> int(first.sum()), int(second.sum())
+    (2, 2)
     """
     recording = column_or_1d(recording)
     names, of_recording = np.unique(recording, return_inverse=True)
