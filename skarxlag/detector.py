@@ -2,30 +2,24 @@
 
 import warnings
 from numbers import Integral
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.base import BaseEstimator, OutlierMixin
 from sklearn.utils import check_scalar
 
-from ._parallel import BATCH, map_batches
-from ._state import (
-    check_fitted_array,
-    check_fitted_input,
-    check_fitted_number,
-    remember_parameters,
-)
+from ._calibration import check_calibration, log_speeds, measure, weak_points
+from ._outliers import RowOutlierDetector
+from ._state import remember_parameters
 from ._validation import check_real, validate_innovations
 from .kernels.healthy_limits import Limits, calibrate, drift_scale, log_p_values
-from .kernels.healthy_rows import Rows, measure_rows, number_of_cepstra
 from .kernels.speed_drift import UNIT_DISTANCE, group_speeds
 
 #: Samples that a spectrum takes at least.
 _SHORTEST_SPECTRUM = 8
 
 
-class FaultDetector(OutlierMixin, BaseEstimator):
+class FaultDetector(RowOutlierDetector):
     r"""Flag rows unlike the healthy ones, with limits that widen with the distance in speed.
 
     A row is a window or a longer stretch of a signal, commonly of a model's innovations. What a
@@ -147,17 +141,11 @@ class FaultDetector(OutlierMixin, BaseEstimator):
     True
     """
 
-    offset_: float
     speeds_: NDArray[Any]
     drift_scale_: float
     left_out_rates_: NDArray[Any]
     n_rows_: int
     n_windows_: int
-
-    #: Metadata routing hands `rpm` over without a call of `set_fit_request` and its like.
-    __metadata_request__fit: ClassVar = {"rpm": True}
-    __metadata_request__predict: ClassVar = {"rpm": True}
-    __metadata_request__decision_function: ClassVar = {"rpm": True}
 
     def __init__(
         self,
@@ -207,7 +195,7 @@ class FaultDetector(OutlierMixin, BaseEstimator):
         self._check_parameters()
         if len(X) < 2:
             raise ValueError(f"n_samples = {len(X)}: X has one row, expected at least 2 rows.")
-        log_speed = _log_speeds(rpm, len(X))
+        log_speed = log_speeds(rpm, len(X))
         known, at = group_speeds(np.zeros(len(X)) if rpm is None else log_speed)
         if np.bincount(at).max() < 2:
             raise ValueError(
@@ -217,7 +205,7 @@ class FaultDetector(OutlierMixin, BaseEstimator):
         self.n_rows_ = len(X)
         self.n_windows_ = max(X.shape[-1] // self.window_length, 1)
         with_level = bool(self.fixed_gain) or X.shape[-1] < _SHORTEST_SPECTRUM
-        rows = self._measure(X, with_level=with_level)
+        rows = measure(X, self.n_windows_, with_level=with_level, n_jobs=self.n_jobs)
         limits = calibrate(rows, known, at)
         for name, value in limits._asdict().items():
             if name != "known":
@@ -230,35 +218,9 @@ class FaultDetector(OutlierMixin, BaseEstimator):
                 rows, known, at, limits, self.false_alarm_rate
             )
         remember_parameters(self)
-        self._warn_of_weak_calibration()
+        for sentence in weak_points(self, self.false_alarm_rate):
+            warnings.warn(sentence, stacklevel=2)
         return self
-
-    def _warn_of_weak_calibration(self):
-        n, rate = self.n_rows_, self.false_alarm_rate
-        if n + 1 < (1 - 1e-9) / rate:
-            warnings.warn(
-                f"{n} healthy rows hold a false-alarm rate of 1/{n + 1} = {1 / (n + 1):.2g} by "
-                f"themselves. The stated {rate:g} rests on Student's t distribution; "
-                f"{int(np.ceil(1 / rate - 1e-9)) - 1} rows would hold it.",
-                stacklevel=3,
-            )
-        if len(self.speeds_) == 1:
-            warnings.warn(
-                f"The healthy rows are of one speed, {self.speeds_[0]:g} rpm: how far a healthy "
-                "bearing drifts with speed is taken from experience with others. Healthy rows of "
-                "more speeds give narrower limits at other speeds.",
-                stacklevel=3,
-            )
-        if np.any(self.left_out_rates_ > rate):
-            listed = ", ".join(
-                f"{share:.2g} at {speed:g} rpm"
-                for share, speed in zip(self.left_out_rates_, self.speeds_, strict=True)
-            )
-            warnings.warn(
-                f"No drift scale up to {self.drift_scale_:g} holds the stated false-alarm rate "
-                f"{rate:g} at every speed that is left out: {listed}.",
-                stacklevel=3,
-            )
 
     def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Probability that a healthy row is at least as far off.
@@ -304,63 +266,9 @@ class FaultDetector(OutlierMixin, BaseEstimator):
         """
         X, _ = validate_innovations(self, X, reset=False)
         log_speed = self._distant_speeds(rpm, len(X))
-        rows = self._measure(X, with_level=self.means_.shape[1] > 1)
+        with_level = self.means_.shape[1] > 1
+        rows = measure(X, self.n_windows_, with_level=with_level, n_jobs=self.n_jobs)
         return log_p_values(self._limits(), rows, log_speed, self.drift_scale_)
-
-    def decision_function(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Logarithm of the p-value over the false-alarm rate: negative for an alarm.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
-            Rows.
-        rpm : float, array-like of shape (n_rows,) or None, default=None
-            Their speeds, as in `p_values`.
-
-        Returns
-        -------
-        ndarray of shape (n_rows,)
-            Natural logarithms.
-        """
-        return self.score_samples(X, rpm) - self.offset_
-
-    def predict(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """1 for a row like the healthy ones, -1 for an alarm.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
-            Rows.
-        rpm : float, array-like of shape (n_rows,) or None, default=None
-            Their speeds, as in `p_values`.
-
-        Returns
-        -------
-        ndarray of int of shape (n_rows,)
-            Verdicts.
-        """
-        return np.where(self.decision_function(X, rpm) < 0, -1, 1)
-
-    def fit_predict(
-        self, X: ArrayLike, y: Any = None, rpm: ArrayLike | None = None
-    ) -> NDArray[Any]:
-        """Calibrate on rows, and say which of them are unlike the others.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
-            Rows.
-        y : ignored
-            Here by convention.
-        rpm : float, array-like of shape (n_rows,) or None, default=None
-            Their speeds.
-
-        Returns
-        -------
-        ndarray of int of shape (n_rows,)
-            1 or -1.
-        """
-        return self.fit(X, rpm=rpm).predict(X, rpm=rpm)
 
     def _distant_speeds(self, rpm, n_rows):
         """Log speeds of rows; without any, one at the unit distance from that of `fit`."""
@@ -372,7 +280,7 @@ class FaultDetector(OutlierMixin, BaseEstimator):
                 f"rpm is None, expected the speed of each row: FaultDetector was fitted at "
                 f"{listed} rpm."
             )
-        log_speed = _log_speeds(rpm, n_rows)
+        log_speed = log_speeds(rpm, n_rows)
         ends = np.log(self.speeds_[[0, -1]])
         far = np.maximum(ends[0] - log_speed, log_speed - ends[1]) > UNIT_DISTANCE + 1e-9
         if far.any():
@@ -389,69 +297,8 @@ class FaultDetector(OutlierMixin, BaseEstimator):
         fitted = {name: getattr(self, name + "_") for name in Limits._fields if name != "known"}
         return Limits(known=np.log(self.speeds_) if len(self.speeds_) else np.zeros(1), **fitted)
 
-    def _measure(self, X, *, with_level):
-        """What is looked at in rows of shape (n_rows, 1, n_samples)."""
-        if X.shape[1] != 1:
-            raise ValueError(
-                f"X has the innovations of {X.shape[1]} models, expected those of one."
-            )
-
-        def of_batch(batch):
-            return measure_rows(X[batch, 0], self.n_windows_, with_level=with_level)
-
-        parts = map_batches(of_batch, len(X), self.n_jobs, max(BATCH // self.n_windows_, 1))
-        return Rows(*(np.concatenate(part) for part in zip(*parts, strict=True)))
-
     def _check_state(self):
-        check_fitted_input(self, windows=True)
-        check_fitted_number(
-            self,
-            "n_models_",
-            kind="i",
-            valid=lambda n: n == len(self.window_shape_) - 1,
-            expected="0 for plain windows, else 1",
-        )
-        for name, least in {"n_rows_": 2, "n_windows_": 1, "n_blocks_": 2}.items():
-            check_fitted_number(
-                self,
-                name,
-                kind="i",
-                valid=lambda n, least=least: n >= least,
-                expected=f"at least {least}",
-            )
-        n_cepstra = number_of_cepstra(int(self.window_shape_[-1]) // self.n_windows_)
-        positive = {"valid": lambda v: v > 0, "expected": "above 0"}
-        speeds = check_fitted_array(
-            self,
-            "speeds_",
-            (None,),
-            valid=lambda v: np.all(v > 0) and np.all(np.diff(v) > 0),
-            expected="speeds above 0, ascending",
-        )
-        n_speeds = max(len(speeds), 1)
-        n_values = len(check_fitted_array(self, "deviations_", (None,), **positive))
-        for name, shape in {
-            "references_": (n_speeds, n_cepstra),
-            "axes_": (n_cepstra, n_cepstra),
-            "means_": (n_speeds, n_values),
-        }.items():
-            check_fitted_array(self, name, shape)
-        at_least_0 = {"valid": lambda v: v >= 0, "expected": "at least 0"}
-        check_fitted_array(self, "variances_", (n_cepstra,), **at_least_0)
-        check_fitted_array(
-            self, "left_out_rates_", (n_speeds if n_speeds > 1 else 0,), **at_least_0
-        )
-        check_fitted_array(
-            self,
-            "slopes_",
-            (n_values, 2),
-            valid=lambda v: v[:, 1] >= 0,
-            expected="variances of at least 0 in the second column",
-        )
-        for name in ("drift_scale_", "score_deviation_"):
-            check_fitted_number(self, name, **positive)
-        check_fitted_number(self, "score_mean_")
-        check_fitted_number(self, "offset_", valid=lambda v: v < 0, expected="below 0")
+        check_calibration(self)
 
     def _check_parameters(self):
         check_real(
@@ -463,30 +310,3 @@ class FaultDetector(OutlierMixin, BaseEstimator):
         )
         check_scalar(self.fixed_gain, "fixed_gain", (bool, np.bool_))
         check_scalar(self.window_length, "window_length", Integral, min_val=1)
-
-    def __sklearn_tags__(self) -> Any:
-        tags = super().__sklearn_tags__()
-        tags.input_tags.three_d_array = True
-        return tags
-
-
-def _log_speeds(rpm, n_rows):
-    if rpm is None:
-        return None
-    try:
-        speeds = np.asarray(rpm, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"rpm must hold numbers, got {rpm!r}.") from error
-    if speeds.ndim == 0:
-        speeds = np.full(n_rows, speeds)
-    if speeds.shape != (n_rows,):
-        raise ValueError(
-            f"rpm has shape {speeds.shape}, expected one speed for each of {n_rows} rows."
-        )
-    bad = np.flatnonzero(~(np.isfinite(speeds) & (speeds > 0)))
-    if len(bad) > 0:
-        raise ValueError(
-            f"rpm holds {speeds[bad[0]]:g} for row {bad[0]}, expected revolutions per minute "
-            "above 0."
-        )
-    return np.log(speeds)

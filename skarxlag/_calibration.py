@@ -1,0 +1,194 @@
+"""What detectors need around their limits: speeds of rows, weak calibrations, consistency."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._parallel import BATCH, map_batches
+from ._state import check_fitted_array, check_fitted_input, check_fitted_number
+from .kernels.healthy_rows import Rows, measure_rows, number_of_cepstra
+
+
+def log_speeds(rpm: ArrayLike | None, n_rows: int) -> NDArray[Any] | None:
+    """Logarithms of the speeds of rows.
+
+    Parameters
+    ----------
+    rpm : float, array-like of shape (n_rows,) or None
+        Speeds above 0.
+    n_rows : int
+        Number of rows.
+
+    Returns
+    -------
+    ndarray of shape (n_rows,) or None
+        None for none.
+
+    Raises
+    ------
+    ValueError
+        If these are no such speeds.
+
+    Examples
+    --------
+    >>> log_speeds(1.0, 2)
+    array([0., 0.])
+    """
+    if rpm is None:
+        return None
+    try:
+        speeds = np.asarray(rpm, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"rpm must hold numbers, got {rpm!r}.") from error
+    if speeds.ndim == 0:
+        speeds = np.full(n_rows, speeds)
+    if speeds.shape != (n_rows,):
+        raise ValueError(
+            f"rpm has shape {speeds.shape}, expected one speed for each of {n_rows} rows."
+        )
+    bad = np.flatnonzero(~(np.isfinite(speeds) & (speeds > 0)))
+    if len(bad) > 0:
+        raise ValueError(
+            f"rpm holds {speeds[bad[0]]:g} for row {bad[0]}, expected revolutions per minute "
+            "above 0."
+        )
+    return np.log(speeds)
+
+
+def measure(X: NDArray[Any], n_windows: int, *, with_level: bool, n_jobs: int | None) -> Rows:
+    """Features of rows, computed in batches.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_rows, 1, n_samples)
+        Rows.
+    n_windows : int
+        Windows that each row is cut into.
+    with_level : bool
+        Whether the level is among the features.
+    n_jobs : int or None
+        Threads.
+
+    Returns
+    -------
+    Rows
+        As `measure_rows` gives them.
+
+    Raises
+    ------
+    ValueError
+        If X holds innovations of several models.
+    """
+    if X.shape[1] != 1:
+        raise ValueError(f"X has the innovations of {X.shape[1]} models, expected those of one.")
+
+    def of_batch(batch):
+        return measure_rows(X[batch, 0], n_windows, with_level=with_level)
+
+    parts = map_batches(of_batch, len(X), n_jobs, max(BATCH // n_windows, 1))
+    return Rows(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
+def weak_points(detector: Any, rate: float) -> list[str]:
+    """What to say of a calibration that promises less than its user may think.
+
+    Parameters
+    ----------
+    detector : FaultDetector
+        Fitted.
+    rate : float
+        Stated rate of false alarms.
+
+    Returns
+    -------
+    list of str
+        Sentences with numbers; none if there is nothing to say.
+    """
+    said, n = [], detector.n_rows_
+    if n + 1 < (1 - 1e-9) / rate:
+        said.append(
+            f"{n} healthy rows hold a false-alarm rate of 1/{n + 1} = {1 / (n + 1):.2g} by "
+            f"themselves. The stated {rate:g} rests on Student's t distribution; "
+            f"{int(np.ceil(1 / rate - 1e-9)) - 1} rows would hold it."
+        )
+    if len(detector.speeds_) == 1:
+        said.append(
+            f"The healthy rows are of one speed, {detector.speeds_[0]:g} rpm: how far a healthy "
+            "bearing drifts with speed is taken from experience with others. Healthy rows of "
+            "more speeds give narrower limits at other speeds."
+        )
+    if np.any(detector.left_out_rates_ > rate):
+        listed = ", ".join(
+            f"{share:.2g} at {speed:g} rpm"
+            for share, speed in zip(detector.left_out_rates_, detector.speeds_, strict=True)
+        )
+        said.append(
+            f"No drift scale up to {detector.drift_scale_:g} holds the stated false-alarm rate "
+            f"{rate:g} at every speed that is left out: {listed}."
+        )
+    return said
+
+
+def check_calibration(detector: Any) -> None:
+    """Check that what a detector learnt is consistent.
+
+    Parameters
+    ----------
+    detector : FaultDetector
+        Fitted.
+
+    Raises
+    ------
+    ValueError
+        If an attribute is not what `fit` could have made. The message names it.
+    """
+    check_fitted_input(detector, windows=True)
+    check_fitted_number(
+        detector,
+        "n_models_",
+        kind="i",
+        valid=lambda n: n == len(detector.window_shape_) - 1,
+        expected="0 for plain windows, else 1",
+    )
+    for name, least in {"n_rows_": 2, "n_windows_": 1, "n_blocks_": 2}.items():
+        check_fitted_number(
+            detector,
+            name,
+            kind="i",
+            valid=lambda n, least=least: n >= least,
+            expected=f"at least {least}",
+        )
+    n_cepstra = number_of_cepstra(int(detector.window_shape_[-1]) // detector.n_windows_)
+    positive = {"valid": lambda v: v > 0, "expected": "above 0"}
+    speeds = check_fitted_array(
+        detector,
+        "speeds_",
+        (None,),
+        valid=lambda v: np.all(v > 0) and np.all(np.diff(v) > 0),
+        expected="speeds above 0, ascending",
+    )
+    n_speeds = max(len(speeds), 1)
+    n_values = len(check_fitted_array(detector, "deviations_", (None,), **positive))
+    for name, shape in {
+        "references_": (n_speeds, n_cepstra),
+        "axes_": (n_cepstra, n_cepstra),
+        "means_": (n_speeds, n_values),
+    }.items():
+        check_fitted_array(detector, name, shape)
+    at_least_0 = {"valid": lambda v: v >= 0, "expected": "at least 0"}
+    check_fitted_array(detector, "variances_", (n_cepstra,), **at_least_0)
+    check_fitted_array(
+        detector, "left_out_rates_", (n_speeds if n_speeds > 1 else 0,), **at_least_0
+    )
+    check_fitted_array(
+        detector,
+        "slopes_",
+        (n_values, 2),
+        valid=lambda v: v[:, 1] >= 0,
+        expected="variances of at least 0 in the second column",
+    )
+    for name in ("drift_scale_", "score_deviation_"):
+        check_fitted_number(detector, name, **positive)
+    check_fitted_number(detector, "score_mean_")
+    check_fitted_number(detector, "offset_", valid=lambda v: v < 0, expected="below 0")
