@@ -13,6 +13,7 @@ from ._version import __version__ as __version__
 if TYPE_CHECKING:
     from .bearings import BearingGeometry as BearingGeometry
     from .bearings import fault_orders as fault_orders
+    from .channels import ChannelRows as ChannelRows
     from .comparison import SpectralDistance as SpectralDistance
     from .detector import FaultDetector as FaultDetector
     from .diagnosers import make_alpio as make_alpio
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "ARXLaguerre": "identification",
     "BearingGeometry": "bearings",
+    "ChannelRows": "channels",
     "ConditionMonitor": "monitoring",
     "DiagnosisPipeline": "pipelines",
     "ExtendedStatePIObserver": "observers",

@@ -4,14 +4,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
+from ._arrays import ArrayTransformer
 from ._state import check_fitted_input, check_fitted_number
 from ._validation import check_input_names
 
 
-class GroupTransformer(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
+class GroupTransformer(ArrayTransformer, auto_wrap_output_keys=None):
     """Innovations to an array of shape (n_windows, n_groups, n_frequencies).
 
     A subclass names the groups of one model in `_group_names`, and sets `n_models_` in `fit`.
@@ -39,23 +39,6 @@ class GroupTransformer(TransformerMixin, BaseEstimator, auto_wrap_output_keys=No
         models = [f"model{c}" for c in range(self.n_models_)] if names is None else names
         return np.array([f"{model}_{group}" for model in models for group in groups], dtype=object)
 
-    def set_output(self, *, transform: str | None = None) -> Any:
-        """Accept the setting and keep returning arrays: groups have three axes, tables two.
-
-        It is here so that ``Pipeline.set_output`` reaches the steps that do return tables.
-
-        Parameters
-        ----------
-        transform : {"default", "pandas", "polars"} or None, default=None
-            Ignored.
-
-        Returns
-        -------
-        estimator
-            This transformer.
-        """
-        return self
-
     def _check_input(self):
         check_fitted_input(self, windows=True)
         n_models = self.n_features_in_ if len(self.window_shape_) == 2 else 0
@@ -66,5 +49,4 @@ class GroupTransformer(TransformerMixin, BaseEstimator, auto_wrap_output_keys=No
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.input_tags.three_d_array = True
-        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
         return tags

@@ -6,10 +6,10 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils import Bunch, check_scalar
 from sklearn.utils.validation import check_is_fitted
 
+from ._arrays import ArrayTransformer
 from ._parallel import map_batches
 from ._state import (
     check_fitted_array,
@@ -36,7 +36,7 @@ from .kernels.scaling import fit_percentage, unit_rms_windows
 _OF_ALL = "model"
 
 
-class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
+class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
     r"""Identify ARX-Laguerre models of windows and return what they cannot predict.
 
     The one-step prediction of the output is linear in the states of Laguerre networks, one on the
@@ -465,23 +465,6 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
         check_input_names(self, input_features)
         return np.array([str(name) for name in self.classes_], dtype=object)
 
-    def set_output(self, *, transform: str | None = None) -> Self:
-        """Accept the setting and keep returning arrays: innovations have three axes, tables two.
-
-        It is here so that ``Pipeline.set_output`` reaches the steps that do return tables.
-
-        Parameters
-        ----------
-        transform : {"default", "pandas", "polars"} or None, default=None
-            Ignored.
-
-        Returns
-        -------
-        ARXLaguerre
-            This estimator.
-        """
-        return self
-
     def _validate_windows(self, X, y, *, reset):
         X, y = validate_signals(
             self,
@@ -568,7 +551,6 @@ class ARXLaguerre(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.input_tags.three_d_array = True
-        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
         return tags
 
 

@@ -20,6 +20,7 @@ from sklearn.utils.estimator_checks import (
 import skarxlag
 from skarxlag import (
     ARXLaguerre,
+    ChannelRows,
     DiagnosisPipeline,
     ExtendedStatePIObserver,
     ExtendedStatePIObserverBank,
@@ -57,13 +58,15 @@ ESTIMATORS = [
     StretchResidual(order_residual=OrderResidual()),
     ThresholdLadder(),
     FaultDetector(),
+    ChannelRows(),
 ]
 TRANSFORMERS = [e for e in ESTIMATORS if hasattr(e, "transform")]
-THREE_AXES = (ARXLaguerre, LogSpectra, PIObserverBank, ExtendedStatePIObserverBank)
+THREE_AXES = (ARXLaguerre, ChannelRows, LogSpectra, PIObserverBank, ExtendedStatePIObserverBank)
 TABLES = [e for e in TRANSFORMERS if not isinstance(e, THREE_AXES)]
 #: Checks that scikit-learn 1.6.1 and 1.9 make of one estimator of each class, at least.
 LEAST = {
     "ARXLaguerre": 47,
+    "ChannelRows": 47,
     "ExtendedStatePIObserver": 47,
     "ExtendedStatePIObserverBank": 47,
     "FaultDetector": 46,
@@ -174,7 +177,9 @@ def test_tables(name, estimator):
     getattr(estimator_checks, name)(type(estimator).__name__, clone(estimator))
 
 
-@pytest.mark.parametrize("estimator", [ARXLaguerre(), ThresholdLadder(), FaultDetector()], ids=str)
+@pytest.mark.parametrize(
+    "estimator", [ARXLaguerre(), ThresholdLadder(), FaultDetector(), ChannelRows()], ids=str
+)
 def test_column_names(estimator):
     estimator_checks.check_dataframe_column_names_consistency("it", clone(estimator))
 
@@ -295,7 +300,9 @@ class TestEveryEstimator:
 @pytest.mark.parametrize("factor", [1e300, 1e-300, 2.0**10])
 # Logarithms have no unit: how a gain moves `SpectralDistance` is tested with the estimator.
 @pytest.mark.parametrize(
-    "estimator", [e for e in TRANSFORMERS if not isinstance(e, SpectralDistance)], ids=str
+    "estimator",
+    [e for e in TRANSFORMERS if not isinstance(e, SpectralDistance | ChannelRows)],
+    ids=str,
 )
 def test_scale(estimator, factor):
     X, y = signals((12, 40)), labels(12)

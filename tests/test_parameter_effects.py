@@ -5,6 +5,7 @@ import pytest
 
 from skarxlag import (
     ARXLaguerre,
+    ChannelRows,
     ExtendedStatePIObserver,
     ExtendedStatePIObserverBank,
     FaultDetector,
@@ -98,6 +99,7 @@ EFFECTS = {
     },
     ThresholdLadder: ALARM_EFFECTS
     | {"healthy": ({}, 1, thresholds), "priors": ({}, [0.9, 0.1], confidences)},
+    ChannelRows: {"n_channels": ({}, 2, levels)},
     FaultDetector: {
         "false_alarm_rate": ({}, 0.5, log_p_values),
         "fixed_gain": ({}, True, log_p_values),

@@ -7,6 +7,9 @@ from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
 
+from sklearn.pipeline import Pipeline
+
+from ..channels import ChannelRows
 from ..persistence import load_diagnoser
 from .diagnosers import set_threads
 from .errors import CommandError, as_command_error, printable
@@ -71,6 +74,9 @@ def load_model(path: Path, n_jobs: int | None = None) -> SavedModel:
     """
     with as_command_error():
         diagnoser, facts = load_diagnoser(path)
+    if isinstance(diagnoser, Pipeline) and isinstance(diagnoser[0], ChannelRows):
+        # Recordings are cut into windows, not into rows.
+        diagnoser = diagnoser[1:]
     set_threads(diagnoser, n_jobs)
     known = _of_steps(diagnoser) | facts
     if "window_length" not in known:
