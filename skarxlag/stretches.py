@@ -6,6 +6,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin, clone
+from sklearn.pipeline import Pipeline
 from sklearn.utils import check_scalar
 from sklearn.utils.validation import check_is_fitted
 
@@ -41,6 +42,36 @@ def window_comparison(n_jobs: int | None = None) -> DiagnosisPipeline:
         ("compare", SpectralDistance(joint_weight=0.5, joint_groups=(0, 2))),
     ]
     return DiagnosisPipeline(steps, n_jobs=n_jobs)
+
+
+def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidual]:
+    """Return what of a fitted pipeline compares order spectra, and what comes before it.
+
+    Parameters
+    ----------
+    diagnoser : Pipeline
+        Fitted.
+
+    Returns
+    -------
+    before : Pipeline or None
+        The steps whose results are compared; None if the first step compares.
+    residual : OrderResidual
+        The residual of order spectra, also where it is part of a `StretchResidual`.
+
+    Raises
+    ------
+    ValueError
+        If no step compares order spectra.
+    """
+    for place, (_, step) in enumerate(diagnoser.steps):
+        residual = getattr(step, "order_residual_", step)
+        if isinstance(residual, OrderResidual):
+            return diagnoser[:place] if place > 0 else None, residual
+    raise ValueError(
+        "No step compares order spectra; expected a StretchResidual or an OrderResidual among "
+        f"{[type(step).__name__ for _, step in diagnoser.steps]}."
+    )
 
 
 class StretchResidual(TransformerMixin, BaseEstimator):

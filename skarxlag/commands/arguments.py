@@ -4,6 +4,7 @@ import argparse
 import math
 from typing import Any
 
+from ..bearings import BearingGeometry
 from ..recordings.speeds import SpeedRange
 
 
@@ -69,6 +70,18 @@ def speed_range(text: Any) -> Any:
 def speed_or_all(text: Any) -> Any:
     """A shaft speed, or the word all."""
     return text if text == "all" else _number(text, "a speed in rpm, or all", lambda v: v > 0)
+
+
+def bearing(text: Any) -> Any:
+    """Dimensions of a rolling-element bearing, with commas between them."""
+    expected = "ELEMENTS,ELEMENT_DIAMETER,PITCH_DIAMETER[,CONTACT_ANGLE], such as 9,7.94,39.04"
+    count, *dimensions = text.split(",")
+    try:
+        if not 2 <= len(dimensions) <= 3:
+            raise ValueError(f"{len(dimensions) + 1} numbers")
+        return BearingGeometry(int(count), *map(float, dimensions))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r}: {error}; expected {expected}") from error
 
 
 def _integer(text, expected, is_valid):

@@ -10,9 +10,11 @@ import numpy as np
 
 from .._files import write_atomically
 from .._version import __version__
+from ..bearings import fault_orders
 from ..recordings.table import list_recordings
+from ..stretches import order_comparison
 from ..verdicts import NO_SIGNAL, takes_rpm
-from .arguments import add_execution_arguments, positive_number
+from .arguments import add_execution_arguments, bearing, positive_number
 from .batch import diagnose_all
 from .errors import UsageError, as_command_error
 from .html_report import html_report
@@ -72,6 +74,13 @@ def add_arguments(parser: Any) -> None:
         "run that is interrupted goes on where it stopped when it is started again with this file",
     )
     parser.add_argument(
+        "--bearing",
+        type=bearing,
+        metavar="N,D,P[,A]",
+        help="mark the orders of the faults in the report's order spectra: elements, diameter of "
+        "an element, pitch diameter in the same unit, and contact angle in degrees",
+    )
+    parser.add_argument(
         "--force", action="store_true", help="let -o replace a file that is no result of diagnose"
     )
     parser.add_argument(
@@ -89,6 +98,8 @@ def run(args: Any) -> Any:
     model = load_model(args.model)
     if args.resample and model.sampling_rate is None:
         raise UsageError(f"argument --resample: {args.model} does not state a sampling rate")
+    if args.bearing is not None:
+        _check_orders(args.model, model)
     with as_command_error():
         recordings = named_recordings(args)
         if args.rpm is not None:
@@ -120,6 +131,20 @@ def _check_arguments(args):
             option = "--" + name.replace("_", "-")
             raise UsageError(f"argument {option}: belongs to RECORDING; the table states its own")
 
+    if args.bearing is not None and not _is_report(args.output):
+        raise UsageError("argument --bearing: belongs to a report, -o FILE.html")
+
+
+def _check_orders(path, model):
+    try:
+        order_comparison(model.diagnoser)
+    except ValueError as error:
+        raise UsageError(f"argument --bearing: {path}: {error}") from error
+
+
+def _is_report(output):
+    return output is not None and output.suffix.lower() == ".html"
+
 
 def _check_output(args, recordings):
     inputs = [args.model, *(recording.path for recording in recordings)]
@@ -129,8 +154,9 @@ def _check_output(args, recordings):
 
 
 def _write(args, model, recordings, diagnoses, rows):
-    if args.output.suffix.lower() == ".html":
-        content = html_report(_heading(model), model, rows, diagnoses)
+    if _is_report(args.output):
+        faults = None if args.bearing is None else fault_orders(args.bearing)
+        content = html_report(_heading(model), model, rows, diagnoses, faults)
         write_atomically(args.output, content.encode())
     else:
         windows = window_rows(recordings, diagnoses)

@@ -10,7 +10,8 @@ import pandas as pd
 COLOURS = ("#2f7f6f", "#c2571a", "#5b4bb5", "#b8860b", "#a83279", "#2f6fb0", "#6b6b2a", "#7a4a2b")
 NO_SIGNAL_COLOUR = "#b9bdc4"
 _MOST_COLUMNS = 192
-_WIDTH, _LEFT = 460, 74
+#: Size and left margin of a chart, in units of its view box.
+WIDTH, LEFT = 460, 74
 
 
 def timeline(
@@ -38,10 +39,10 @@ def timeline(
     verdict, alarm = windows["verdict"].to_numpy(), windows["alarm"].to_numpy()
     bad = windows["quality"].to_numpy() != "good"
     confidence = _confidence(windows, conditions)
-    width = (_WIDTH - _LEFT) / len(groups)
+    width = (WIDTH - LEFT) / len(groups)
     rows = []
     for place, group in enumerate(groups):
-        x = _LEFT + place * width
+        x = LEFT + place * width
         names, counts = np.unique(verdict[group], return_counts=True)
         rows.append(_bar(x, 4, width, 22, colour_of[str(names[counts.argmax()])]))
         known = confidence[group][~bad[group]]
@@ -51,15 +52,15 @@ def timeline(
         rows.append(_bar(x, 80, width, 12, "#b3261e", alarm[group].mean()))
         rows.append(_bar(x, 98, width, 12, "#55585e", bad[group].mean()))
     names = [("verdict", 19), ("confidence", 58), ("alarm", 90), ("no signal", 108)]
-    labels = [f'<text x="{_LEFT - 6}" y="{y}" text-anchor="end">{name}</text>' for name, y in names]
+    labels = [f'<text x="{LEFT - 6}" y="{y}" text-anchor="end">{name}</text>' for name, y in names]
     if not np.isfinite(confidence).any():
         labels.pop(1)
     unit, end = ("windows", len(windows)) if seconds is None else ("s", len(windows) * seconds)
     axis = (
-        f'<path d="M{_LEFT} 114H{_WIDTH}" class="axis"/><text x="{_LEFT}" y="127">0</text>'
-        f'<text x="{_WIDTH}" y="127" text-anchor="end">{end:.4g} {unit}</text>'
+        f'<path d="M{LEFT} 114H{WIDTH}" class="axis"/><text x="{LEFT}" y="127">0</text>'
+        f'<text x="{WIDTH}" y="127" text-anchor="end">{end:.4g} {unit}</text>'
     )
-    return _svg("Verdict over time", 132, "".join([*rows, *labels, axis]))
+    return svg("Verdict over time", 132, "".join([*rows, *labels, axis]))
 
 
 def spectrum_chart(
@@ -84,7 +85,7 @@ def spectrum_chart(
     frequency = np.array(spectrum["frequency"])
     curves = [spectrum["window"], *spectrum["references"].values()]
     low, high = np.floor(np.min(curves) / 10) * 10, np.ceil(np.max(curves) / 10) * 10
-    x = _LEFT + frequency * 2 * (_WIDTH - _LEFT)
+    x = LEFT + frequency * 2 * (WIDTH - LEFT)
 
     def path(curve, style):
         y = 10 + 150 * (high - np.array(curve)) / max(high - low, 1)
@@ -104,13 +105,13 @@ def spectrum_chart(
             ("kHz", sampling_rate / 2000) if sampling_rate > 2000 else ("Hz", sampling_rate / 2)
         )
     axes = (
-        f'<path d="M{_LEFT} 8V162H{_WIDTH}" class="axis" fill="none"/>'
-        f'<text x="{_LEFT - 6}" y="18" text-anchor="end">{high:g} dB</text>'
-        f'<text x="{_LEFT - 6}" y="160" text-anchor="end">{low:g} dB</text>'
-        f'<text x="{_LEFT}" y="176">0</text>'
-        f'<text x="{_WIDTH}" y="176" text-anchor="end">{end:.5g} {unit}</text>'
+        f'<path d="M{LEFT} 8V162H{WIDTH}" class="axis" fill="none"/>'
+        f'<text x="{LEFT - 6}" y="18" text-anchor="end">{high:g} dB</text>'
+        f'<text x="{LEFT - 6}" y="160" text-anchor="end">{low:g} dB</text>'
+        f'<text x="{LEFT}" y="176">0</text>'
+        f'<text x="{WIDTH}" y="176" text-anchor="end">{end:.5g} {unit}</text>'
     )
-    return _svg("Spectrum of a typical window", 182, axes + "".join(lines))
+    return svg("Spectrum of a typical window", 182, axes + "".join(lines))
 
 
 def _confidence(windows, conditions):
@@ -128,8 +129,24 @@ def _bar(x, y, width, height, colour, opacity=1.0):
     return f'<rect {size} fill="{colour}" opacity="{opacity:.2g}"/>'
 
 
-def _svg(title, height, content):
+def svg(title: str, height: float, content: str) -> str:
+    """An svg element as wide as every chart.
+
+    Parameters
+    ----------
+    title : str
+        What it shows, for readers who do not see it.
+    height : float
+        In units of the view box.
+    content : str
+        Its elements.
+
+    Returns
+    -------
+    str
+        The element.
+    """
     return (
-        f'<svg viewBox="0 0 {_WIDTH + 4} {height}" role="img" aria-label="{escape(title)}">'
+        f'<svg viewBox="0 0 {WIDTH + 4} {height}" role="img" aria-label="{escape(title)}">'
         f"{content}</svg>"
     )

@@ -5,8 +5,10 @@ from typing import Any
 
 import pandas as pd
 
+from ..bearings import fault_lines
 from ..verdicts import FAULTY, NO_SIGNAL
 from .html_charts import COLOURS, NO_SIGNAL_COLOUR, spectrum_chart, timeline
+from .order_chart import found_speed, order_chart
 from .report import number_text
 from .results import MARK
 
@@ -42,7 +44,13 @@ svg text { font-size: 8px; fill: var(--soft); } .axis { stroke: var(--line); }
 """
 
 
-def html_report(heading: str, model: Any, rows: pd.DataFrame, diagnoses: list[Any]) -> str:
+def html_report(
+    heading: str,
+    model: Any,
+    rows: pd.DataFrame,
+    diagnoses: list[Any],
+    faults: dict[str, float] | None = None,
+) -> str:
     """The report.
 
     Parameters
@@ -55,6 +63,8 @@ def html_report(heading: str, model: Any, rows: pd.DataFrame, diagnoses: list[An
         Of `recording_rows`.
     diagnoses : list of Diagnosis
         What came of each recording, in the same order.
+    faults : dict of str to float or None, default=None
+        Orders of the bearing's faults, as `fault_orders` gives them.
 
     Returns
     -------
@@ -67,7 +77,7 @@ def html_report(heading: str, model: Any, rows: pd.DataFrame, diagnoses: list[An
     colour_of = {name: COLOURS[i % len(COLOURS)] for i, name in enumerate(names)}
     colour_of[NO_SIGNAL] = NO_SIGNAL_COLOUR
     sections = [
-        _section(number, row, diagnosis, model, colour_of)
+        _section(number, row, diagnosis, model, colour_of, faults)
         for number, (row, diagnosis) in enumerate(zip(_dicts(rows), diagnoses, strict=True))
     ]
     return (
@@ -145,7 +155,7 @@ def _overview(rows, colour_of):
     return f'<div class="scroll"><table><tr>{head}</tr>{"".join(lines)}</table></div>'
 
 
-def _section(number, row, diagnosis, model, colour_of):
+def _section(number, row, diagnosis, model, colour_of, faults):
     title = f'<section id="r{number}"><h3>{escape(row["recording"])}</h3>'
     if diagnosis.error is not None:
         return f'{title}<p class="remark error">{escape(row["error"])}</p></section>'
@@ -181,19 +191,43 @@ def _section(number, row, diagnosis, model, colour_of):
             spectrum_chart(diagnosis.spectrum, colour_of, rate),
             _legend(diagnosis, colour_of),
         ]
+    if diagnosis.orders is not None:
+        parts += [
+            order_chart(diagnosis.orders, colour_of, faults or {}),
+            _order_legend(diagnosis.orders, colour_of, faults),
+        ]
     return "".join(parts) + "</section>"
 
 
 def _legend(diagnosis, colour_of):
     names = list(diagnosis.spectrum["references"])
+    row = "window" if diagnosis.orders is None else "stretch"
     marks = ", ".join(
         f'<span class="mark" style="--c:{colour_of[name]}"></span>{escape(name)}{dashed}'
         for name, dashed in zip(names, ("", " (dashed)"), strict=False)
     )
     return (
-        f'<p class="soft"><span class="mark" style="--c:#1b1d21"></span>window '
+        f'<p class="soft"><span class="mark" style="--c:#1b1d21"></span>{row} '
         f"{diagnosis.spectrum['place']}, a typical one, over the references of the nearest "
         f"conditions: {marks}. What the model of the signal leaves, smoothed, without the gain.</p>"
+    )
+
+
+def _order_legend(view, colour_of, faults):
+    found = "; ".join(
+        f'<span class="mark" style="--c:{colour_of[name]}"></span>{escape(name)}, '
+        f"residual {each['residual']:.2f}, {found_speed(each['factor'], view['rpm'])}"
+        for name, each in view["conditions"].items()
+    )
+    marks = ""
+    if faults is not None:
+        lines = fault_lines(faults, view["orders"][-1])
+        listed = ", ".join(f"{name} {order:.4g}" for name, k, order in lines if k == 1)
+        marks = f" Lines at the orders of the bearing's faults and their multiples: {listed}."
+    return (
+        f'<p class="soft"><span class="mark" style="--c:#1b1d21"></span>stretch {view["place"]}, '
+        "spectrum of its envelope over orders, the multiples of the shaft's speed, at the speed "
+        f"that suits each condition best: {found}.{marks}</p>"
     )
 
 

@@ -11,7 +11,7 @@ import pandas as pd
 from .._files import write_atomically
 from .recording_task import Diagnosis
 
-_FORMAT = "skarxlag journal 1"
+_FORMAT = "skarxlag journal 2"
 
 
 class Journal:
@@ -78,9 +78,11 @@ class Journal:
 
 
 def _identity(recording):
-    """What tells a recording, and that its file is as it was."""
+    """What tells a recording, that its file is as it was, and what is stated beside it."""
     status = recording.path.stat()
-    return [recording.name, str(recording.path), status.st_size, status.st_mtime_ns]
+    stated = [recording.channel, recording.sampling_rate, recording.rpm, recording.dtype]
+    path = str(recording.path)
+    return [recording.name, path, status.st_size, status.st_mtime_ns, json.dumps(stated)]
 
 
 def _encoded(line):
@@ -100,6 +102,7 @@ def _plain(diagnosis):
         "sampling_rate": diagnosis.sampling_rate,
         "remarks": diagnosis.remarks,
         "spectrum": diagnosis.spectrum,
+        "orders": diagnosis.orders,
     }
 
 
@@ -110,4 +113,5 @@ def _diagnosis(plain):
         plain["sampling_rate"],
         tuple(plain["remarks"]),
         plain["spectrum"],
+        plain["orders"],
     )

@@ -11,6 +11,7 @@ from ..recordings.windows import block_length, cut_blocks
 from ..verdicts import recording_verdict, verdict_remarks, window_verdicts
 from .errors import CommandError
 from .models import cached_model
+from .order_view import OrderView
 from .runner import cancelled
 from .spectrum_view import SpectrumView
 
@@ -31,6 +32,8 @@ class Diagnosis:
         What to know before the verdict is used.
     spectrum : dict or None
         As `SpectrumView.drawn` gives it.
+    orders : dict or None
+        As `OrderView.drawn` gives it.
     error : str or None
         Why there is no verdict.
     """
@@ -40,6 +43,7 @@ class Diagnosis:
     sampling_rate: float | None = None
     remarks: tuple[Any, ...] = ()
     spectrum: dict[str, Any] | None = None
+    orders: dict[str, Any] | None = None
     error: str | None = None
 
     @classmethod
@@ -113,18 +117,29 @@ def diagnose_recording(
             _check_fits(recording.name, signal, sampling_rate, model)
             yield signal
 
-    parts, view = [], SpectrumView(model) if draw else None
+    parts, views = [], [SpectrumView(model), OrderView(model, rpm)] if draw else []
     for X in cut_blocks(signals(), recording.name, length):
         parts.append(window_verdicts(model.diagnoser, X, model.conditions, rpm))
-        if draw:
+        for view in views:
             view.add(X, parts[-1]["quality"].to_numpy())
     windows = pd.concat(parts, ignore_index=True)
     windows.insert(0, "start", np.arange(len(windows)) * length)
     verdict = recording_verdict(windows, model.conditions)
     remarks = verdict_remarks(windows, verdict, model.conditions)
     remarks += [f"Resampled from {r:g} to {model.sampling_rate:g} Hz." for r in old_rates]
-    drawn = view.drawn(windows, model.conditions) if draw else None
-    return Diagnosis(verdict, windows, sampling_rate, tuple(remarks), drawn)
+    return Diagnosis(
+        verdict, windows, sampling_rate, tuple(remarks), *_drawn(views, windows, model.conditions)
+    )
+
+
+def _drawn(views, windows, conditions):
+    """Spectrum and order spectrum of the same row of the recording, or nothing."""
+    if not views:
+        return None, None
+    spectra, orders = views
+    spectrum = spectra.drawn(windows, conditions)
+    place = None if spectrum is None else spectrum["place"]
+    return spectrum, orders.drawn(windows, conditions, place)
 
 
 def _speed(recording, model):

@@ -11,8 +11,10 @@ from ..comparison import SpectralDistance
 from ..kernels.spectra import cepstrum, frequency_grid
 from ..stretches import StretchResidual
 
-#: Frequencies that are drawn, and windows of a recording that the typical one is chosen among.
-_N_FREQUENCIES, _N_WINDOWS = 128, 256
+#: Windows, or stretches, of a recording that the typical one is chosen among.
+MOST_ROWS = 256
+#: Frequencies that are drawn.
+_N_FREQUENCIES = 128
 _DECIBELS = 10 / np.log(10)
 
 
@@ -42,7 +44,7 @@ class SpectrumView:
         quality : ndarray of str of shape (n_windows,)
             As `signal_quality` gives it.
         """
-        wanted = _N_WINDOWS - len(self._places)
+        wanted = MOST_ROWS - len(self._places)
         good = np.flatnonzero(quality == "good")[:wanted]
         if self._compare is not None and len(good) > 0:
             self._cepstra.append(cepstrum(self._groups(X[good])[:, 0]))
@@ -69,19 +71,37 @@ class SpectrumView:
             return None
         cepstra = np.concatenate(self._cepstra)
         typical = np.sum((cepstra - cepstra.mean(axis=0)) ** 2, axis=1).argmin()
-        means = windows[[f"probability of {name}" for name in conditions]].mean().to_numpy()
         classes = self._compare.classes_.tolist()
         whitener, references = self._compare.whiteners_[0], self._compare.references_[:, 0]
         references = solve_triangular(whitener, references.T, trans="T", lower=True)
-        nearest = [conditions[place] for place in means.argsort()[::-1][:2]]
         return {
             "place": self._places[typical],
             "frequency": (frequency_grid(_N_FREQUENCIES) / (2 * np.pi)).tolist(),
             "window": _curve(cepstra[typical]),
             "references": {
-                str(name): _curve(references[:, classes.index(name)]) for name in nearest
+                str(name): _curve(references[:, classes.index(name)])
+                for name in nearest_conditions(windows, conditions)
             },
         }
+
+
+def nearest_conditions(windows: pd.DataFrame, conditions: list[str]) -> list[str]:
+    """Return the two conditions of largest mean probability, the larger one first.
+
+    Parameters
+    ----------
+    windows : DataFrame
+        Rows of `window_verdicts`.
+    conditions : list of str
+        As there.
+
+    Returns
+    -------
+    list of str
+        The conditions.
+    """
+    means = windows[[f"probability of {name}" for name in conditions]].mean().to_numpy()
+    return [conditions[place] for place in means.argsort()[::-1][:2]]
 
 
 def _comparison(diagnoser):

@@ -7,13 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.pipeline import Pipeline
 
+from ..bearings import fault_lines
+from ..stretches import order_comparison
 from ._axes import legend_beside, new_axes
 from ._fitted import condition_names, ordered_conditions
 from ._style import NEUTRAL, condition_styles, ink
-
-#: Names in the legend of the orders that `fault_orders` returns, and the number of multiples to
-#: draw of each. Repeated strikes of a fault appear at multiples of its order.
-_HARMONICS = {"shaft": 1, "cage": 1, "outer": 3, "inner": 3, "ball": 2}
 
 
 class OrderSpectrumDisplay:
@@ -136,9 +134,9 @@ class OrderSpectrumDisplay:
         ValueError
             If no step of the pipeline compares order spectra.
         """
-        place, residual = _order_step(estimator)
+        before, residual = order_comparison(estimator)
         row = np.asarray(stretch)[np.newaxis]
-        levels = estimator[:place].transform(row) if place > 0 else row
+        levels = row if before is None else before.transform(row)
         found = residual.match(levels, rpm=None if rpm is None else np.asarray(rpm)[np.newaxis])
         nearest = found.residuals[0].argsort()[:n_conditions]
         names = residual.classes_.astype(str)
@@ -196,29 +194,14 @@ class OrderSpectrumDisplay:
         return f"{name}: residual {self.residuals[name]:.2f}, {speed}"
 
     def _mark_faults(self, ax):
-        marks = {}
-        known = {} if self.fault_orders is None else self.fault_orders
-        for number, (fault, n_harmonics) in enumerate(_HARMONICS.items()):
-            for multiple in range(1, n_harmonics + 1):
-                order = known.get(fault, np.inf) * multiple
-                if order <= self.orders[-1]:
-                    style = {"color": NEUTRAL, "linestyle": (0, (1 + number, 2)), "linewidth": 1}
-                    line = ax.axvline(order, zorder=0, label=f"{fault} {order:.3g}", **style)
-                    marks.setdefault(fault, line)
+        marks, known = {}, {} if self.fault_orders is None else self.fault_orders
+        for fault, _, order in fault_lines(known, self.orders[-1]):
+            if fault not in marks:
+                style = {"color": NEUTRAL, "linestyle": (0, (1 + len(marks), 2)), "linewidth": 1}
+            line = ax.axvline(order, zorder=0, label=f"{fault} {order:.3g}", **style)
+            marks.setdefault(fault, line)
         return marks
 
 
 def _line(style):
     return {name: style[name] for name in ("color", "linestyle")}
-
-
-def _order_step(estimator):
-    """Return the position of the step that compares order spectra, and the comparing estimator."""
-    for place, (_, step) in enumerate(estimator.steps):
-        residual = getattr(step, "order_residual_", step)
-        if hasattr(residual, "match"):
-            return place, residual
-    raise ValueError(
-        "No step compares order spectra; expected a StretchResidual or an OrderResidual among "
-        f"{[type(step).__name__ for _, step in estimator.steps]}."
-    )

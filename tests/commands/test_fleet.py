@@ -1,10 +1,12 @@
 import json
 import os
 import signal
+from dataclasses import replace
 
 import dask
 import distributed
 import numpy as np
+import pandas as pd
 import pytest
 from joblib import parallel_config
 from scipy.signal import lfilter
@@ -13,7 +15,9 @@ from sklearn.model_selection import cross_val_score
 from skarxlag import load_diagnoser, make_alpio, save_diagnoser
 from skarxlag.commands.journal import Journal
 from skarxlag.commands.progress import Progress
+from skarxlag.commands.recording_task import Diagnosis
 from skarxlag.commands.runner import WorkerDied, executors, run_tasks
+from skarxlag.recordings.listing import ListedRecording
 
 from .deadly_tasks import Deadly, Harmless
 
@@ -155,6 +159,21 @@ def test_a_journal_of_another_model_is_not_used(fleet, tmp_path):
     with pytest.raises(KeyboardInterrupt), other:
         assert json.loads(journal.path.read_text())["model"] != head["model"]
         raise KeyboardInterrupt
+
+
+def test_a_result_at_another_speed_or_channel_is_not_used(fleet, tmp_path):
+    path = fleet / "m.skops"
+    recording = ListedRecording(None, "a", path, channel=["x", "y"], rpm=600.0)
+    journal = Journal(tmp_path / "out.csv", path, ["0.1"])
+    windows = pd.DataFrame({"verdict": ["good"]})
+    with pytest.raises(KeyboardInterrupt), journal:
+        journal.add(recording, Diagnosis({"verdict": "good"}, windows, orders={"place": 0}))
+        raise KeyboardInterrupt
+    with journal:
+        known = journal.result(recording)
+        assert known.verdict == {"verdict": "good"} and known.orders == {"place": 0}
+        for change in ({"rpm": 300.0}, {"rpm": None}, {"channel": "x"}, {"sampling_rate": 1.0}):
+            assert journal.result(replace(recording, **change)) is None
 
 
 def test_scikit_learn_cross_validates_on_a_cluster(cluster):

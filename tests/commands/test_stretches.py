@@ -4,7 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from skarxlag import fault_orders
+from skarxlag.bearings import SKF_6205
+from skarxlag.commands.models import load_model
+from skarxlag.commands.order_view import OrderView
 from skarxlag.persistence import load_diagnoser
+from skarxlag.verdicts import window_verdicts
 
 from ..test_orders import ORDERS, RATE, strikes
 
@@ -90,3 +95,105 @@ def test_short_recordings_are_compared_by_windows(run, workshop):
         "fit", workshop / "short.csv", "-o", workshop / "no.skops", "--diagnoser", "stretches"
     )
     assert code == 1 and "shortest recording is too short for two stretches" in err
+
+
+@pytest.fixture(scope="module")
+def model(workshop):
+    """A saved diagnoser of stretches."""
+    from skarxlag.commands import main
+
+    path = workshop / "drawn.skops"
+    assert main(["fit", str(workshop / "900.csv"), "-o", str(path)]) == 0
+    return path
+
+
+def test_view_shows_what_the_diagnoser_compared(workshop, model):
+    saved = load_model(model)
+    X = np.load(workshop / "inner_600.npy")[: 4 * 7200].reshape(4, -1)
+    view = OrderView(saved, 620.0)
+    view.add(X[:1], np.array(["constant"]))
+    view.add(X[1:], np.full(3, "good"))
+    windows = window_verdicts(saved.diagnoser, X, saved.conditions, 620.0)
+    drawn = view.drawn(windows, saved.conditions, place=2)
+    assert drawn["place"] == 2 and drawn["rpm"] == 620.0
+    assert list(drawn["conditions"]) == ["inner", "outer"]
+    residual = saved.diagnoser["compare"].order_residual_
+    found = residual.match(saved.diagnoser[:1].transform(X[2:3]), rpm=[620.0])
+    for c, name in enumerate(["inner", "outer"]):
+        each = drawn["conditions"][name]
+        for kind, nepers in (
+            ("spectrum", found.spectra[0, c]), ("reference", residual.references_[c])
+        ):  # fmt: skip
+            expected = 10 * np.log10(np.exp(nepers.mean(axis=0)))
+            np.testing.assert_allclose(each[kind], expected, atol=0.0051)
+        assert each["factor"] == found.factors[0, c]
+        assert each["residual"] == pytest.approx(found.residuals[0, c])
+    assert view.drawn(windows, saved.conditions)["place"] == 1
+    # Without its speed, the factor is on the speed of the training.
+    unknown = OrderView(saved, None)
+    unknown.add(X[1:2], np.array(["good"]))
+    drawn = unknown.drawn(windows, saved.conditions)
+    assert drawn["rpm"] is None
+    assert drawn["conditions"]["inner"]["factor"] == pytest.approx(600 / 900, rel=0.02)
+
+
+def report_of(run, workshop, model, *options):
+    output = workshop / "report.html"
+    table = workshop / "600.csv"
+    code, _, err = run("diagnose", model, "--table", table, "-o", output, *options)
+    assert code == 0, err
+    return output.read_text()
+
+
+def test_report_draws_orders_and_marks_the_faults_of_a_bearing(run, workshop, model):
+    plain = report_of(run, workshop, model)
+    assert plain.count('aria-label="Order spectrum of a stretch"') == 2
+    assert "rpm found at nominal 600 rpm (factor 1" in plain
+    assert "at the orders of the bearing" not in plain and "rotate(-90)" not in plain
+    marked = report_of(run, workshop, model, "--bearing", "9,7.94,39.04")
+    orders = fault_orders(SKF_6205)
+    for name in ("shaft", "cage", "outer", "inner", "ball"):
+        assert marked.count(f'rotate(-90)" text-anchor="end">{name}</text>') == 4
+        assert f"{name} {orders[name]:.4g}" in marked
+    # Lines of 1 shaft, 1 cage, 3 outer, 2 inner and 3 ball below order 16, in each of four panels.
+    x = {74 + order / 16 * 386 for order in (orders["outer"], 2 * orders["inner"])}
+    for place in x:
+        assert marked.count(f'<path d="M{place:.1f} ') == 4
+    assert marked.count("stroke-dasharray=") - plain.count("stroke-dasharray=") == 4 * 9
+    # A contact angle moves the orders.
+    tilted = report_of(run, workshop, model, "--bearing", "9,7.94,39.04,40")
+    assert f"outer {orders['outer']:.4g}" not in tilted and "outer 3.799" in tilted
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        ("9,7.94", "2 numbers; expected ELEMENTS,ELEMENT_DIAMETER,PITCH_DIAMETER"),
+        ("9,7.94,39.04,0,1", "5 numbers; expected"),
+        ("9.5,7.94,39.04", "invalid literal for int"),
+        ("9,ball,39.04", "could not convert string to float: 'ball'"),
+        ("1,7.94,39.04", "n_elements must be an integer of at least 2, got 1"),
+        ("9,39.04,7.94", "element_diameter must lie between 0 and pitch_diameter=7.94"),
+        ("9,7.94,inf", "pitch_diameter must be a finite number, got inf"),
+        ("9,7.94,39.04,90", "contact_angle must be in [0, 90) degrees, got 90.0"),
+    ],
+)
+def test_a_bearing_that_is_none(run, workshop, model, value, expected):
+    output = workshop / "bad.html"
+    code, _, err = run(
+        "diagnose", model, workshop / "inner_600.npy", "--bearing", value, "-o", output
+    )
+    assert code == 2 and f"argument --bearing: {value!r}: " in err and expected in err
+    assert not output.exists()
+
+
+def test_a_bearing_needs_a_report_of_orders(run, workshop, model):
+    recording = workshop / "inner_600.npy"
+    for output in ((), ("-o", workshop / "bad.csv")):
+        code, _, err = run("diagnose", model, recording, "--bearing", "9,7.94,39.04", *output)
+        assert code == 2 and "argument --bearing: belongs to a report, -o FILE.html" in err
+    windows = workshop / "windows.skops"
+    assert run("fit", workshop / "900.csv", "-o", windows, "--window-length", "1200")[0] == 0
+    output = workshop / "bad.html"
+    code, _, err = run("diagnose", windows, recording, "--bearing", "9,7.94,39.04", "-o", output)
+    assert code == 2 and "windows.skops: No step compares order spectra" in err
