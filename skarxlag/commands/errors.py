@@ -25,6 +25,9 @@ def as_command_error(*kinds: Any) -> Iterator[Any]:
     kinds = kinds or (OSError, ValueError, ImportError)
     try:
         yield
+    except BrokenPipeError:
+        # Nobody reads the output any more, which is no mistake.
+        raise
     except kinds as error:
         raise CommandError(" ".join(str(error).split())) from error
 

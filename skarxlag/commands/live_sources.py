@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..recordings.files import recording_blocks
+from ..recordings.rates import rates_agree
 from ..recordings.windows import block_length
 from .errors import printable
 
@@ -73,14 +74,18 @@ class Patience:
         return True
 
 
-def from_stream(stream: Any, parser: Any, stopping: Any) -> Iterator[Any]:
-    """Blocks from a pipe, until it ends."""
-    while True:
-        with stopping.waiting():
-            data = stream.read1(_BYTES_AT_A_TIME)
-        yield Block(parser.parse(data, is_end=not data))
-        if not data:
-            return
+def from_stream(open_stream: Callable[[], Any], parser: Any, stopping: Any) -> Iterator[Any]:
+    """Blocks from a pipe or a device, until it ends."""
+    with stopping.waiting():
+        # A named pipe opens when somebody writes to it.
+        stream = open_stream()
+    with stream as source:
+        while True:
+            with stopping.waiting():
+                data = source.read1(_BYTES_AT_A_TIME)
+            yield Block(parser.parse(data, is_end=not data))
+            if not data:
+                return
 
 
 def from_growing_file(
@@ -88,12 +93,15 @@ def from_growing_file(
 ) -> Iterator[Any]:
     """Blocks from a file to which somebody appends, from a place on.
 
-    A file that got shorter was started afresh, and is read from its beginning. A last line or
-    sample that is not whole is left for the next time.
+    A file that got shorter, or another file of the same name, was started afresh, and is read from
+    its beginning; of the other one, what was appended last is read before. A last line or sample
+    that is not whole is left for the next time.
     """
     file = path.open("rb")
     try:
-        file.seek(place if place <= path.stat().st_size else 0)
+        if 0 < place <= path.stat().st_size:
+            parser.begin(file.read(min(place, _BYTES_AT_A_TIME)))
+            file.seek(place)
         while True:
             data = file.read(_BYTES_AT_A_TIME)
             if data:
@@ -104,9 +112,12 @@ def from_growing_file(
             if not patience.wait():
                 break
             if _started_afresh(path, file):
+                while data := file.read(_BYTES_AT_A_TIME):
+                    yield Block(parser.parse(data), place=0)
                 warn(f"{printable(path)} was started afresh")
                 file.close()
                 file = path.open("rb")
+                parser.begin()
     finally:
         file.close()
 
@@ -128,49 +139,62 @@ def from_folder(
 ) -> Iterator[Any]:
     """Blocks from the files of a folder, in the order in which they were finished.
 
-    A file is read when its size and time have not changed between two looks. What has an older time
-    than a file that was read already is taken for read.
+    A file is read when its size and time have not changed for a while. A file that comes later but
+    has an older time than one that was read already is read, too, and told: somebody has copied it,
+    or the clock was set back.
 
     Parameters
     ----------
     folder : Path
         The folder.
     options : dict
-        ``channel``, ``dtype``, ``sampling_rate`` and ``window_length`` for reading a file, and
-        ``has_times``: whether a file's time of modification is the time of its last sample.
+        ``channel``, ``dtype``, ``sampling_rate``, ``n_channels`` and ``window_length`` for reading
+        a file; ``settle``: seconds without a change after which it is finished; and ``has_times``:
+        whether its time of modification is the time of its last sample.
     patience : Patience
         How to wait.
     warn : callable
         Is told of files that cannot be read.
     place : list or None, default=None
-        Time and name of the last file that was read.
+        Time and name of the latest file that was read. Those that are older and there now count as
+        read.
     """
-    done, seen = tuple(place or (-1, "")), {}
+    done = tuple(place or (-1, ""))
+    read = {key for key in _files(folder) if key <= done}
+    seen = {}
     while True:
-        now = _files_after(folder, done)
-        for key, size in sorted(now.items()):
-            if seen.get(key) != size:
+        now, moment = _files(folder), time.monotonic()
+        read &= now.keys()
+        seen = {
+            key: seen[key] if seen.get(key, (None,))[0] == size else (size, moment)
+            for key, size in now.items()
+            if key not in read
+        }
+        for key in sorted(seen):
+            if moment - seen[key][1] < options["settle"]:
                 break
-            done = key
+            read.add(key)
+            if key < done:
+                warn(f"{printable(folder / key[1])}: older than the file before, read nevertheless")
+            done = max(done, key)
             patience.renew()
-            yield from _blocks_of_file(folder / key[1], options, warn, list(done))
-        seen = {key: size for key, size in now.items() if key > done}
+            yield from _blocks_of_file(folder / key[1], key[0], options, warn, list(done))
         if not patience.wait():
             return
 
 
-def _files_after(folder, done):
-    """Sizes of the files that are not read yet, by time of modification and name."""
+def _files(folder):
+    """Sizes of the files, by time of modification and name."""
     found = {}
     for entry in os.scandir(folder):
         with suppress(FileNotFoundError):
             if entry.is_file() and not entry.name.startswith("."):
                 status = entry.stat()
                 found[status.st_mtime_ns, entry.name] = status.st_size
-    return {key: size for key, size in found.items() if key > done}
+    return found
 
 
-def _blocks_of_file(path, options, warn, place):
+def _blocks_of_file(path, changed, options, warn, place):
     n_samples = block_length(options["window_length"])
     try:
         blocks = [
@@ -182,17 +206,23 @@ def _blocks_of_file(path, options, warn, place):
     except (OSError, ValueError, ImportError, MemoryError) as error:
         warn(f"skipped: {error}")
         return
-    rates = {rate for _, rate in blocks} - {None, options["sampling_rate"]}
+    rates = [rate for _, rate in blocks if not rates_agree(rate, options["sampling_rate"])]
     if rates:
         warn(
-            f"{printable(path)}: skipped, sampled at {rates.pop():g} Hz, expected "
+            f"{printable(path)}: skipped, sampled at {rates[0]:g} Hz, expected "
             f"{options['sampling_rate']:g} Hz"
+        )
+        return
+    found = {len(signal) for signal, _ in blocks} - {options["n_channels"]}
+    if found:
+        warn(
+            f"{printable(path)}: skipped, {found.pop()} channels, expected {options['n_channels']}"
         )
         return
     start = None
     if options["has_times"]:
         length = sum(signal.shape[1] for signal, _ in blocks)
-        start = place[0] * 1e-9 - length / options["sampling_rate"]
+        start = changed * 1e-9 - length / options["sampling_rate"]
     for signal, _ in blocks:
         yield Block(signal, start, path.name, place)
         start = None

@@ -1,26 +1,27 @@
 """``skarxlag watch``: verdicts on a running sensor."""
 
-import json
-import math
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 from ..monitoring import ConditionMonitor, load_monitor_state, save_monitor_state
+from ..recordings.rates import rates_agree
 from .arguments import positive_number
-from .errors import UsageError, as_command_error, printable
+from .errors import CommandError, UsageError, as_command_error, printable
 from .live_sources import Patience, from_folder, from_growing_file, from_stream
 from .models import load_model
 from .sample_parsers import RawSamples, TextSamples
 from .stopping import Stopping, StopRequestedError
+from .watch_output import VerdictLines, sentence, summary
 
 _DESCRIPTION = """\
 Diagnose a running sensor with a diagnoser that `fit` saved. SOURCE is - for standard input, a file
-that grows, or a folder into which a logger drops files. Standard input and a growing file hold csv
-lines, or raw samples with --dtype; files in a folder are of any format that diagnose reads. Writes
-one line of JSON for each window to standard output, and a summary to standard error. Ends with the
-input, or on Ctrl-C.
+that grows, a named pipe or serial device, or a folder into which a logger drops files. Streams and
+growing files hold csv lines, or raw samples with --dtype; files in a folder are of any format that
+diagnose reads. Writes one line of JSON for each window to standard output, or fewer with --every,
+and a summary to standard error. Ends with the input, or on Ctrl-C.
 """
 #: Seconds between two savings of the state.
 _SAVE_EVERY = 60.0
@@ -31,15 +32,20 @@ def add_arguments(parser: Any) -> None:
     parser.description = _DESCRIPTION
     parser.add_argument("model", type=Path, metavar="MODEL.skops", help="what fit has saved")
     parser.add_argument("source", metavar="SOURCE", help="- or a file or a folder")
-    parser.add_argument("--detector", type=Path, metavar="MODEL.skops", help="for the alarm")
+    parser.add_argument(
+        "--detector",
+        type=Path,
+        metavar="MODEL.skops",
+        help="for the alarm; its windows may be others than those of the diagnoser",
+    )
     parser.add_argument(
         "--dtype", help="of raw samples: <i2, or '(4,)<f4' for four interleaved channels"
     )
     parser.add_argument(
         "--channel",
         metavar="NAME",
-        help="column of the lines or samples, counted from 0, or channel of the files; several are "
-        "separated by ; with the output first",
+        help="name, position counted from 0, or pattern such as *DE_time of the column or channel; "
+        "several are separated by ; with the output first; default: all but a column of times",
     )
     parser.add_argument(
         "--sampling-rate", type=positive_number, metavar="HZ", help="default: the model's"
@@ -90,6 +96,20 @@ def add_arguments(parser: Any) -> None:
         metavar="SECONDS",
         help="between looks at a file or a folder; default: %(default)g",
     )
+    parser.add_argument(
+        "--settle",
+        type=positive_number,
+        default=2.0,
+        metavar="SECONDS",
+        help="without a change after which a file in a folder is finished; default: %(default)g",
+    )
+    parser.add_argument(
+        "--every",
+        type=positive_number,
+        metavar="SECONDS",
+        help="of the sensor's time between lines of JSON; a window with another verdict, alarm or "
+        "quality than the line before is written at once; default: every window",
+    )
     parser.add_argument("-v", "--verbose", action="store_true", help="a line a second for people")
     parser.set_defaults(run=run, fail=parser.error)
 
@@ -100,6 +120,11 @@ def run(args: Any) -> Any:
     sampling_rate = args.sampling_rate or model.sampling_rate
     if sampling_rate is None:
         raise UsageError(f"argument --sampling-rate: needed, {args.model} states none")
+    if not rates_agree(sampling_rate, model.sampling_rate):
+        raise UsageError(
+            f"argument --sampling-rate: {sampling_rate:g}, but {args.model} was fitted at "
+            f"{model.sampling_rate:g} Hz"
+        )
     monitor = _monitor(args, model, sampling_rate)
     place = None
     if args.state is not None and args.state.exists():
@@ -110,39 +135,54 @@ def run(args: Any) -> Any:
     with as_command_error(), Stopping() as stopping:
         parser, blocks = _source(args, model, sampling_rate, stopping, place)
         try:
-            _follow(args, monitor, blocks, stopping, place)
+            _follow(args, model, monitor, blocks, stopping, place)
         except StopRequestedError:
             pass
         finally:
             blocks.close()
-    _warn(_summary(monitor, 0 if parser is None else parser.n_bad))
+    _warn(summary(monitor.counts, 0 if parser is None else parser.n_bad))
     return 0
 
 
 def _monitor(args, model, sampling_rate):
-    diagnoser, detector = model.diagnoser, None
+    diagnoser, detector, detector_window_length = model.diagnoser, None, None
     if args.detector is not None:
         flagging = load_model(args.detector)
-        if flagging.window_length != model.window_length:
-            raise UsageError(
-                f"argument --detector: windows of {flagging.window_length} samples, expected "
-                f"{model.window_length} as in {args.model}"
-            )
-        detector = flagging.diagnoser
+        _check_same_sensor(args, model, flagging)
+        detector, detector_window_length = flagging.diagnoser, flagging.window_length
     if not hasattr(diagnoser, "predict_proba"):
         if detector is not None:
             raise UsageError(f"argument --detector: {args.model} is a detector itself")
         diagnoser, detector = None, diagnoser
+    speeds = getattr(None if detector is None else detector[-1], "speeds_", ())
+    if len(speeds) > 0 and args.rpm is None:
+        listed = ", ".join(f"{speed:g}" for speed in speeds)
+        raise UsageError(f"argument --rpm: needed, the detector was fitted at {listed} rpm")
     with as_command_error():
         return ConditionMonitor(
             diagnoser,
             sampling_rate,
             detector=detector,
             window_length=model.window_length,
+            detector_window_length=detector_window_length,
             hop=args.hop,
             half_life=args.half_life,
             false_alarm_interval=args.false_alarm_interval,
             gap_tolerance=args.gap_tolerance,
+        )
+
+
+def _check_same_sensor(args, model, flagging):
+    where = f"argument --detector: {args.detector} was fitted"
+    if not rates_agree(flagging.sampling_rate, model.sampling_rate):
+        raise UsageError(
+            f"{where} at {flagging.sampling_rate:g} Hz, expected {model.sampling_rate:g} as "
+            f"{args.model}"
+        )
+    if flagging.n_channels != model.n_channels:
+        raise UsageError(
+            f"{where} on {flagging.n_channels} channels, expected {model.n_channels} as "
+            f"{args.model}"
         )
 
 
@@ -158,37 +198,39 @@ def _source(args, model, sampling_rate, stopping, place):
             "channel": channel,
             "dtype": args.dtype,
             "sampling_rate": sampling_rate,
+            "n_channels": model.n_channels,
             "window_length": model.window_length,
+            "settle": args.settle,
             "has_times": args.timed_files,
         }
         return None, from_folder(path, options, patience, _warn, place)
-    columns = None if channel is None else _columns(channel)
-    parser = TextSamples(columns) if args.dtype is None else RawSamples(args.dtype, columns)
+    parser = TextSamples(channel) if args.dtype is None else RawSamples(args.dtype, channel)
     if args.source == "-":
-        return parser, from_stream(sys.stdin.buffer, parser, stopping)
+        return parser, from_stream(lambda: nullcontext(sys.stdin.buffer), parser, stopping)
+    if path.is_fifo() or path.is_char_device():
+        return parser, from_stream(lambda: path.open("rb"), parser, stopping)
     if not path.is_file():
         raise FileNotFoundError(f"{printable(path)}: no such file or folder")
     return parser, from_growing_file(path, parser, patience, _warn, place or 0)
 
 
-def _columns(channel):
-    names = [channel] if isinstance(channel, str) else channel
-    if not all(name.isdecimal() for name in names):
-        raise UsageError(f"argument --channel: {';'.join(names)!r}, expected columns from 0 on")
-    return [int(name) for name in names]
-
-
-def _follow(args, monitor, blocks, stopping, place):
+def _follow(args, model, monitor, blocks, stopping, place):
     told = saved = time.monotonic()
+    lines = VerdictLines(args.every)
     try:
         for block in blocks:
             place = block.place
             if block.samples.shape[1] > 0:
+                if len(block.samples) != model.n_channels:
+                    raise CommandError(
+                        f"{args.source}: {len(block.samples)} channels, but {args.model} was "
+                        f"fitted on {model.n_channels}; --channel chooses"
+                    )
                 verdicts = monitor.update(block.samples, time=block.time, rpm=args.rpm)
-                _write(verdicts, block.source)
+                lines.write(verdicts, block.source)
                 if verdicts and args.verbose and time.monotonic() - told >= 1.0:
                     told = time.monotonic()
-                    _warn(_sentence(verdicts[-1]))
+                    _warn(sentence(verdicts[-1]))
             if args.state is not None and time.monotonic() - saved >= _SAVE_EVERY:
                 saved = time.monotonic()
                 save_monitor_state(monitor, args.state, place=place)
@@ -197,44 +239,6 @@ def _follow(args, monitor, blocks, stopping, place):
     finally:
         if args.state is not None:
             save_monitor_state(monitor, args.state, place=place)
-
-
-def _write(verdicts, source):
-    for verdict in verdicts:
-        line = {
-            name: None if isinstance(value, float) and math.isnan(value) else value
-            for name, value in verdict._asdict().items()
-        }
-        if source is not None:
-            line["source"] = printable(source)
-        print(json.dumps(line, allow_nan=False))
-    if verdicts:
-        sys.stdout.flush()
-
-
-def _sentence(verdict):
-    parts = [f"{verdict.time:.1f} s"]
-    parts.append("no verdict" if verdict.verdict is None else f"{verdict.verdict}")
-    if verdict.verdict is not None:
-        parts.append(f"confidence {verdict.confidence:.0%}")
-    if verdict.alarm is not None:
-        parts.append(f"alarm {'ON' if verdict.alarm else 'off'} at {verdict.alarm_level:.0%}")
-    if verdict.quality != "good":
-        parts.append(f"no signal: {verdict.quality}")
-    return ", ".join(parts)
-
-
-def _summary(monitor, n_bad):
-    counts = monitor.counts
-    windows = ", ".join(f"{n} {name}" for name, n in sorted(counts["windows"].items()))
-    parts = [f"{counts['samples']} samples", f"windows: {windows or 'none'}"]
-    parts.append(f"{counts['gaps']} gaps of {counts['missing_seconds']:.1f} s")
-    if counts["clock_steps_back"]:
-        parts.append(f"clock set back {counts['clock_steps_back']} times")
-    if n_bad:
-        parts.append(f"{n_bad} lines that are no numbers")
-    parts.append(f"{counts['alarms']} alarms")
-    return "; ".join(parts)
 
 
 def _warn(text):

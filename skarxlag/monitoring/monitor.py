@@ -12,6 +12,7 @@ from .alarm import CumulativeSumAlarm, healthy_windows, runs_of
 from .evidence import FadingEvidence
 from .memory import VerdictMemory
 from .opinions import WindowOpinions
+from .own_windows import DetectorOnOwnWindows
 from .settings import checked_memory, checked_windowing
 from .verdict import MonitorVerdict
 from .windowing import WindowStream
@@ -44,6 +45,10 @@ class ConditionMonitor:
         threshold of the diagnoser, which holds at its training speed only.
     window_length : int, default=1200
         Samples in a window: those that the diagnoser was fitted on.
+    detector_window_length : int or None, default=None
+        Samples in a window of the detector, where it was fitted on others than the diagnoser. They
+        neither overlap nor leave gaps. A verdict then tells what those said that ended since the
+        verdict before. None: `window_length`, and the detector sees the windows of the diagnoser.
     hop : int or None, default=None
         Samples from the start of one window to the start of the next. None: `window_length`.
     half_life : float, default=10.0
@@ -108,6 +113,7 @@ class ConditionMonitor:
         *,
         detector: Any = None,
         window_length: int = 1200,
+        detector_window_length: int | None = None,
         hop: int | None = None,
         half_life: float = 10.0,
         false_alarm_interval: float = 1000.0,
@@ -120,7 +126,20 @@ class ConditionMonitor:
         memory = checked_memory(half_life, false_alarm_interval, persistence, faulty_rate)
         self._half_life, self._faulty_rate = memory["half_life"], memory["faulty_rate"]
         hop, window_length = self._windowing["hop"], self._windowing["window_length"]
-        self._opinions = WindowOpinions(diagnoser, detector)
+        self._own = None
+        if detector_window_length not in (None, window_length):
+            self._own = self._detector_alone(
+                diagnoser,
+                detector,
+                sampling_rate,
+                window_length=detector_window_length,
+                false_alarm_interval=false_alarm_interval,
+                window_false_alarm_rate=window_false_alarm_rate,
+                persistence=persistence,
+                faulty_rate=faulty_rate,
+                gap_tolerance=self._windowing["gap_tolerance"],
+            )
+        self._opinions = WindowOpinions(diagnoser, detector, detects=self._own is None)
         self.conditions = self._opinions.conditions
         self._run_length = false_alarm_interval * 3600 * sampling_rate / hop
         if window_false_alarm_rate is None:
@@ -141,6 +160,15 @@ class ConditionMonitor:
         self._seen, self._n_channels = Counter(), None
         self._start_afresh()
 
+    def _detector_alone(self, diagnoser, detector, sampling_rate, **settings):
+        if diagnoser is None or detector is None:
+            raise ValueError(
+                f"detector_window_length={settings['window_length']!r}, expected None without both "
+                "a diagnoser and a detector"
+            )
+        monitor = ConditionMonitor(None, sampling_rate, detector=detector, **settings)
+        return DetectorOnOwnWindows(monitor, settings["window_length"])
+
     def _start_afresh(self):
         self._stream = WindowStream(**self._windowing)
         alarm = None
@@ -151,17 +179,21 @@ class ConditionMonitor:
         evidence = FadingEvidence(len(self.conditions), self._half_life)
         self._memory = VerdictMemory(self.conditions, evidence, alarm)
         self._last_start, self._speeds = None, []
+        if self._own is not None:
+            self._own.start_afresh()
 
     @property
     def counts(self) -> dict[str, Any]:
         """What came so far: see the class."""
+        alarm = self._memory.alarm
+        n_raised = 0 if alarm is None else alarm.n_raised
         return {
             "samples": self._stream.n_samples,
             "windows": dict(self._memory.qualities),
             "gaps": self._stream.n_gaps,
             "missing_seconds": self._stream.missing_seconds,
             "clock_steps_back": self._stream.n_steps_back,
-            "alarms": 0 if self._memory.alarm is None else self._memory.alarm.n_raised,
+            "alarms": n_raised if self._own is None else self._own.monitor.counts["alarms"],
         }
 
     def update(
@@ -196,12 +228,17 @@ class ConditionMonitor:
         if rpm is not None:
             check_real(rpm, "rpm", min_val=0, include_boundaries="neither")
             self._speeds.append((self._stream.n_samples, float(rpm)))
+        if self._own is not None:
+            self._own.update(samples, time, rpm)
         verdicts = []
         for start, windows, gap in self._stream.push(signal, time):
             for first in range(0, len(windows), _BATCH):
                 batch = np.ascontiguousarray(windows[first : first + _BATCH])
                 begin = start + first * self._stream.hop
                 verdicts += self._judge(batch, begin, gap if first == 0 else 0.0)
+        if self._own is not None:
+            length = self._stream.window_length
+            verdicts = [self._own.told_by(each.start + length, each) for each in verdicts]
         return verdicts
 
     def calibrate(self, samples: ArrayLike, *, rpm: float | None = None) -> Self:
@@ -229,6 +266,10 @@ class ConditionMonitor:
             If nothing detects, or healthy windows exceed so often that no alarm can be as rare as
             is asked for.
         """
+        if self._own is not None:
+            self._own.monitor.calibrate(samples, rpm=rpm)
+            self._start_afresh()
+            return self
         if not self._opinions.detects:
             raise ValueError("calibrate: the monitor has no detector, so there is no alarm")
         self._start_afresh()
@@ -314,6 +355,7 @@ class ConditionMonitor:
             "speeds": [list(change) for change in self._speeds],
             "stream": self._stream.state(),
             "memory": self._memory.state(),
+            "own": None if self._own is None else self._own.state(),
         }
 
     def _settings(self):
@@ -322,6 +364,7 @@ class ConditionMonitor:
             "half_life": self._half_life,
             "run_length": self._run_length,
             "faulty_rate": self._faulty_rate,
+            "detector_window_length": None if self._own is None else self._own.length,
         }
 
     def restore(self, state: dict[str, Any]) -> Self:
@@ -353,6 +396,8 @@ class ConditionMonitor:
         try:
             self._stream.restore(state["stream"])
             self._memory.restore(state["memory"])
+            if self._own is not None:
+                self._own.restore(state["own"])
         except (ValueError, KeyError, TypeError) as error:
             self._start_afresh()
             raise ValueError(f"state is damaged: {error}") from error

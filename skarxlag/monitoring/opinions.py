@@ -44,6 +44,8 @@ class WindowOpinions:
         States probabilities of conditions.
     detector : fitted Pipeline or None
         Flags windows. None: the diagnoser, where it detects.
+    detects : bool, default=True
+        Whether windows shall be flagged.
 
     Attributes
     ----------
@@ -64,7 +66,7 @@ class WindowOpinions:
     detects: bool
     false_alarm_rate: float | None
 
-    def __init__(self, diagnoser: Any, detector: Any) -> None:
+    def __init__(self, diagnoser: Any, detector: Any, detects: bool = True) -> None:
         if diagnoser is None and detector is None:
             raise ValueError("diagnoser and detector are None, expected at least one of them")
         if diagnoser is not None and not hasattr(diagnoser, "predict_proba"):
@@ -72,11 +74,12 @@ class WindowOpinions:
                 f"diagnoser: {type(diagnoser).__name__} states no probabilities, expected a "
                 "classifier with predict_proba; a detector goes to the parameter detector"
             )
-        self._diagnoser, self._detector = _in_one_pass(diagnoser), _in_one_pass(detector)
+        self._diagnoser = _in_one_pass(diagnoser)
+        self._detector = _in_one_pass(detector) if detects else None
         self.conditions = [] if diagnoser is None else np.asarray(diagnoser.classes_).tolist()
-        flagging = self._diagnoser if detector is None else self._detector
+        flagging = self._diagnoser if self._detector is None else self._detector
         last = flagging.steps[-1][1]
-        self.detects = detector is not None or hasattr(last, "detect")
+        self.detects = detects and (detector is not None or hasattr(last, "detect"))
         self.false_alarm_rate = getattr(last, "false_alarm_rate", None) if self.detects else None
 
     def of(self, windows: NDArray[Any], rpm: NDArray[Any] | None) -> Opinions:
@@ -100,7 +103,7 @@ class WindowOpinions:
         if self._diagnoser is not None:
             said = self._diagnoser.diagnose(windows, **_metadata(self._diagnoser, rpm))
             found.log_probability = np.log(np.maximum(said.probability, _SMALLEST_PROBABILITY))
-            found.exceeds = said.get("alarm")
+            found.exceeds = said.get("alarm") if self.detects else None
         if self._detector is not None:
             said = self._detector.diagnose(windows, **_metadata(self._detector, rpm))
             found.exceeds = said.alarm

@@ -17,7 +17,8 @@ _FORMAT = "skarxlag monitor 1"
 def save_monitor_state(monitor: Any, path: str | os.PathLike[str], /, **facts: Any) -> None:
     """Write the state of a monitor and facts about it, all or nothing.
 
-    The file is an ``.npz`` archive of one text (JSON) and one array. The diagnoser is not in it.
+    The file is an ``.npz`` archive of one text (JSON) and one or two arrays of samples. The
+    diagnoser is not in it.
 
     Parameters
     ----------
@@ -53,11 +54,12 @@ def save_monitor_state(monitor: Any, path: str | os.PathLike[str], /, **facts: A
     (700, 'B 12')
     """
     state = monitor.state()
-    rest = state["stream"]["rest"]
-    state["stream"] = state["stream"] | {"rest": rest is not None}
+    rests = {"rest": _without_rest(state)}
+    if state["own"] is not None:
+        rests["own_rest"] = _without_rest(state["own"])
     text = json.dumps({"format": _FORMAT, "facts": facts} | state)
     archive = io.BytesIO()
-    np.savez(archive, state=np.array(text), rest=np.empty((0, 0)) if rest is None else rest)
+    np.savez(archive, state=np.array(text), **rests)
     write_atomically(path, archive.getvalue())
 
 
@@ -88,11 +90,13 @@ def load_monitor_state(path: str | os.PathLike[str]) -> tuple[dict[str, Any], di
         raise FileNotFoundError(f"{path}: no such file")
     try:
         with np.load(path, allow_pickle=False) as archive:
-            state, rest = json.loads(str(archive["state"])), archive["rest"]
-        if state.pop("format") != _FORMAT:
-            raise ValueError(f"expected the format {_FORMAT!r}")
-        facts = dict(state.pop("facts"))
-        state["stream"]["rest"] = rest if state["stream"]["rest"] else None
+            state = json.loads(str(archive["state"]))
+            if state.pop("format") != _FORMAT:
+                raise ValueError(f"expected the format {_FORMAT!r}")
+            facts = dict(state.pop("facts"))
+            for own, name in ((state, "rest"), (state.get("own"), "own_rest")):
+                if own is not None:
+                    own["stream"]["rest"] = archive[name] if own["stream"]["rest"] else None
     except (
         ValueError,
         KeyError,
@@ -104,3 +108,10 @@ def load_monitor_state(path: str | os.PathLike[str]) -> tuple[dict[str, Any], di
     ) as error:
         raise ValueError(f"{path}: no state of a monitor ({error})") from error
     return state, facts
+
+
+def _without_rest(state):
+    """The samples that wait, which the state then only says that there are."""
+    rest = state["stream"]["rest"]
+    state["stream"] = state["stream"] | {"rest": rest is not None}
+    return np.empty((0, 0)) if rest is None else rest

@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from scipy.io import wavfile
 from scipy.signal import lfilter
 
 from skarxlag import (
@@ -18,13 +19,14 @@ from skarxlag import (
     make_windows,
     save_diagnoser,
 )
+from skarxlag.commands import main
 from skarxlag.commands.live_sources import Patience, from_folder, from_growing_file
 from skarxlag.commands.sample_parsers import RawSamples, TextSamples
 from skarxlag.commands.stopping import Stopping, StopRequestedError
 
 WINDOW, RATE = 200, 1000.0
 COLOURS = {"good": [1.0, -0.9], "worn": [1.0, 0.9]}
-IDLE = ("--idle", 0.03, "--poll", 0.005)
+IDLE = ("--idle", 0.06, "--poll", 0.005, "--settle", 0.01)
 
 
 def sound(condition, n_samples, seed):
@@ -58,6 +60,18 @@ def piped(monkeypatch):
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
 
     return set_input
+
+
+#: How files in a folder are read.
+FOLDER = {
+    "channel": None,
+    "dtype": None,
+    "sampling_rate": 1.0,
+    "n_channels": 1,
+    "window_length": 5,
+    "settle": 1e-6,
+    "has_times": False,
+}
 
 
 def verdicts_of(text):
@@ -194,10 +208,146 @@ def test_a_file_that_still_changes_is_left_for_later(tmp_path):
                 np.save(path, np.zeros(20))
             return self.looks < 4
 
-    options = {"channel": None, "dtype": None, "sampling_rate": 1.0, "window_length": 5}
-    blocks = list(from_folder(tmp_path, options | {"has_times": False}, Writer(), None))
+    blocks = list(from_folder(tmp_path, FOLDER, Writer(), None))
     assert [block.samples.shape for block in blocks] == [(1, 20)]
     assert len(sizes) == 1
+
+
+def test_a_file_that_was_written_some_time_ago_may_still_grow(tmp_path):
+    path = tmp_path / "a.npy"
+    np.save(path, np.zeros(20))
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-30])
+    told, looks = [], iter(range(9))
+
+    class Logger:
+        """Writes the rest of its buffer long after the first part."""
+
+        renew = staticmethod(lambda: None)
+
+        def wait(self):
+            look = next(looks)
+            time.sleep(0.02)
+            if look == 1:
+                path.write_bytes(whole)
+            return look < 8
+
+    blocks = list(from_folder(tmp_path, FOLDER | {"settle": 0.08}, Logger(), told.append))
+    assert [block.samples.shape for block in blocks] == [(1, 20)] and told == []
+
+
+def test_files_after_a_clock_was_set_back_are_read_and_told(tmp_path):
+    told, looks = [], iter(range(8))
+    for name, moment in (("old", 900.0), ("a", 1000.0)):
+        np.save(tmp_path / f"{name}.npy", np.zeros(10))
+        os.utime(tmp_path / f"{name}.npy", (moment, moment))
+
+    class Logger:
+        renew = staticmethod(lambda: None)
+
+        def wait(self):
+            look = next(looks)
+            if look == 2:
+                np.save(tmp_path / "b.npy", np.ones(10))
+                os.utime(tmp_path / "b.npy", (950.0, 950.0))
+            return look < 6
+
+    # What lay there when an earlier run had read up to 900 s counts as read.
+    blocks = list(from_folder(tmp_path, FOLDER, Logger(), told.append, [900 * 10**9, "old.npy"]))
+    assert [block.source for block in blocks] == ["a.npy", "b.npy"]
+    assert told == [f"{tmp_path / 'b.npy'}: older than the file before, read nevertheless"]
+    # The place is that of the latest file: a restart does not read a file twice.
+    assert [block.place for block in blocks] == [[1000 * 10**9, "a.npy"]] * 2
+
+
+def test_a_file_of_other_rate_or_channels_is_skipped_and_told(run, models, tmp_path):
+    signal = sound("good", 450, 3)
+    wavfile.write(tmp_path / "a.wav", 1001, signal.astype(np.float32))
+    wavfile.write(tmp_path / "b.wav", 1100, signal.astype(np.float32))
+    wavfile.write(tmp_path / "c.wav", 1000, np.stack([signal, signal], axis=1).astype(np.float32))
+    code, out, err = run("watch", models[0], tmp_path, *IDLE)
+    assert code == 0 and {v["source"] for v in verdicts_of(out)} == {"a.wav"}
+    assert "b.wav: skipped, sampled at 1100 Hz, expected 1000 Hz" in err
+    assert "c.wav: several channels and none chosen" in err
+    code, out, err = run("watch", models[0], tmp_path, *IDLE, "--channel", "0;1")
+    assert out == "" and "c.wav: skipped, 2 channels, expected 1" in err
+
+
+def test_a_log_that_is_rotated_is_read_to_its_end_first(tmp_path):
+    path, told = tmp_path / "log.csv", []
+    path.write_text("x\n1\n2\n3\n4")
+    blocks = from_growing_file(path, TextSamples(), Patience(Stopping(), 0.002, 0.05), told.append)
+    assert next(blocks).samples.tolist() == [[1, 2, 3]]
+    with open(path, "a") as file:
+        file.write("5\n6")
+    path.rename(tmp_path / "log.1")
+    path.write_text("time;x\ns;g\n0;7,5\n1;8,5\n")
+    samples = [block.samples.tolist() for block in blocks if block.samples.size]
+    assert samples == [[[45]], [[7.5, 8.5]]]
+    assert told == [f"{path} was started afresh"]
+
+
+def test_a_stream_of_another_number_of_channels_is_refused(run, models, piped):
+    piped(b"1.0,2.0\n" * 300)
+    code, out, err = run("watch", models[0], "-")
+    assert code == 1 and out == ""
+    assert "-: 2 channels, but" in err and "was fitted on 1; --channel chooses" in err
+
+
+def test_european_lines_with_times_and_units(run, models, fitted, piped, tmp_path):
+    signal = np.round(sound("worn", 650, 4), 4)
+    lines = [f"{k / 1000:.3f};{value:.4f};7\r\n" for k, value in enumerate(signal)]
+    text = "Zeit;Lager A;Drehzahl\r\ns;m/s2;1/min\r\n" + "".join(lines).replace(".", ",")
+    piped(text.encode())
+    options = ("--channel", "Lager*", "--detector", models[1])
+    code, out, err = run("watch", models[0], "-", *options)
+    assert code == 0 and verdicts_of(out) == expected(fitted, signal)
+    assert "no numbers" not in err
+    path, state = tmp_path / "log.csv", tmp_path / "state.npz"
+    found = []
+    for end in (30, 9000, len(text)):
+        path.write_bytes(text[:end].encode())
+        out, err = run("watch", models[0], path, *options, *IDLE, "--state", state)[1:]
+        found += verdicts_of(out)
+        assert "no numbers" not in err
+    assert found == expected(fitted, signal)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes")
+def test_a_named_pipe(run, models, fitted, tmp_path):
+    signal, path = sound("worn", 450, 4), tmp_path / "pipe"
+    os.mkfifo(path)
+    writer = threading.Thread(target=path.write_bytes, args=(lines_of(signal),))
+    writer.start()
+    out = run("watch", models[0], path, "--detector", models[1])[1]
+    writer.join()
+    assert verdicts_of(out) == expected(fitted, signal)
+
+
+def test_fewer_lines(run, models, fitted, piped):
+    signal = np.concatenate([sound("good", 3000, 3), sound("worn", 3000, 4)])
+    signal[1500] = np.nan
+    piped(lines_of(signal))
+    options = ("--detector", models[1], "--half-life", 0.5, "--every", 1)
+    found = verdicts_of(run("watch", models[0], "-", *options)[1])
+    every = expected(fitted, signal, half_life=0.5)
+    news = [(v["verdict"], v["alarm"], v["quality"]) for v in every]
+    kept = [0]
+    for i in range(1, len(every)):
+        if news[i] != news[kept[-1]] or every[i]["time"] - every[kept[-1]]["time"] > 0.999:
+            kept.append(i)
+    assert found == [every[i] for i in kept]
+    assert {v["quality"] for v in found} == {"good", "not finite"} and len(found) < 13
+
+
+def test_nobody_reads_the_output(models, piped, monkeypatch, capsys):
+    piped(lines_of(sound("good", 450, 3)))
+    reading, writing = os.pipe()
+    os.close(reading)
+    with open(writing, "w") as pipe:
+        monkeypatch.setattr(sys, "stdout", pipe)
+        assert main(["watch", str(models[0]), "-"]) == 141
+    assert "Broken" not in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -208,7 +358,9 @@ def test_ctrl_c_and_termination_end_cleanly(run, models, monkeypatch, number, tm
         monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(pipe))
         # Nobody writes any more, and nobody closes the pipe: only the signal can end it.
         ring = threading.Timer(0.05, os.kill, (os.getpid(), number))
-        monkeypatch.setattr("skarxlag.commands.watch._write", lambda *args: ring.start())
+        monkeypatch.setattr(
+            "skarxlag.commands.watch_output.VerdictLines.write", lambda *args: ring.start()
+        )
         code, _, err = run("watch", models[0], "-", "--state", tmp_path / "state.npz")
     assert code == 0
     assert err == "450 samples; windows: 2 good; 0 gaps of 0.0 s; 0 alarms\n"
@@ -239,29 +391,37 @@ def test_a_line_a_second_for_people(run, models, piped, monkeypatch):
 
 
 def test_lines_come_in_any_pieces():
-    data = lines_of(np.array([[1.5, 2.5, -3.0], [4.0, 5.0, 6.0]]), "\t")
-    whole = TextSamples(None).parse(data)
-    assert whole.tolist() == [[1.5, 2.5, -3.0], [4.0, 5.0, 6.0]]
-    pieces = TextSamples(None)
+    signal = np.array([[1.5, 2.5, -3.0, 0.0, 7.0], [4.0, 5.0, 6.0, 1e-5, 8.0]])
+    data = b"# from the logger\n" + lines_of(signal, "\t")
+    whole = TextSamples().parse(data)
+    assert whole.tolist() == signal.tolist()
+    pieces = TextSamples()
     parts = [pieces.parse(data[i : i + 1]) for i in range(len(data))]
     np.testing.assert_array_equal(np.concatenate([p for p in parts if p.size], axis=1), whole)
-    unfinished = TextSamples([1])
-    assert unfinished.parse(b"1 2\n3 4").tolist() == [[2.0]] and unfinished.n_pending == 3
-    assert unfinished.parse(b"", is_end=True).tolist() == [[4.0]]
+    unfinished = TextSamples("1")
+    assert unfinished.parse(b"1 2\n3 4\n5 6\n7 8\n9 1").tolist() == [[2.0, 4.0, 6.0, 8.0]]
+    assert unfinished.n_pending == 3
+    assert unfinished.parse(b"", is_end=True).tolist() == [[1.0]]
+    few = TextSamples()
+    assert few.parse(b"1,2,\n3,4,\n").size == 0 and few.n_pending == 10
+    assert few.parse(b"", is_end=True).tolist() == [[1.0, 3.0], [2.0, 4.0]]
 
 
 @pytest.mark.parametrize(
     ("argv", "code", "message"),
     [
         (("gone.csv",), 1, "gone.csv: no such file or folder"),
-        (("-", "--channel", "a"), 2, "argument --channel: 'a', expected columns from 0 on"),
+        (("-", "--channel", "a"), 1, "no channel 'a'; available: '0'"),
+        (("-", "--channel", "1", "--dtype", "<i2"), 1, "no channel '1'; available: '0'"),
+        (("-", "--sampling-rate", 999), 0, "2 samples"),
+        (("-", "--sampling-rate", 900), 2, "--sampling-rate: 900, but"),
         (("-", "--dtype", "text"), 1, "dtype is 'text', expected a type such as"),
         (("-", "--hop", 0), 1, "hop == 0, must be >= 1"),
         (("-", "--half-life", 0), 2, "argument --half-life: '0', expected a number above 0"),
     ],
 )
 def test_mistakes_are_told_in_one_line(run, models, piped, argv, code, message):
-    piped(b"")
+    piped(b"1.0\n2.0\n")
     found, out, err = run("watch", models[0], *argv)
     assert found == code and message in err and out == "" and "Traceback" not in err
 
@@ -273,9 +433,38 @@ def test_a_detector_alone_and_one_of_other_windows(run, models, fitted, piped, t
     code, _, err = run("watch", models[1], "-", "--detector", models[1])
     assert code == 2 and "is a detector itself" in err
     other = tmp_path / "other.skops"
-    save_diagnoser(fitted[1], other, window_length=300)
-    code, _, err = run("watch", models[0], "-", "--detector", other)
-    assert code == 2 and "windows of 300 samples, expected 200" in err
+    detector = make_detector().fit(make_windows(sound("good", 30_000, 2), 300))
+    save_diagnoser(detector, other, window_length=300)
+    signal = np.concatenate([sound("good", 1000, 3), sound("worn", 1000, 4)])
+    piped(lines_of(signal))
+    code, out, _ = run("watch", models[0], "-", "--detector", other)
+    both = ConditionMonitor(
+        fitted[0], RATE, detector=detector, window_length=WINDOW, detector_window_length=300
+    )
+    assert code == 0
+    assert [v["alarm_level"] for v in verdicts_of(out)] == [
+        v.alarm_level for v in both.update(signal)
+    ]
+    for facts, message in (
+        ({"sampling_rate": 900.0}, "was fitted at 900 Hz, expected 1000 as"),
+        ({"n_channels": 2}, "was fitted on 2 channels, expected 1 as"),
+    ):
+        save_diagnoser(detector, other, window_length=300, **facts)
+        code, _, err = run("watch", models[0], "-", "--detector", other)
+        assert code == 2 and message in err
+
+
+def test_a_detector_of_several_speeds_asks_for_the_speed(run, fitted, piped, tmp_path):
+    signal, path = sound("good", 450, 3), tmp_path / "detector.skops"
+    healthy = make_windows(sound("good", 100 * WINDOW, 2), WINDOW)
+    save_diagnoser(
+        make_detector().fit(healthy, rpm=np.repeat([300.0, 500.0], 50)), path, sampling_rate=RATE
+    )
+    piped(lines_of(signal))
+    code, _, err = run("watch", path, "-")
+    assert code == 2 and "argument --rpm: needed, the detector was fitted at 300, 500 rpm" in err
+    code, out, _ = run("watch", path, "-", "--rpm", "400")
+    assert code == 0 and [v["alarm"] for v in verdicts_of(out)] == [False, False]
 
 
 def test_a_state_of_other_settings_is_refused(run, models, piped, tmp_path):

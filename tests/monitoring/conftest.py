@@ -1,3 +1,5 @@
+import functools
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -15,9 +17,19 @@ def sound(condition, n_samples, seed, gain=1.0):
 
 
 @pytest.fixture(scope="session")
-def diagnoser():
-    parts = [make_windows(sound(name, 30 * WINDOW, 1), WINDOW) for name in COLOURS]
-    return make_diagnoser(healthy="good").fit(np.concatenate(parts), np.repeat(list(COLOURS), 30))
+def diagnoser_of():
+    @functools.cache
+    def fitted(length):
+        parts = [make_windows(sound(name, 30 * length, 1), length) for name in COLOURS]
+        y = np.repeat(list(COLOURS), 30)
+        return make_diagnoser(healthy="good").fit(np.concatenate(parts), y)
+
+    return fitted
+
+
+@pytest.fixture(scope="session")
+def diagnoser(diagnoser_of):
+    return diagnoser_of(WINDOW)
 
 
 @pytest.fixture(scope="session")

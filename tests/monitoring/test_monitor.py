@@ -220,6 +220,69 @@ def test_state_goes_through_a_file_and_the_next_verdicts_are_the_same(make, tmp_
     assert path.stat().st_size < 20_000
 
 
+@pytest.mark.parametrize(
+    ("window_length", "detector_window_length"), [(120, WINDOW), (470, WINDOW)]
+)
+def test_a_detector_may_have_windows_of_its_own(
+    diagnoser_of, detector, tmp_path, window_length, detector_window_length
+):
+    def made():
+        return ConditionMonitor(
+            diagnoser_of(window_length),
+            RATE,
+            detector=detector,
+            window_length=window_length,
+            detector_window_length=WINDOW,
+            half_life=1.0,
+            false_alarm_interval=0.01,
+        )
+
+    signal = np.concatenate([troubled(), sound("good", 8000, 4, gain=9.0)])
+    whole = made()
+    expected = whole.update(signal)
+    alone = ConditionMonitor(
+        None, RATE, detector=detector, window_length=WINDOW, false_alarm_interval=0.01
+    )
+    said = alone.update(signal)
+    plain = ConditionMonitor(
+        diagnoser_of(window_length), RATE, window_length=window_length, half_life=1.0
+    ).update(signal)
+    end = 0
+    for verdict, without in zip(expected, plain, strict=True):
+        assert repr(verdict[:6]) == repr(without[:6])
+        start, end = end, verdict.start + window_length
+        told = [s for s in said if start < s.start + WINDOW <= end]
+        opinions = [s.exceeds for s in told if s.exceeds is not None]
+        assert verdict.exceeds == (any(opinions) if opinions else None)
+        earlier = [s for s in said if s.start + WINDOW <= end]
+        assert verdict.alarm == (earlier[-1].alarm if earlier else False)
+        assert verdict.alarm_level == (earlier[-1].alarm_level if earlier else 0.0)
+    assert {v.alarm for v in expected} == {False, True}
+    assert repr(fed(made(), random_blocks(signal, 1))) == repr(expected)
+    first, path = made(), tmp_path / "monitor.npz"
+    before = first.update(signal[:3333])
+    save_monitor_state(first, path)
+    again = made().restore(load_monitor_state(path)[0])
+    assert repr(before + again.update(signal[3333:])) == repr(expected)
+    assert again.counts == whole.counts and whole.counts["alarms"] == 1
+    calibrated = made().calibrate(sound("good", 40_000, 7))
+    assert calibrated._own.monitor._memory.alarm.limit != first._own.monitor._memory.alarm.limit
+    with pytest.raises(ValueError, match="detector_window_length is 200, expected None"):
+        ConditionMonitor(
+            diagnoser_of(window_length),
+            RATE,
+            window_length=window_length,
+            half_life=1.0,
+            false_alarm_interval=0.01,
+        ).restore(first.state())
+
+
+def test_windows_of_the_detector_need_a_detector_and_a_diagnoser(diagnoser, detector):
+    for one, other in ((diagnoser, None), (None, detector)):
+        with pytest.raises(ValueError, match="detector_window_length=300, expected None"):
+            ConditionMonitor(one, RATE, detector=other, detector_window_length=300)
+
+
 def test_state_of_a_calibrated_monitor_keeps_the_calibration(make):
     calibrated = make().calibrate(sound("good", 40_000, 7))
     again = make().restore(calibrated.state())

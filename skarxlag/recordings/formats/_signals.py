@@ -100,7 +100,8 @@ def _as_signal(name, values, start):
         raise ContentError(f"{where} is not numeric but of type {values.dtype}")
     if values.dtype.kind == "c":
         raise ContentError(f"{where} is complex; store its real part or its magnitude")
-    signal = np.array(values, dtype=np.float64)
+    with np.errstate(invalid="ignore"):
+        signal = np.array(values, dtype=np.float64)
     if signal.size == 0 and start == 0:
         raise ContentError(f"{where} is empty")
     bad = np.flatnonzero(~np.isfinite(signal))

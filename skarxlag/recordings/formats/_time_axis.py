@@ -78,8 +78,7 @@ def find_time_axis(contents: Any) -> TimeAxis | None:
     TimeAxis or None
     """
     for name in contents.channels:
-        last = name.replace("/", ".").rpartition(".")[2]
-        if letters(last) in _NAMES and len(contents.channels) > 1:
+        if names_times(name) and len(contents.channels) > 1:
             break
     else:
         return None
@@ -91,6 +90,17 @@ def find_time_axis(contents: Any) -> TimeAxis | None:
     if np.any(np.diff(times) < 0) or times[-1] <= times[0]:
         return None
     return TimeAxis(name, unit, times)
+
+
+def names_times(name: str) -> bool:
+    """Whether a channel is called like one of times.
+
+    Examples
+    --------
+    >>> names_times("run/Time (s)"), names_times("DE_time")
+    (True, False)
+    """
+    return letters(name.replace("/", ".").rpartition(".")[2]) in _NAMES
 
 
 def _in_seconds(values, unit, is_counter_refused=True):
