@@ -1,7 +1,7 @@
 """Comparison of log spectra with those of each condition, across speeds."""
 
 from collections.abc import Sequence
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,8 +15,9 @@ from ._state import (
     is_moderate,
     remember_parameters,
 )
-from ._validation import check_input_names, check_real, validate_signals
+from ._validation import check_input_names, check_real, validate_signals, weighted_windows
 from .kernels.drift import scaled_frequency, smooth_variance, whitened
+from .kernels.group_means import group_means
 from .kernels.spectra import cepstrum
 
 #: No power of double precision has a larger logarithm: a value above it is no logarithm.
@@ -122,6 +123,9 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
     joint_whitener_: NDArray[Any]
     joint_references_: NDArray[Any]
 
+    #: Metadata routing hands weights over without a call of `set_fit_request`.
+    __metadata_request__fit: ClassVar = {"sample_weight": True}
+
     def __init__(
         self,
         *,
@@ -137,7 +141,7 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
         self.rough_drift = rough_drift
         self.frequency_drift = frequency_drift
 
-    def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
+    def fit(self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None) -> Self:
         """Calibrate references and covariances.
 
         Parameters
@@ -146,6 +150,9 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
             Log spectra, natural logarithms of power at the midpoints of equal cells.
         y : array-like of shape (n_windows,)
             Condition of each window.
+        sample_weight : array-like of shape (n_windows,) or None, default=None
+            How many windows each one stands for, at least 0: its weight in means and covariances.
+            None: one each.
 
         Returns
         -------
@@ -155,12 +162,14 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
         Raises
         ------
         ValueError
-            If a parameter is out of its range.
+            If a parameter is out of its range, or a weight is negative.
         """
-        self._calibrate(X, y)
+        self._calibrate(X, y, sample_weight)
         return self
 
-    def fit_transform(self, X: ArrayLike, y: ArrayLike) -> NDArray[Any]:
+    def fit_transform(
+        self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None
+    ) -> NDArray[Any]:
         """Calibrate, and give the residuals of the same windows.
 
         Parameters
@@ -169,23 +178,29 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
             As in `fit`.
         y : array-like of shape (n_windows,)
             Condition of each window.
+        sample_weight : array-like of shape (n_windows,) or None, default=None
+            As in `fit`. Windows of weight 0 get residuals, too.
 
         Returns
         -------
         ndarray of shape (n_windows, n_classes)
             What `transform` gives.
         """
-        X, cepstra = self._calibrate(X, y)
+        X, cepstra = self._calibrate(X, y, sample_weight)
         return self._residuals(cepstra).astype(X.dtype, copy=False)
 
-    def _calibrate(self, X, y):
+    def _calibrate(self, X, y, sample_weight):
         X, y = self._validate(X, y, reset=True)
         self._check_parameters()
+        rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         self.classes_, target = np.unique(y, return_inverse=True)
-        means = _class_means(X.astype(np.float64, copy=False), target)
+        means = group_means(X[rows].astype(np.float64, copy=False), target, weights)
         cepstra, centres, moved = _cepstra(X), _cepstra(means), _cepstra(_moved(means))
+        # A covariance holds squares, so a weight counts by its root.
+        scatter = (cepstra[rows] - centres[target]) * np.sqrt(weights)[:, np.newaxis, np.newaxis]
+        total = weights.sum()
         calibrated = [
-            self._calibrate_part(cepstra[:, [g]], centres[:, [g]], moved[:, [g]], target)
+            self._calibrate_part(scatter[:, [g]], centres[:, [g]], moved[:, [g]], total)
             for g in range(X.shape[1])
         ]
         self.whiteners_ = np.stack([whitener for whitener, _ in calibrated])
@@ -193,17 +208,16 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
         if self._is_joint():
             chosen = self._joint_groups()
             self.joint_whitener_, self.joint_references_ = self._calibrate_part(
-                cepstra[:, chosen], centres[:, chosen], moved[:, chosen], target
+                scatter[:, chosen], centres[:, chosen], moved[:, chosen], total
             )
         remember_parameters(self)
         return X, cepstra
 
-    def _calibrate_part(self, cepstra, centres, moved, target):
+    def _calibrate_part(self, scatter, centres, moved, total):
         """Whitener and whitened references of the groups that are given, as one vector."""
-        n_groups = cepstra.shape[1]
-        cepstra, centres, moved = (_joined(a) for a in (cepstra, centres, moved))
-        scatter = cepstra - centres[target]
-        covariance = scatter.T @ scatter / len(scatter)
+        n_groups = scatter.shape[1]
+        scatter, centres, moved = (_joined(a) for a in (scatter, centres, moved))
+        covariance = scatter.T @ scatter / total
         covariance += np.diag(self._smooth_variance(n_groups, self.rough_drift))
         covariance += self.frequency_drift * moved.T @ moved / len(moved)
         whitener = np.linalg.cholesky(np.linalg.inv(covariance))
@@ -365,10 +379,6 @@ class SpectralDistance(TransformerMixin, BaseEstimator):
         tags.input_tags.three_d_array = True
         tags.transformer_tags.preserves_dtype = ["float64", "float32"]
         return tags
-
-
-def _class_means(X, target):
-    return np.stack([X[target == c].mean(axis=0) for c in range(target.max() + 1)])
 
 
 def _moved(means):

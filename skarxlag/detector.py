@@ -2,7 +2,7 @@
 
 import warnings
 from numbers import Integral
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,7 +11,7 @@ from sklearn.utils import check_scalar
 from ._calibration import check_calibration, log_speeds, measure, weak_points
 from ._outliers import RowOutlierDetector
 from ._state import remember_parameters
-from ._validation import check_real, validate_innovations
+from ._validation import check_real, validate_innovations, weighted_windows
 from .kernels.healthy_limits import Limits, calibrate, drift_scale, log_p_values
 from .kernels.speed_drift import UNIT_DISTANCE, group_speeds
 
@@ -147,6 +147,9 @@ class FaultDetector(RowOutlierDetector):
     n_rows_: int
     n_windows_: int
 
+    #: Metadata routing hands these over without a call of `set_fit_request` and its like.
+    __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
+
     def __init__(
         self,
         *,
@@ -160,7 +163,13 @@ class FaultDetector(RowOutlierDetector):
         self.window_length = window_length
         self.n_jobs = n_jobs
 
-    def fit(self, X: ArrayLike, y: Any = None, rpm: ArrayLike | None = None) -> Self:
+    def fit(
+        self,
+        X: ArrayLike,
+        y: Any = None,
+        rpm: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
+    ) -> Self:
         """Calibrate the limits on healthy rows.
 
         Parameters
@@ -174,6 +183,11 @@ class FaultDetector(RowOutlierDetector):
             Speed of the shaft in each row, in revolutions per minute. None: all rows are of one
             speed, which is not known, and the limits are those for a speed that differs by the
             factor 1.3.
+        sample_weight : array-like of shape (n_rows,) or None, default=None
+            Weight of each row in means and covariances, at least 0; only ratios count. None: all
+            are equal. A row of weight 2 counts in them as if it were there twice, but it is no
+            second observation: how well the limits are known is told by the number of rows and of
+            blocks of time, which weights leave alone. A row of weight 0 is left out.
 
         Returns
         -------
@@ -183,7 +197,8 @@ class FaultDetector(RowOutlierDetector):
         Raises
         ------
         ValueError
-            If a parameter is out of its range, a speed is not above 0, or no speed has two rows.
+            If a parameter is out of its range, a speed is not above 0, no speed has two rows, or
+            a weight is negative.
 
         Warns
         -----
@@ -193,9 +208,10 @@ class FaultDetector(RowOutlierDetector):
         """
         X, _ = validate_innovations(self, X, reset=True)
         self._check_parameters()
+        log_speed = log_speeds(rpm, len(X))
+        X, log_speed, weights = weighted_windows(X, log_speed, sample_weight)
         if len(X) < 2:
             raise ValueError(f"n_samples = {len(X)}: X has one row, expected at least 2 rows.")
-        log_speed = log_speeds(rpm, len(X))
         known, at = group_speeds(np.zeros(len(X)) if rpm is None else log_speed)
         if np.bincount(at).max() < 2:
             raise ValueError(
@@ -206,7 +222,7 @@ class FaultDetector(RowOutlierDetector):
         self.n_windows_ = max(X.shape[-1] // self.window_length, 1)
         with_level = bool(self.fixed_gain) or X.shape[-1] < _SHORTEST_SPECTRUM
         rows = measure(X, self.n_windows_, with_level=with_level, n_jobs=self.n_jobs)
-        limits = calibrate(rows, known, at)
+        limits = calibrate(rows, known, at, weights)
         for name, value in limits._asdict().items():
             if name != "known":
                 setattr(self, name + "_", value)
@@ -215,7 +231,7 @@ class FaultDetector(RowOutlierDetector):
         self.drift_scale_, self.left_out_rates_ = 1.0, np.empty(0)
         if len(known) > 1:
             self.drift_scale_, self.left_out_rates_ = drift_scale(
-                rows, known, at, limits, self.false_alarm_rate
+                rows, known, at, limits, self.false_alarm_rate, weights
             )
         remember_parameters(self)
         for sentence in weak_points(self, self.false_alarm_rate):

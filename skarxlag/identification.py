@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from numbers import Integral
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -141,6 +141,9 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
     noise_level_: NDArray[Any]
     sums_: NDArray[Any]
     weights_: NDArray[Any]
+
+    #: Metadata routing hands weights over without a call of `set_fit_request`.
+    __metadata_request__fit: ClassVar = {"sample_weight": True}
 
     def __init__(
         self,

@@ -1,6 +1,6 @@
 """Calibrated decisions on residual levels: the threshold ladder."""
 
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -105,6 +105,10 @@ class ThresholdLadder(ClassifierMixin, BaseEstimator):
     healthy_index_: int
     confidence_scale_: float
     priors_: NDArray[Any]
+
+    #: Metadata routing hands weights over without a call of `set_fit_request` and its like.
+    __metadata_request__fit: ClassVar = {"sample_weight": True}
+    __metadata_request__score: ClassVar = {"sample_weight": True}
 
     def __init__(
         self,

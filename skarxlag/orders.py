@@ -18,7 +18,13 @@ from ._state import (
     is_moderate,
     remember_parameters,
 )
-from ._validation import check_input_names, check_real, validate_innovations
+from ._validation import (
+    check_input_names,
+    check_real,
+    validate_innovations,
+    weighted_windows,
+)
+from .kernels.group_means import group_means
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
 from .speeds import LEAST_TURNS, samples_a_turn
 
@@ -149,7 +155,8 @@ class OrderResidual(TransformerMixin, BaseEstimator):
     samples_a_turn_: float
     speed_known_: bool
 
-    __metadata_request__fit: ClassVar = {"rpm": True}
+    #: Metadata routing hands these over without a call of `set_fit_request` and its like.
+    __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
     __metadata_request__transform: ClassVar = {"rpm": True}
 
     def __init__(
@@ -175,7 +182,13 @@ class OrderResidual(TransformerMixin, BaseEstimator):
         self.drift = drift
         self.n_jobs = n_jobs
 
-    def fit(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
+    def fit(
+        self,
+        X: ArrayLike,
+        y: ArrayLike,
+        rpm: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
+    ) -> Self:
         """Calibrate the references.
 
         Parameters
@@ -187,6 +200,9 @@ class OrderResidual(TransformerMixin, BaseEstimator):
             Condition of each stretch.
         rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
             Nominal speed in revolutions per minute.
+        sample_weight : array-like of shape (n_stretches,) or None, default=None
+            How many stretches each one stands for, at least 0: its weight in means and variances.
+            None: one each.
 
         Returns
         -------
@@ -197,11 +213,12 @@ class OrderResidual(TransformerMixin, BaseEstimator):
         ------
         ValueError
             If a parameter is out of its range; if speeds are not above 0, or not one for each
-            stretch; if `rpm` is given without `sampling_rate`; or if a stretch has less than 3
-            turns.
+            stretch; if `rpm` is given without `sampling_rate`; if a stretch has less than 3
+            turns; or if a weight is negative.
         """
         X, y = validate_innovations(self, X, y, reset=True)
         self._check_parameters()
+        rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         self.classes_, target = np.unique(y, return_inverse=True)
         n_classes, n_models = len(self.classes_), X.shape[1]
         if n_models not in (1, n_classes):
@@ -215,22 +232,28 @@ class OrderResidual(TransformerMixin, BaseEstimator):
             turns = np.full(len(X), X.shape[-1] / _SUPPOSED_TURNS)
         else:
             turns = samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])
-        self.samples_a_turn_ = float(np.exp(np.mean(np.log(turns))))
+        mean_of_row = np.log(turns[rows]).reshape(len(rows), -1).mean(axis=1)
+        self.samples_a_turn_ = float(np.exp(np.average(mean_of_row, weights=weights)))
 
         def of_batch(batch):
-            row = batch.start
-            envelopes, step = self._envelopes(X[row, target[row] % n_models], turns[row])
+            row, model = rows[batch.start], target[batch.start] % n_models
+            envelopes, step = self._envelopes(X[row, model], turns[row])
             spectrum = order_spectrum(envelopes, step, self.n_turns)
             return at_orders(*spectrum, self.orders_, np.ones(1))[0][0]
 
-        found = np.stack(map_batches(of_batch, len(X), self.n_jobs, batch_size=1))
-        self.references_ = np.stack([found[target == c].mean(axis=0) for c in range(n_classes)])
-        self.variances_ = np.mean((found - self.references_[target]) ** 2, axis=0) + self.drift
+        found = np.stack(map_batches(of_batch, len(rows), self.n_jobs, batch_size=1))
+        self.references_ = group_means(found, target, weights)
+        scatter = (found - self.references_[target]) ** 2
+        self.variances_ = np.average(scatter, axis=0, weights=weights) + self.drift
         remember_parameters(self)
         return self
 
     def fit_transform(
-        self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None
+        self,
+        X: ArrayLike,
+        y: ArrayLike,
+        rpm: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
     ) -> NDArray[Any]:
         """Calibrate, and give the residuals of the same stretches.
 
@@ -242,13 +265,15 @@ class OrderResidual(TransformerMixin, BaseEstimator):
             Condition of each stretch.
         rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
             As in `fit`.
+        sample_weight : array-like of shape (n_stretches,) or None, default=None
+            As in `fit`. Stretches of weight 0 get residuals, too.
 
         Returns
         -------
         ndarray of shape (n_stretches, n_classes)
             What `transform` gives.
         """
-        return self.fit(X, y, rpm=rpm).transform(X, rpm=rpm)
+        return self.fit(X, y, rpm=rpm, sample_weight=sample_weight).transform(X, rpm=rpm)
 
     def transform(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """One residual for each stretch and condition.

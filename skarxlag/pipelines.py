@@ -45,10 +45,11 @@ class DiagnosisPipeline(Pipeline):
     amount of memory for any number of windows. Every window is diagnosed by itself: the verdicts
     are those of `sklearn.pipeline.Pipeline`, bit for bit.
 
-    Metadata such as ``rpm``, the speed of each window, reach the steps that request them by
-    scikit-learn's metadata routing. In this pipeline they do so whether routing is switched on or
-    not. `sklearn.model_selection.cross_val_score` and the searches hand metadata to `score` only
-    when routing is switched on, by ``sklearn.set_config(enable_metadata_routing=True)``.
+    Metadata such as ``rpm``, the speed of each window, and ``sample_weight``, its weight, reach the
+    steps that request them by scikit-learn's metadata routing, as the steps of this package do. In
+    this pipeline they do so whether routing is switched on or not.
+    `sklearn.model_selection.cross_val_score` and the searches hand metadata to `score` only when
+    routing is switched on, by ``sklearn.set_config(enable_metadata_routing=True)``.
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ class DiagnosisPipeline(Pipeline):
     """
 
     # scikit-learn 1.6 asks the class, not its steps, what a search may pass to `score`.
-    __metadata_request__score = {"rpm": True}  # noqa: RUF012
+    __metadata_request__score = {"rpm": True, "sample_weight": True}  # noqa: RUF012
 
     def __init__(
         self,
@@ -98,8 +99,8 @@ class DiagnosisPipeline(Pipeline):
         y : array-like of shape (n_windows,) or None, default=None
             Condition of each window.
         **params : dict of str to object
-            Metadata, such as ``rpm``, for the steps that request them; or, where routing is
-            switched off, parameters of a step's `fit` by its name, such as
+            Metadata for the steps that request them, such as ``rpm`` and ``sample_weight``; or,
+            where routing is switched off, parameters of a step's `fit` by its name, such as
             ``identify__sample_weight``, as in `sklearn.pipeline.Pipeline`.
 
         Returns

@@ -17,7 +17,7 @@ from ._state import (
     check_state,
     remember_parameters,
 )
-from ._validation import check_input_names, validate_innovations
+from ._validation import check_input_names, validate_innovations, weighted_windows
 from .comparison import SpectralDistance
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
@@ -138,7 +138,8 @@ class StretchResidual(TransformerMixin, BaseEstimator):
     window_residual_: Any
     order_residual_: OrderResidual
 
-    __metadata_request__fit: ClassVar = {"rpm": True}
+    #: Metadata routing hands these over without a call of `set_fit_request` and its like.
+    __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
     __metadata_request__transform: ClassVar = {"rpm": True}
 
     def __init__(
@@ -152,7 +153,13 @@ class StretchResidual(TransformerMixin, BaseEstimator):
         self.order_residual = order_residual
         self.window_length = window_length
 
-    def fit(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
+    def fit(
+        self,
+        X: ArrayLike,
+        y: ArrayLike,
+        rpm: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
+    ) -> Self:
         """Calibrate both residuals.
 
         Parameters
@@ -164,6 +171,9 @@ class StretchResidual(TransformerMixin, BaseEstimator):
             Condition of each stretch.
         rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
             Nominal speed in revolutions per minute.
+        sample_weight : array-like of shape (n_stretches,) or None, default=None
+            How many stretches each one stands for, at least 0; its windows count as often. None:
+            one each. A residual of windows that is given must take weights, too.
 
         Returns
         -------
@@ -175,11 +185,15 @@ class StretchResidual(TransformerMixin, BaseEstimator):
         ValueError
             As in `OrderResidual.fit`, and as the residual of windows raises it.
         """
-        self._calibrate(X, y, rpm)
+        self._calibrate(X, y, rpm, sample_weight)
         return self
 
     def fit_transform(
-        self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None
+        self,
+        X: ArrayLike,
+        y: ArrayLike,
+        rpm: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
     ) -> NDArray[Any]:
         """Calibrate, and give the residuals of the same stretches.
 
@@ -191,24 +205,31 @@ class StretchResidual(TransformerMixin, BaseEstimator):
             Condition of each stretch.
         rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
             As in `fit`.
+        sample_weight : array-like of shape (n_stretches,) or None, default=None
+            As in `fit`. Stretches of weight 0 get residuals, too.
 
         Returns
         -------
         ndarray of shape (n_stretches, n_classes)
             What `transform` gives.
         """
-        X = self._calibrate(X, y, rpm)
+        X = self._calibrate(X, y, rpm, sample_weight)
         return self._residuals(X, rpm)
 
-    def _calibrate(self, X, y, rpm):
+    def _calibrate(self, X, y, rpm, sample_weight):
         X, y = validate_innovations(self, X, y, reset=True)
         self._check_parameters()
-        self.classes_ = np.unique(y)
+        self.classes_ = np.unique(weighted_windows(y, None, sample_weight)[0])
         orders = OrderResidual() if self.order_residual is None else self.order_residual
-        self.order_residual_ = clone(orders).fit(X, y, rpm=rpm)
+        self.order_residual_ = clone(orders).fit(X, y, rpm=rpm, sample_weight=sample_weight)
         windows = self._windows(X)
+        n_windows = len(windows) // len(X)
+        # A residual of windows that knows no weights serves where there are none.
+        metadata = {}
+        if sample_weight is not None:
+            metadata["sample_weight"] = np.repeat(np.asarray(sample_weight), n_windows)
         of_windows = self.window_residual or window_comparison()
-        self.window_residual_ = clone(of_windows).fit(windows, np.repeat(y, len(windows) // len(X)))
+        self.window_residual_ = clone(of_windows).fit(windows, np.repeat(y, n_windows), **metadata)
         remember_parameters(self)
         return X
 

@@ -4,9 +4,29 @@ import numpy as np
 import pytest
 import sklearn
 from scipy.signal import lfilter
+from sklearn.base import clone
+from sklearn.calibration import CalibratedClassifierCV
+from sklearn.model_selection import GridSearchCV, cross_validate
 from sklearn.pipeline import make_pipeline
 
-from skarxlag import ARXLaguerre, PIObserver, ThresholdLadder, make_alpio
+from skarxlag import (
+    ARXLaguerre,
+    DiagnosisPipeline,
+    FaultDetector,
+    LogSpectra,
+    OrderResidual,
+    PIObserver,
+    PIObserverBank,
+    SpectralDistance,
+    StretchResidual,
+    ThresholdLadder,
+    make_alpio,
+    make_detector,
+    make_diagnoser,
+    make_extended_state_pio,
+    make_single_observer_pio,
+    make_stretch_diagnoser,
+)
 from skarxlag.kernels.ladder import false_alarm_threshold, weighted_median
 
 WEIGHTS = np.array([0, 1, 2, 3, 1, 0, 2, 1, 1, 4, 1, 2])
@@ -60,6 +80,73 @@ def test_ladder_counts_a_window_as_often_as_its_weight_says():
         assert weighted.confidence_scale_ == pytest.approx(repeated.confidence_scale_, rel=1e-5)
 
 
+RESIDUALS = {
+    "compare": (SpectralDistance(joint_weight=0.5), {}),
+    "orders": (OrderResidual(sampling_rate=100), {"rpm": np.linspace(500, 700, 12)}),
+    "stretches": (
+        StretchResidual(order_residual=OrderResidual(sampling_rate=100), window_length=90),
+        {"rpm": np.linspace(500, 700, 12)},
+    ),
+    "no rpm": (StretchResidual(window_length=90), {}),
+}
+
+
+@pytest.mark.parametrize("name", RESIDUALS)
+def test_residuals_count_a_window_as_often_as_its_weight_says(windows, conditions, name):
+    estimator, metadata = RESIDUALS[name]
+    X = LogSpectra().fit_transform(windows) if name == "compare" else windows
+    rows = np.repeat(np.arange(12), WEIGHTS)
+    some = {key: value[rows] for key, value in metadata.items()}
+    repeated = clone(estimator).fit(X[rows], conditions[rows], **some)
+    weighted = clone(estimator).fit(X, conditions, sample_weight=WEIGHTS, **metadata)
+    expected = repeated.transform(X, **metadata)
+    np.testing.assert_allclose(weighted.transform(X, **metadata), expected, rtol=1e-9)
+    own = clone(estimator).fit_transform(X, conditions, sample_weight=WEIGHTS, **metadata)
+    np.testing.assert_allclose(own, expected, rtol=1e-9)
+    plain = clone(estimator).fit(X, conditions, **metadata).transform(X, **metadata)
+    assert not np.allclose(plain, expected, rtol=1e-2)
+
+
+@pytest.mark.parametrize("name", RESIDUALS)
+def test_a_condition_whose_windows_all_weigh_nothing_is_none(windows, name):
+    estimator, metadata = RESIDUALS[name]
+    X = LogSpectra().fit_transform(windows) if name == "compare" else windows
+    y = np.repeat(["a", "b", "c"], 4)
+    weights = (y != "b").astype(float)
+    fitted = clone(estimator).fit(X, y, sample_weight=weights, **metadata)
+    assert fitted.classes_.tolist() == ["a", "c"]
+    assert fitted.transform(X, **metadata).shape == (12, 2)
+
+
+def test_equal_weights_change_no_bit(windows, conditions):
+    for name, (estimator, metadata) in RESIDUALS.items():
+        X = LogSpectra().fit_transform(windows) if name == "compare" else windows
+        even = clone(estimator).fit(X, conditions, sample_weight=np.ones(12), **metadata)
+        plain = clone(estimator).fit(X, conditions, **metadata)
+        np.testing.assert_array_equal(even.transform(X, **metadata), plain.transform(X, **metadata))
+
+
+def test_a_residual_of_windows_without_weights_serves_until_there_are_some(windows, conditions):
+    stretches = StretchResidual(
+        window_residual=DiagnosisPipeline(
+            [("observe", PIObserverBank(n_members=8)), ("compare", Unweighted())]
+        )
+    )
+    stretches.fit(windows, conditions)
+    with pytest.raises(TypeError, match="sample_weight"):
+        stretches.fit(windows, conditions, sample_weight=WEIGHTS)
+
+
+class Unweighted(SpectralDistance):
+    __metadata_request__fit = {}  # noqa: RUF012
+
+    def fit(self, X, y):
+        return super().fit(X, y)
+
+    def fit_transform(self, X, y):
+        return self.fit(X, y).transform(X)
+
+
 @pytest.mark.parametrize("weights", [[1, 1, 1], [2, 1, 1], [1, 3, 2], [5, 1, 1]])
 def test_weighted_order_statistics_are_those_of_repeated_levels(weights):
     levels = np.array([2.0, 7.0, 4.0])
@@ -71,7 +158,18 @@ def test_weighted_order_statistics_are_those_of_repeated_levels(weights):
         assert found == false_alarm_threshold(repeated, rate, 0.0)
 
 
-@pytest.mark.parametrize("estimator", [ARXLaguerre(order=4), ThresholdLadder()], ids=str)
+@pytest.mark.parametrize(
+    "estimator",
+    [
+        ARXLaguerre(order=4),
+        ThresholdLadder(),
+        SpectralDistance(),
+        OrderResidual(),
+        StretchResidual(),
+        FaultDetector(),
+    ],
+    ids=str,
+)
 @pytest.mark.parametrize(
     ("weights", "message"),
     [
@@ -104,6 +202,57 @@ def test_a_pipeline_hands_weights_to_its_steps_by_name_and_by_routing(windows, c
     )
 
 
+@pytest.mark.parametrize(
+    "make",
+    [
+        make_diagnoser,
+        make_alpio,
+        make_extended_state_pio,
+        make_single_observer_pio,
+        make_stretch_diagnoser,
+    ],
+)
+def test_weights_reach_every_step_of_a_diagnoser(windows, conditions, make):
+    rows = np.repeat(np.arange(12), WEIGHTS)
+    weighted = make().fit(windows, conditions, sample_weight=WEIGHTS)
+    repeated = make().fit(windows[rows], conditions[rows])
+    expected = repeated.predict_proba(windows)
+    np.testing.assert_allclose(weighted.predict_proba(windows), expected, rtol=1e-6)
+    plain = make().fit(windows, conditions).predict_proba(windows)
+    assert not np.allclose(plain, expected, rtol=1e-2)
+
+
+def test_weights_and_speeds_travel_together(windows, conditions):
+    metadata = {"rpm": np.linspace(500, 700, 12), "sample_weight": WEIGHTS}
+    diagnoser = make_stretch_diagnoser(sampling_rate=100).fit(windows, conditions, **metadata)
+    right = diagnoser.predict(windows, rpm=metadata["rpm"]) == conditions
+    expected = np.average(right, weights=WEIGHTS)
+    assert diagnoser.score(windows, conditions, **metadata) == pytest.approx(expected)
+
+
+def test_searches_and_calibration_hand_weights_on(windows, conditions):
+    test = np.arange(12) % 2 == 0
+    splits = [(np.flatnonzero(~test), np.flatnonzero(test))]
+    weights = np.where(test, np.arange(1, 13), WEIGHTS)
+    # Labels of two windows are exchanged, so that some verdicts are wrong.
+    y = np.where(np.arange(12) % 8 == 2, conditions[::-1], conditions)
+    diagnoser = make_diagnoser().fit(windows[~test], y[~test], sample_weight=WEIGHTS[~test])
+    right = diagnoser.predict(windows[test]) == y[test]
+    expected = np.average(right, weights=weights[test])
+    assert expected != right.mean()
+    with sklearn.config_context(enable_metadata_routing=True):
+        params = {"sample_weight": weights}
+        scores = cross_validate(make_diagnoser(), windows, y, cv=splits, params=params)
+        search = GridSearchCV(make_diagnoser(), {"decide__margin_db": [0.0]}, cv=splits)
+        search.fit(windows, y, **params)
+        calibrated = CalibratedClassifierCV(make_diagnoser(), cv=splits, method="isotonic")
+        calibrated.fit(windows, y, **params)
+    assert scores["test_score"][0] == pytest.approx(expected)
+    assert search.best_score_ == pytest.approx(expected)
+    member = calibrated.calibrated_classifiers_[0].estimator
+    np.testing.assert_array_equal(member.predict_proba(windows), diagnoser.predict_proba(windows))
+
+
 @pytest.mark.parametrize("n_residuals", [1, 3])
 def test_priors_multiply_the_confidence_as_bayes_says(n_residuals):
     rng = np.random.default_rng(0)
@@ -128,3 +277,56 @@ def test_priors_multiply_the_confidence_as_bayes_says(n_residuals):
 def test_bad_priors_are_refused(priors):
     with pytest.raises(ValueError, match=r"priors=.*expected 2 probabilities above 0 that sum"):
         ThresholdLadder(priors=priors).fit([[1.0], [2.0]], ["a", "b"])
+
+
+def healthy_rows():
+    """Rows of two speeds, of which every fourth has another colour; their speeds."""
+    rng = np.random.default_rng(0)
+    X = rng.normal(size=(80, 400))
+    X[::4] = lfilter([1], [1, -0.6], X[::4])
+    return X, np.repeat([800.0, 1200.0], 40)
+
+
+@pytest.mark.filterwarnings("ignore:.* healthy rows hold:UserWarning")
+class TestDetector:
+    def test_a_row_of_weight_0_is_left_out(self):
+        X, rpm = healthy_rows()
+        weights = np.arange(80) % 5 > 0
+        rows = np.flatnonzero(weights)
+        some = FaultDetector().fit(X[rows], rpm=rpm[rows])
+        weighted = FaultDetector().fit(X, rpm=rpm, sample_weight=weights)
+        np.testing.assert_allclose(
+            weighted.score_samples(X, rpm=rpm), some.score_samples(X, rpm=rpm), rtol=1e-9
+        )
+        assert weighted.n_rows_ == 64
+
+    def test_only_ratios_count(self):
+        X, rpm = healthy_rows()
+        even = FaultDetector().fit(X, rpm=rpm, sample_weight=np.full(80, 0.1))
+        plain = FaultDetector().fit(X, rpm=rpm)
+        np.testing.assert_allclose(
+            even.score_samples(X, rpm=rpm), plain.score_samples(X, rpm=rpm), rtol=1e-9
+        )
+
+    def test_means_are_those_of_repeated_rows_and_observations_are_not(self):
+        X, rpm = healthy_rows()
+        weights = np.arange(80) % 3
+        rows = np.repeat(np.arange(80), weights)
+        weighted = FaultDetector().fit(X, rpm=rpm, sample_weight=weights)
+        repeated = FaultDetector().fit(X[rows], rpm=rpm[rows])
+        assert weighted.n_rows_ < repeated.n_rows_ == weights.sum()
+        np.testing.assert_allclose(weighted.means_, repeated.means_, rtol=1e-9)
+        # Their coordinates are those of the covariances, so the cepstra themselves are compared.
+        means = [each.references_ @ np.linalg.inv(each.axes_) for each in (weighted, repeated)]
+        np.testing.assert_allclose(*means, rtol=1e-6, atol=1e-9)
+
+    def test_weights_reach_the_model_and_the_detector_of_a_pipeline(self):
+        X, rpm = healthy_rows()
+        weights = np.arange(80) % 3
+        fitted = make_detector().fit(X, rpm=rpm, sample_weight=weights)
+        model = ARXLaguerre(order=8, bank=False, unit_rms=False)
+        innovations = model.fit(X, sample_weight=weights).transform(X)
+        detector = FaultDetector().fit(innovations, rpm=rpm, sample_weight=weights)
+        np.testing.assert_array_equal(
+            fitted.score_samples(X, rpm=rpm), detector.score_samples(innovations, rpm=rpm)
+        )

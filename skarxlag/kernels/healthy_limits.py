@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtr
 
+from .group_means import group_means
 from .speed_drift import (
     SAME_SPEED,
     along_axes,
@@ -103,7 +104,9 @@ def time_blocks(at: NDArray[Any]) -> NDArray[Any]:
     return block
 
 
-def calibrate(rows: Any, known: NDArray[Any], at: NDArray[Any]) -> Limits:
+def calibrate(
+    rows: Any, known: NDArray[Any], at: NDArray[Any], weights: NDArray[Any] | None = None
+) -> Limits:
     """Compute limits from healthy rows.
 
     The scatter of rows about their expected values is measured on blocks of time. One block of each
@@ -117,12 +120,16 @@ def calibrate(rows: Any, known: NDArray[Any], at: NDArray[Any]) -> Limits:
         Log speeds, ascending.
     at : ndarray of int of shape (n_rows,)
         Speed of each row. At least one speed has two rows.
+    weights : ndarray of shape (n_rows,) or None, default=None
+        Weight of each row in means and covariances, above 0; only ratios count. None: all are
+        equal. A block of time counts as one block whatever its rows weigh.
 
     Returns
     -------
     Limits
         The limits.
     """
+    weights = np.ones(len(at)) if weights is None else weights / weights.mean()
     block = time_blocks(at)
     score, moved = np.full(len(at), np.nan), np.full(rows.values.shape, np.nan)
     for number in range(block.max() + 1):
@@ -132,7 +139,7 @@ def calibrate(rows: Any, known: NDArray[Any], at: NDArray[Any]) -> Limits:
         if not own.any():
             continue
         speeds, at_rest = np.unique(at[rest], return_inverse=True)
-        limits = _expected(rows.take(rest), known[speeds], at_rest)
+        limits = _expected(rows.take(rest), known[speeds], at_rest, weights[rest])
         place = np.searchsorted(speeds, at[own])
         score[own] = _cepstral_score(
             limits, rows.take(own), limits.references[place], np.zeros(own.sum())
@@ -141,16 +148,17 @@ def calibrate(rows: Any, known: NDArray[Any], at: NDArray[Any]) -> Limits:
     seen = ~np.isnan(score)
     code = np.unique((at * MOST_BLOCKS + block)[seen], return_inverse=True)[1]
     n_blocks = int(code.max()) + 1
-    count = np.bincount(code)
+    counted = weights[seen]
+    count = np.bincount(code, counted)
 
     def mean_of_blocks(values):
-        return np.mean(np.bincount(code, values) / count)
+        return np.mean(np.bincount(code, counted * values) / count)
 
     unbiased = n_blocks / (n_blocks - 1)
     score_mean = mean_of_blocks(score[seen])
     score_variance = mean_of_blocks((score[seen] - score_mean) ** 2) * unbiased
     variances = [mean_of_blocks(column[seen] ** 2) * unbiased for column in moved.T]
-    return _expected(rows, known, at)._replace(
+    return _expected(rows, known, at, weights)._replace(
         deviations=np.maximum(np.sqrt(variances), _LEAST_DEVIATION),
         score_mean=float(score_mean),
         score_deviation=float(max(np.sqrt(score_variance), _LEAST_SCORE_DEVIATION)),
@@ -158,18 +166,20 @@ def calibrate(rows: Any, known: NDArray[Any], at: NDArray[Any]) -> Limits:
     )
 
 
-def _expected(rows, known, at):
+def _expected(rows, known, at, weights):
     """Compute the limits, except for the values that are measured on left-out blocks."""
     n_windows, n_features = rows.cepstra.shape[1:]
     count = np.bincount(at)
 
     def means(part):
-        return np.stack([part[at == speed].mean(axis=0) for speed in range(len(count))])
+        return group_means(part, at, weights)
 
     references = means(rows.cepstra.mean(axis=1))
-    about = (rows.cepstra - references[at][:, np.newaxis]).reshape(-1, n_features)
-    n_free = len(about) - len(count)
-    scatter = about.T @ about / max(n_free, 1)
+    about = rows.cepstra - references[at][:, np.newaxis]
+    # A covariance holds squares, so a weight counts by its root.
+    about = (about * np.sqrt(weights)[:, np.newaxis, np.newaxis]).reshape(-1, n_features)
+    n_free = max(len(about) - len(count), 1)
+    scatter = about.T @ about / (n_free * weights.mean())
     # Few windows tell the variances better than how the coefficients hang together.
     weight = n_features / (n_features + len(about))
     scatter = (1 - weight) * scatter + weight * np.diag(np.diag(scatter))
@@ -254,7 +264,12 @@ def log_p_values(limits: Limits, rows: Any, log_speed: NDArray[Any], scale: floa
 
 
 def drift_scale(
-    rows: Any, known: NDArray[Any], at: NDArray[Any], limits: Limits, rate: float
+    rows: Any,
+    known: NDArray[Any],
+    at: NDArray[Any],
+    limits: Limits,
+    rate: float,
+    weights: NDArray[Any] | None = None,
 ) -> tuple[float, NDArray[Any]]:
     """Find the scale of the drift at which every left-out speed keeps a false-alarm rate.
 
@@ -270,6 +285,8 @@ def drift_scale(
         Limits from all rows.
     rate : float
         False-alarm rate, in (0, 1).
+    weights : ndarray of shape (n_rows,) or None, default=None
+        As in `calibrate`.
 
     Returns
     -------
@@ -279,24 +296,25 @@ def drift_scale(
         Share of the rows of each speed that are flagged with that scale when the means,
         covariances and slopes are those of the other speeds.
     """
+    weights = np.ones(len(at)) if weights is None else weights
     log_speed = known[at]
     left_out = []
     for speed in range(len(known)):
         own = at == speed
         others, at_others = np.unique(at[~own], return_inverse=True)
-        part = _expected(rows.take(~own), known[others], at_others)._replace(
+        part = _expected(rows.take(~own), known[others], at_others, weights[~own])._replace(
             deviations=limits.deviations,
             score_mean=limits.score_mean,
             score_deviation=limits.score_deviation,
             n_blocks=limits.n_blocks,
         )
-        left_out.append((part, rows.take(own), log_speed[own]))
+        left_out.append((part, rows.take(own), log_speed[own], weights[own]))
 
     def rates(scale):
         return np.array(
             [
-                np.mean(log_p_values(part, own, speed, scale) < np.log(rate))
-                for part, own, speed in left_out
+                np.average(log_p_values(part, own, speed, scale) < np.log(rate), weights=weight)
+                for part, own, speed, weight in left_out
             ]
         )
 

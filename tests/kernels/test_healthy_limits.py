@@ -96,6 +96,38 @@ def test_scale_is_twice_the_least_that_holds():
     assert rates.max() > 0.05
 
 
+def test_a_weight_counts_in_the_covariance_and_in_the_scatter_of_blocks():
+    rows, at = noise_rows(40), np.zeros(40, int)
+    weights = np.random.default_rng(1).uniform(0.5, 4, 40)
+    limits = calibrate(rows, np.zeros(1), at, weights)
+    back = np.linalg.inv(limits.axes)
+    cepstra = rows.cepstra[:, 0]
+    own = np.cov(cepstra.T, aweights=weights, bias=True) * 40 / 39
+    few = cepstra.shape[1] / (cepstra.shape[1] + 40)
+    expected = (1 - few) * own + few * np.diag(np.diag(own))
+    np.testing.assert_allclose(back.T @ np.diag(limits.variances) @ back, expected, atol=1e-12)
+    # Each block of 8 rows next to the mean of the others.
+    squares = []
+    for block in np.arange(40).reshape(5, 8):
+        rest = np.setdiff1d(np.arange(40), block)
+        mean = np.average(rows.values[rest], axis=0, weights=weights[rest])
+        square = (rows.values[block] - mean) ** 2
+        squares.append(np.average(square, axis=0, weights=weights[block]))
+    expected = np.sqrt(np.sum(squares, axis=0) / 4)
+    np.testing.assert_allclose(limits.deviations, expected)
+
+
+def test_left_out_rates_count_weights():
+    rows, known, at = noise_rows(60), np.log([800.0, 1000.0]), np.repeat([0, 1], 30)
+    rows.values[5, 1] += 1000
+    weights = np.where(np.arange(60) == 5, 30.0, 1.0)
+    # The limits are those without weights, so that they flag the same row.
+    limits = calibrate(rows, known, at)
+    for weight, rate in ((None, 1 / 30), (weights, 30 / 59)):
+        _, rates = drift_scale(rows, known, at, limits, 0.01, weight)
+        assert rates[0] == rate
+
+
 def test_limits_are_named_arrays():
     limits = calibrate(noise_rows(10), np.zeros(1), np.zeros(10, int))
     assert isinstance(limits, Limits)
