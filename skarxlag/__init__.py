@@ -20,9 +20,11 @@ if TYPE_CHECKING:
     from .diagnosers import make_detector as make_detector
     from .diagnosers import make_diagnoser as make_diagnoser
     from .diagnosers import make_extended_state_pio as make_extended_state_pio
+    from .diagnosers import make_known_conditions as make_known_conditions
     from .diagnosers import make_single_observer_pio as make_single_observer_pio
     from .diagnosers import make_stretch_diagnoser as make_stretch_diagnoser
     from .identification import ARXLaguerre as ARXLaguerre
+    from .known_conditions import KnownConditions as KnownConditions
     from .ladder import ThresholdLadder as ThresholdLadder
     from .model_selection import SpeedSplit as SpeedSplit
     from .model_selection import cross_speed_predict as cross_speed_predict
@@ -62,6 +64,7 @@ _MODULES = {
     "ExtendedStatePIObserver": "observers",
     "ExtendedStatePIObserverBank": "observer_bank",
     "FaultDetector": "detector",
+    "KnownConditions": "known_conditions",
     "LogSpectra": "spectra",
     "MonitorVerdict": "monitoring",
     "OrderResidual": "orders",
@@ -83,6 +86,7 @@ _MODULES = {
     "make_detector": "diagnosers",
     "make_diagnoser": "diagnosers",
     "make_extended_state_pio": "diagnosers",
+    "make_known_conditions": "diagnosers",
     "make_single_observer_pio": "diagnosers",
     "make_stretch_diagnoser": "diagnosers",
     "make_windows": "recordings",

@@ -284,12 +284,28 @@ class FaultDetector(RowOutlierDetector):
         log_speed = self._distant_speeds(rpm, len(X))
         with_level = self.means_.shape[1] > 1
         rows = measure(X, self.n_windows_, with_level=with_level, n_jobs=self.n_jobs)
-        return log_p_values(self._limits(), rows, log_speed, self.drift_scale_)
+        return self._log_p_values_of(rows, log_speed)
+
+    def _log_p_values_of(self, rows, log_speed):
+        """Log p-values of measured rows; where speeds are not known, the largest of some speeds."""
+        limits, n_rows = self._limits(), len(rows.values)
+        if len(self.speeds_) == 0:
+            return log_p_values(limits, rows, np.full(n_rows, UNIT_DISTANCE), self.drift_scale_)
+        if log_speed is not None:
+            return log_p_values(limits, rows, log_speed, self.drift_scale_)
+        ends = limits.known[0] - UNIT_DISTANCE, limits.known[-1] + UNIT_DISTANCE
+        return np.max(
+            [
+                log_p_values(limits, rows, np.full(n_rows, speed), self.drift_scale_)
+                for speed in (*limits.known, *ends)
+            ],
+            axis=0,
+        )
 
     def _distant_speeds(self, rpm, n_rows):
-        """Log speeds of rows; without any, one at the unit distance from that of `fit`."""
+        """Log speeds of rows, or None where `fit` had none."""
         if len(self.speeds_) == 0:
-            return np.full(n_rows, UNIT_DISTANCE)
+            return None
         if rpm is None:
             listed = ", ".join(f"{speed:g}" for speed in self.speeds_)
             raise ValueError(

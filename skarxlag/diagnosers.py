@@ -1,10 +1,11 @@
-"""The diagnosers, from windows to conditions, and the detector for healthy windows alone."""
+"""The diagnosers, from windows to conditions, and what detects windows unlike known ones."""
 
 from typing import Any
 
 from .comparison import SpectralDistance
 from .detector import FaultDetector
 from .identification import ARXLaguerre
+from .known_conditions import KnownConditions
 from .ladder import ThresholdLadder
 from .observer_bank import ExtendedStatePIObserverBank
 from .observers import ExtendedStatePIObserver, PIObserver
@@ -291,4 +292,48 @@ def make_detector(
             FaultDetector(false_alarm_rate=false_alarm_rate, fixed_gain=fixed_gain, n_jobs=n_jobs),
         ),
     ]
+    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)
+
+
+def make_known_conditions(
+    *, false_rejection_rate: float = 0.01, memory: Any = None, n_jobs: int | None = None
+) -> DiagnosisPipeline:
+    """Whether windows are of any known condition, to stand beside a diagnoser.
+
+    One model of all conditions takes out what measured inputs explain; `KnownConditions` compares
+    the rest with the limits of each condition. Fit it on the same windows and conditions as the
+    diagnoser, and on their speeds.
+
+    Parameters
+    ----------
+    false_rejection_rate : float, default=0.01
+        Share in (0, 1) of windows of a known condition that may be rejected.
+    memory : str, joblib.Memory or None, default=None
+        Where a search over settings keeps the identification, as in `sklearn.pipeline.Pipeline`.
+    n_jobs : int or None, default=None
+        Threads that work on windows.
+
+    Returns
+    -------
+    DiagnosisPipeline
+        Steps "identify" and "decide".
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import numpy as np
+    >>> from scipy.signal import lfilter
+    >>> noise = np.random.default_rng(0).normal(size=(202, 4800))
+    >>> X = np.concatenate(
+    ...     [lfilter([1], [1, -0.8], noise[:100]), lfilter([1], [1, 0.8], noise[100:200])]
+    ... )
+    >>> y = np.repeat(["good", "worn"], 100)
+    >>> known = make_known_conditions()
+    >>> with warnings.catch_warnings(action="ignore"):  # one speed
+    ...     _ = known.fit(X, y, rpm=1000)
+    >>> known.predict(noise[200:], rpm=1000)  # white noise is neither
+    array([-1, -1])
+    """
+    decide = KnownConditions(false_rejection_rate=false_rejection_rate, n_jobs=n_jobs)
+    steps = [("identify", ARXLaguerre(order=8, bank=False, n_jobs=n_jobs)), ("decide", decide)]
     return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)

@@ -17,6 +17,7 @@ from ._archive import read_members, write_members
 from ._files import write_atomically
 from ._state import check_model_state, estimators_within
 from ._version import __version__
+from .known_conditions import KnownConditions
 
 #: Classes of scikit-learn that may stand around our steps: what joins and calibrates them, scalers,
 #: and linear models. They are made of arrays and plain values, too.
@@ -59,6 +60,7 @@ TRUSTED_TYPES = {
         "skarxlag.observer_bank.PIObserverBank",
         "skarxlag.spectra.LogSpectra",
         "skarxlag.detector.FaultDetector",
+        "skarxlag.known_conditions.KnownConditions",
         "skarxlag.pipelines.DiagnosisPipeline",
     },
     "NdArrayNode": {"numpy.ndarray", "numpy.float64", "numpy.int64", "numpy.str_"},
@@ -75,7 +77,12 @@ _FACT_TYPES = (str, int, float, type(None))
 
 
 def save_diagnoser(
-    diagnoser: Pipeline | CalibratedClassifierCV, path: str | os.PathLike[str], /, **facts: Any
+    diagnoser: Pipeline | CalibratedClassifierCV,
+    path: str | os.PathLike[str],
+    /,
+    *,
+    known_conditions: Pipeline | KnownConditions | None = None,
+    **facts: Any,
 ) -> None:
     """Save a fitted diagnoser and facts about it, all or nothing.
 
@@ -92,6 +99,8 @@ def save_diagnoser(
         this machine.
     path : str or path-like
         The file; an existing one is replaced.
+    known_conditions : Pipeline, KnownConditions or None, default=None
+        What :func:`skarxlag.make_known_conditions` made, fitted, to be kept beside the diagnoser.
     **facts : str, int, float, None, or list of these
         What :func:`load_diagnoser` shall return beside the diagnoser, such as the sampling rate.
         The versions of skarxlag and scikit-learn are added.
@@ -99,10 +108,10 @@ def save_diagnoser(
     Raises
     ------
     TypeError
-        If `diagnoser` is of another type, holds an object that is not in `TRUSTED_TYPES`, or a
-        fact is not plain.
+        If `diagnoser` or `known_conditions` is of another type, holds an object that is not in
+        `TRUSTED_TYPES`, or a fact is not plain.
     NotFittedError
-        If it is not fitted.
+        If one of them is not fitted.
     OSError
         If the file cannot be written.
     ImportError
@@ -137,6 +146,10 @@ def save_diagnoser(
         "diagnoser": _without_memory(copy.deepcopy(diagnoser)),
         "facts": facts | {"skarxlag": __version__, "scikit-learn": sklearn.__version__},
     }
+    if known_conditions is not None:
+        _check_known_conditions(known_conditions)
+        check_is_fitted(known_conditions)
+        content["known_conditions"] = _without_memory(copy.deepcopy(known_conditions))
     members, _ = read_members(skops.io.dumps(content))
     foreign = _foreign_type(_read_schema(members))
     if foreign is not None:
@@ -181,7 +194,7 @@ def load_diagnoser(
         Fitted; it predicts what the saved one did, bit for bit.
     facts : dict
         As given to :func:`save_diagnoser`; ``"skarxlag"`` and ``"scikit-learn"`` are the versions
-        that saved it.
+        that saved it, and ``"known_conditions"`` the estimator, where one was given.
 
     Raises
     ------
@@ -234,9 +247,23 @@ def load_diagnoser(
         check_is_fitted(diagnoser)
         check_model_state(diagnoser)
         _check_facts(facts)
+        if "known_conditions" in content:
+            facts["known_conditions"] = known = content["known_conditions"]
+            _check_known_conditions(known)
+            check_is_fitted(known)
+            check_model_state(_without_memory(known))
     except Exception as error:
         raise ValueError(f"{path}: no diagnoser saved by skarxlag ({error})") from error
     return _without_memory(diagnoser), facts
+
+
+def _check_known_conditions(known):
+    last = known[-1] if isinstance(known, Pipeline) else known
+    if not isinstance(last, KnownConditions):
+        raise TypeError(
+            f"known_conditions is a {type(known).__name__}, expected KnownConditions, or a "
+            "Pipeline that ends with it"
+        )
 
 
 def _check_facts(facts):

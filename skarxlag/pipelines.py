@@ -261,7 +261,7 @@ class DiagnosisPipeline(Pipeline):
 
     @_last_step_has("score_samples")
     def score_samples(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
-        """Log p-value of each window, where the last step is a detector.
+        """Log p-value of each window, where the last step is an outlier detector.
 
         Parameters
         ----------
@@ -279,7 +279,7 @@ class DiagnosisPipeline(Pipeline):
 
     @_last_step_has("p_values")
     def p_values(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
-        """Probability that a healthy window is at least as far off, from a detector.
+        """p-value of each window: from a detector one, from `KnownConditions` of each condition.
 
         Parameters
         ----------
@@ -290,7 +290,7 @@ class DiagnosisPipeline(Pipeline):
 
         Returns
         -------
-        ndarray of shape (n_windows,)
+        ndarray of shape (n_windows,) or (n_windows, n_conditions)
             As the last step gives it.
         """
         return self._in_batches(partial(self._of_last_step, "p_values"), X, params)

@@ -17,8 +17,6 @@ FAULTY = "faulty"
 NO_SIGNAL = "no signal"
 #: Below it a single window could veto a condition for the whole recording.
 _SMALLEST_PROBABILITY = 1e-6
-#: Alarms in more windows than this share contradict the verdict "healthy", in fewer a fault.
-_MOST_WINDOWS = 0.5
 
 
 def window_verdicts(
@@ -26,6 +24,7 @@ def window_verdicts(
     X: NDArray[Any],
     conditions: list[str] | None = None,
     rpm: ArrayLike | None = None,
+    known: Any = None,
 ) -> pd.DataFrame:
     """What a diagnoser says of each window.
 
@@ -44,14 +43,17 @@ def window_verdicts(
     rpm : float or array-like of shape (n_windows,), default=None
         Speed of each window, for the steps that request it by metadata routing. A diagnoser
         without such a step ignores it.
+    known : estimator or None, default=None
+        What :func:`skarxlag.make_known_conditions` made, fitted on windows of the same shape.
 
     Returns
     -------
     DataFrame
         ``verdict``; ``alarm``, whether the detection threshold is exceeded; ``quality``, as
         :func:`skarxlag.signal_quality` names it; then ``probability of`` each condition, or
-        ``score`` of a detector: the logarithm of the p-value over the false-alarm rate. Without a
-        signal these are NaN, and the alarm is False.
+        ``score`` of a detector: the logarithm of the p-value over the false-alarm rate; and, with
+        `known`, ``p-value`` of the nearest condition. Without a signal these are NaN, and the alarm
+        is False.
 
     Examples
     --------
@@ -80,6 +82,12 @@ def window_verdicts(
         found = of_good(diagnoser, X, conditions, params)
         verdict[is_good], alarm[is_good], values[is_good] = found
     columns = dict(zip(names, values.T, strict=True))
+    if known is not None:
+        p_value = np.full(len(quality), np.nan)
+        if is_good.any():
+            params = {} if rpm is None else {"rpm": np.broadcast_to(rpm, is_good.shape)[is_good]}
+            p_value[is_good] = np.exp(known.score_samples(X, **params))
+        columns["p-value"] = p_value
     return pd.DataFrame({"verdict": verdict, "alarm": alarm, "quality": quality} | columns)
 
 
@@ -108,13 +116,19 @@ def _classified(diagnoser, X, conditions, params):
     return verdict, alarm, probability[:, places]
 
 
-def recording_verdict(windows: pd.DataFrame, conditions: list[str]) -> dict[str, Any]:
+def recording_verdict(
+    windows: pd.DataFrame, conditions: list[str], false_rejection_rate: float = 0.01
+) -> dict[str, Any]:
     r"""One verdict from the windows of one recording.
 
     Evidence adds up: the condition of largest :math:`\sum_w \log p_w(c)` wins; a detector's
     verdict is the sign of the sum of scores. The confidence is the softmax of the *mean* of
     the log probabilities, that is what one typical window states: windows of a recording share its
     specimen and mounting, so as independent evidence they would feign certainty.
+
+    The p-value of the nearest condition is the median over windows. Below the stated rate the
+    recording is "none of these". Windows share their errors, so the median is rejected about as
+    often as one of them: never more than twice as often, however they depend on each other.
 
     Only windows that carry a signal count. Where there is none the verdict is "no signal".
 
@@ -124,13 +138,17 @@ def recording_verdict(windows: pd.DataFrame, conditions: list[str]) -> dict[str,
         Rows of `window_verdicts`.
     conditions : list of str
         As there.
+    false_rejection_rate : float, default=0.01
+        Share in (0, 1) of recordings of a known condition that may be called none of these.
 
     Returns
     -------
     dict
         ``verdict``; ``confidence`` (NaN of a detector); ``windows``, how many there are;
         ``no signal``, how many of them carry none; then, as shares of the windows that do,
-        ``alarms`` and ``share of`` each possible verdict (NaN if there is no such window).
+        ``alarms`` and ``share of`` each possible verdict (NaN if there is no such window); and,
+        where `windows` has a p-value, ``p-value`` and ``none of these`` (None if there is no such
+        window).
 
     Examples
     --------
@@ -158,77 +176,21 @@ def recording_verdict(windows: pd.DataFrame, conditions: list[str]) -> dict[str,
         evidence = np.log(usable[columns].clip(lower=_SMALLEST_PROBABILITY)).mean().to_numpy()
         best = int(evidence.argmax())
         verdict, confidence = conditions[best], softmax(evidence)[best]
-    return {
-        "verdict": verdict,
-        "confidence": float(confidence),
-        "windows": len(windows),
-        "no signal": len(windows) - len(usable),
-        "alarms": float(usable["alarm"].mean()),
-    } | {f"share of {name}": float((usable["verdict"] == name).mean()) for name in possible}
-
-
-def verdict_remarks(
-    windows: pd.DataFrame, verdict: dict[str, Any], conditions: list[str]
-) -> list[str]:
-    """What a person should know before the verdict on a recording is used.
-
-    Parameters
-    ----------
-    windows : DataFrame
-        Rows of `window_verdicts`.
-    verdict : dict
-        What `recording_verdict` made of them.
-    conditions : list of str
-        As there.
-
-    Returns
-    -------
-    list of str
-        Sentences; none if there is nothing to say.
-
-    Examples
-    --------
-    >>> windows = pd.DataFrame({
-    ...     "verdict": ["good"], "alarm": [True], "quality": ["good"],
-    ...     "probability of good": [0.9], "probability of worn": [0.1],
-    ... })
-    >>> verdict = recording_verdict(windows, ["good", "worn"])
-    >>> print(*verdict_remarks(windows, verdict, ["good", "worn"]))
-    The verdict is good, but most windows exceed the detection threshold: ...
-    """
-    remarks = []
-    if verdict["no signal"]:
-        reasons = windows.loc[windows["quality"] != "good", "quality"].value_counts()
-        listed = ", ".join(f"{reason}: {count}" for reason, count in reasons.items())
-        remarks.append(_no_signal_remark(verdict, listed))
-    if "score" in windows or verdict["verdict"] == NO_SIGNAL:
-        return remarks
-    is_healthy = verdict["verdict"] == conditions[0]
-    if is_healthy and verdict["alarms"] > _MOST_WINDOWS:
-        remarks.append(
-            f"The verdict is {conditions[0]}, but most windows exceed the detection threshold: "
-            "either the speed is not one of the training, then the threshold does not hold and "
-            "the verdict may, or the condition is none of those trained, then the verdict is "
-            "wrong. A detector (fit --diagnoser detector) tells which."
-        )
-    elif not is_healthy and verdict["alarms"] < _MOST_WINDOWS:
-        remarks.append(
-            f"The verdict is {verdict['verdict']}, but most windows stay below the detection "
-            "threshold: the fault is weak, or the speed is not one of the training, or the verdict "
-            "is wrong. Measure again before anything is dismantled."
-        )
-    return remarks
-
-
-def _no_signal_remark(verdict, listed):
-    if verdict["verdict"] == NO_SIGNAL:
-        return (
-            f"No window carries a signal ({listed}), so there is no verdict: check the sensor, "
-            "its cable and the logger."
-        )
+    known = {}
+    if "p-value" in windows:
+        p_value = float(usable["p-value"].median())
+        is_none = None if usable.empty else p_value < false_rejection_rate
+        known = {"p-value": p_value, "none of these": is_none}
     return (
-        f"{verdict['no signal']} of {verdict['windows']} windows carry no signal ({listed}) and "
-        "do not count."
+        {
+            "verdict": verdict,
+            "confidence": float(confidence),
+            "windows": len(windows),
+            "no signal": len(windows) - len(usable),
+            "alarms": float(usable["alarm"].mean()),
+        }
+        | known
+        | {f"share of {name}": float((usable["verdict"] == name).mean()) for name in possible}
     )
 
 
@@ -239,6 +201,7 @@ def recording_verdicts(
     conditions: list[str] | None = None,
     *,
     rpm: ArrayLike | None = None,
+    known: Any = None,
 ) -> pd.DataFrame:
     """One verdict for each recording, from windows of several recordings.
 
@@ -254,6 +217,8 @@ def recording_verdicts(
         As in `window_verdicts`.
     rpm : float, array-like of shape (n_windows,) or None, default=None
         As in `window_verdicts`.
+    known : estimator or None, default=None
+        As in `window_verdicts`; its rate says which recordings are none of these.
 
     Returns
     -------
@@ -279,10 +244,17 @@ def recording_verdicts(
     check_consistent_length(X, recording)
     if conditions is None:
         conditions = _conditions(diagnoser[-1])
-    windows = window_verdicts(diagnoser, X, conditions, rpm=rpm)
+    windows = window_verdicts(diagnoser, X, conditions, rpm=rpm, known=known)
     groups = windows.groupby(np.asarray(recording), sort=False)
-    rows = {name: recording_verdict(rows, conditions) for name, rows in groups}
+    rate = {} if known is None else {"false_rejection_rate": rejection_rate(known)}
+    rows = {name: recording_verdict(rows, conditions, **rate) for name, rows in groups}
     return pd.DataFrame.from_dict(rows, orient="index")
+
+
+def rejection_rate(known: Any) -> float:
+    """The stated rate of false rejections of known conditions, or of a pipeline that ends so."""
+    last = known[-1] if isinstance(known, Pipeline) else known
+    return float(last.false_rejection_rate)
 
 
 def _conditions(decide):

@@ -25,6 +25,7 @@ from skarxlag import (
     ExtendedStatePIObserver,
     ExtendedStatePIObserverBank,
     FaultDetector,
+    KnownConditions,
     LogSpectra,
     OrderResidual,
     PIObserver,
@@ -40,7 +41,15 @@ from skarxlag import (
 from skarxlag.residual_evaluations import RESIDUAL_EVALUATIONS
 
 #: Sampling noise of few rows: what the detector says of its calibration.
-pytestmark = pytest.mark.filterwarnings("ignore:.* healthy rows hold a false-alarm:UserWarning")
+pytestmark = [
+    pytest.mark.filterwarnings(f"ignore:{said}:UserWarning")
+    for said in (
+        ".* healthy rows hold a false-alarm",
+        "Condition .* has .* rows, which hold a rate",
+        "Conditions with one row at each speed",
+        "Some conditions have rows of one speed",
+    )
+]
 ESTIMATORS = [
     ARXLaguerre(),
     ARXLaguerre(pole="optimise", order=4),
@@ -58,6 +67,7 @@ ESTIMATORS = [
     StretchResidual(order_residual=OrderResidual()),
     ThresholdLadder(),
     FaultDetector(),
+    KnownConditions(),
     ChannelRows(),
 ]
 TRANSFORMERS = [e for e in ESTIMATORS if hasattr(e, "transform")]
@@ -70,6 +80,7 @@ LEAST = {
     "ExtendedStatePIObserver": 47,
     "ExtendedStatePIObserverBank": 47,
     "FaultDetector": 46,
+    "KnownConditions": 46,
     "LogSpectra": 47,
     "PIObserver": 47,
     "PIObserverBank": 47,
@@ -178,7 +189,9 @@ def test_tables(name, estimator):
 
 
 @pytest.mark.parametrize(
-    "estimator", [ARXLaguerre(), ThresholdLadder(), FaultDetector(), ChannelRows()], ids=str
+    "estimator",
+    [ARXLaguerre(), ThresholdLadder(), FaultDetector(), KnownConditions(), ChannelRows()],
+    ids=str,
 )
 def test_column_names(estimator):
     estimator_checks.check_dataframe_column_names_consistency("it", clone(estimator))
@@ -223,7 +236,8 @@ class TestEveryEstimator:
         assert all(k.endswith("_") or k.startswith("_") for k in learnt)
         # Parts that were fitted have their own turn in this test.
         plain = (np.ndarray, int, float, DiagnosisPipeline, *(type(e) for e in ESTIMATORS))
-        assert all(isinstance(v, plain) for v in learnt.values()), learnt
+        values = [v for many in learnt.values() for v in (many if type(many) is list else [many])]
+        assert all(isinstance(v, plain) for v in values), learnt
 
     def test_float32_stays_float32(self, estimator):
         X, y = signals((12, 40)), labels(12)

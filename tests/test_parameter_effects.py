@@ -9,6 +9,7 @@ from skarxlag import (
     ExtendedStatePIObserver,
     ExtendedStatePIObserverBank,
     FaultDetector,
+    KnownConditions,
     LogSpectra,
     PIObserver,
     PIObserverBank,
@@ -105,10 +106,16 @@ EFFECTS = {
         "fixed_gain": ({}, True, log_p_values),
         "window_length": ({}, 400, log_p_values),
     },
+    KnownConditions: {
+        "false_rejection_rate": ({}, 0.5, log_p_values),
+        "window_length": ({}, 400, log_p_values),
+    },
 }
 
 
 @pytest.mark.filterwarnings("ignore:20 healthy rows hold:UserWarning")
+@pytest.mark.filterwarnings("ignore:Condition known has 20 rows:UserWarning")
+@pytest.mark.filterwarnings("ignore:Some conditions have rows of one speed:UserWarning")
 @pytest.mark.parametrize(
     ("estimator", "name"),
     [(estimator, name) for estimator, effects in EFFECTS.items() for name in effects],

@@ -13,6 +13,7 @@ from skarxlag import (
     ARXLaguerre,
     DiagnosisPipeline,
     FaultDetector,
+    KnownConditions,
     LogSpectra,
     OrderResidual,
     PIObserver,
@@ -167,6 +168,7 @@ def test_weighted_order_statistics_are_those_of_repeated_levels(weights):
         OrderResidual(),
         StretchResidual(),
         FaultDetector(),
+        KnownConditions(),
     ],
     ids=str,
 )

@@ -9,7 +9,8 @@ from skarxlag import (
     recording_verdicts,
     window_verdicts,
 )
-from skarxlag.verdicts import recording_verdict, verdict_remarks
+from skarxlag.commands.remarks import verdict_remarks
+from skarxlag.verdicts import recording_verdict
 
 
 @pytest.fixture(scope="module")

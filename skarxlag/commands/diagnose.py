@@ -13,7 +13,7 @@ from .._version import __version__
 from ..bearings import fault_orders
 from ..recordings.table import list_recordings
 from ..stretches import order_comparison
-from ..verdicts import NO_SIGNAL, takes_rpm
+from ..verdicts import NO_SIGNAL, rejection_rate, takes_rpm
 from .arguments import add_execution_arguments, bearing, positive_number
 from .batch import diagnose_all
 from .errors import UsageError, as_command_error
@@ -37,9 +37,11 @@ Diagnose recordings with a diagnoser that `fit` or `save_diagnoser` saved: one v
 recording, from the evidence of all its windows. A .csv among RECORDING holds samples; a table of
 recordings, with the columns that `fit` takes, is given with --table. Exit status: 0 if all
 recordings were diagnosed, 1 if some could not be, 2 if an argument is wrong, 3 with --fail-on alarm
-if there is a verdict other than the healthy condition.
+if there is a verdict other than the healthy condition, or a recording is none of the conditions.
 """
 _ALARM = 3
+#: Speeds that differ by less than this share are one.
+_SAME_SPEED = 0.02
 #: Recordings that a remark names.
 _MOST_NAMES = 5
 
@@ -86,7 +88,8 @@ def add_arguments(parser: Any) -> None:
     parser.add_argument(
         "--fail-on",
         choices=["alarm"],
-        help="exit status 3 if a verdict is not the healthy condition",
+        help="exit status 3 if a verdict is not the healthy condition, or a recording is none of "
+        "the conditions",
     )
     add_execution_arguments(parser)
     parser.set_defaults(run=run, fail=parser.error)
@@ -173,7 +176,10 @@ def _journal(args):
 
 def _has_alarm(rows, model):
     quiet = [model.conditions[0], NO_SIGNAL]
-    return bool((rows["verdict"].notna() & ~rows["verdict"].isin(quiet)).any())
+    is_loud = rows["verdict"].notna() & ~rows["verdict"].isin(quiet)
+    if "none of these" in rows:
+        is_loud |= rows["none of these"].fillna(False).astype(bool)
+    return bool(is_loud.any())
 
 
 def _report(args, model, diagnoses, rows):
@@ -198,6 +204,8 @@ def _report(args, model, diagnoses, rows):
         lines.append(_speed_line(found))
     if found["confidence"].notna().any():
         lines.append("Alarms depend on the speed; for detection across speeds fit a detector.")
+    if "p-value" in found and found["p-value"].notna().any():
+        lines.append(_known_line(model, found))
     if args.output is not None:
         lines.append("Written: " + ", ".join(str(path) for path in result_paths(args.output)))
     return "\n".join(lines)
@@ -212,6 +220,26 @@ def _speed_line(found):
         f"{unknown.sum()} of {len(found)} recordings state no speed (column rpm, --rpm): all from "
         "0.4 to 2.5 times the speed of fit were tried."
     )
+
+
+def _known_line(model, found):
+    """What the p-values are, and where they tell little."""
+    line = (
+        "p-value: how often windows of the nearest condition are as far off; below "
+        f"{rejection_rate(model.known):g} a recording is none of these."
+    )
+    speeds = found["rpm"] if "rpm" in found else np.full(len(found), np.nan)
+    far = [not _is_near(speed, model.train_rpm) for speed in speeds]
+    if not any(far):
+        return line
+    return (
+        f"{line} {sum(far)} of {len(found)} recordings are of another speed than the training's, "
+        "or of none that is stated: there most unknown conditions are taken for a known one."
+    )
+
+
+def _is_near(speed, known):
+    return known is not None and any(abs(speed / each - 1) < _SAME_SPEED for each in known)
 
 
 def _heading(model):

@@ -24,6 +24,7 @@ from .arguments import (
 )
 from .diagnosers import DIAGNOSERS, set_threads
 from .errors import CommandError, UsageError, as_command_error
+from .known import fit_known_conditions
 from .models import held_rate, is_model_file
 from .results import check_output
 from .sources import add_source_arguments, stated
@@ -111,6 +112,11 @@ def add_arguments(parser: Any) -> None:
         help="of each recording, spread over all of it; default: all windows",
     )
     parser.add_argument(
+        "--no-p-values",
+        action="store_true",
+        help="do not save what tells recordings that are none of the conditions",
+    )
+    parser.add_argument(
         "--n-jobs", type=job_count, default=-1, metavar="N", help="threads; default: all cores"
     )
     parser.set_defaults(run=run, fail=parser.error)
@@ -163,11 +169,17 @@ def run(args: Any) -> Any:
     with as_command_error(), warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always", UserWarning)
         diagnoser.fit(X, y, **speeds)
+    known, known_line = None, None
+    if kind != DETECTOR and not args.no_p_values:
+        rpm = None if rig.rpm is None else rig.rpm[chosen]
+        known, known_line = fit_known_conditions(X, y, rpm, args.n_jobs)
+    with as_command_error():
         # The number of threads belongs to this machine, not to the file.
         set_threads(diagnoser, None)
         save_diagnoser(
             diagnoser,
             args.output,
+            known_conditions=known,
             diagnoser=kind,
             conditions=conditions,
             train_rpm=None if rig.rpm is None else np.unique(rig.rpm[chosen]).tolist(),
@@ -190,6 +202,8 @@ def run(args: Any) -> Any:
     if kind != DETECTOR:
         for sentence in held_rate(n_windows[0], args.false_alarm_rate):
             print(sentence)
+    if known_line is not None:
+        print(known_line)
     print(f"Saved {kind} to {args.output}")
     return 0
 

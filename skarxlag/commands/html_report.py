@@ -3,6 +3,7 @@
 from html import escape
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from ..bearings import fault_lines
@@ -137,20 +138,22 @@ def _cell(count, is_hit):
 
 
 def _overview(rows, colour_of):
-    lines = []
+    lines, has_p_values = [], "p-value" in rows
     for number, row in enumerate(_dicts(rows)):
         cells = [
             f'<td class="name"><a href="#r{number}">{escape(row["recording"])}</a></td>',
             f"<td>{_verdict(row, colour_of)}</td>",
             f'<td class="n">{_percent(row["confidence"])}</td>',
             f'<td class="n">{_percent(row["alarms"])}</td>',
+            *([f'<td class="n">{_p_value(row)}</td>'] if has_p_values else []),
             f'<td class="n wide">{_number(row["windows"])}</td>',
             f'<td class="n wide">{_number(row["no signal"])}</td>',
         ]
         lines.append(f"<tr>{''.join(cells)}</tr>")
     head = (
         '<th>recording</th><th>verdict</th><th class="n">confidence</th><th class="n">alarms</th>'
-        '<th class="n wide">windows</th><th class="n wide">no signal</th>'
+        + ('<th class="n">p-value</th>' if has_p_values else "")
+        + '<th class="n wide">windows</th><th class="n wide">no signal</th>'
     )
     return f'<div class="scroll"><table><tr>{head}</tr>{"".join(lines)}</table></div>'
 
@@ -166,6 +169,8 @@ def _section(number, row, diagnosis, model, colour_of, faults):
         "windows",
         "no signal",
         "alarms",
+        "p-value",
+        "none of these",
         "remark",
         "error",
     )
@@ -181,7 +186,8 @@ def _section(number, row, diagnosis, model, colour_of, faults):
     parts = [
         title,
         f"<p><b>{_verdict(row, colour_of)}</b>{certain}; alarm in {_percent(row['alarms']) or 'no'}"
-        f" of {row['windows'] - row['no signal']} windows</p>",
+        f" of {row['windows'] - row['no signal']} windows"
+        f"{f'; p-value {_p_value(row)}' if _p_value(row) else ''}</p>",
         f'<p class="soft">{escape("; ".join(stated))}</p>' if stated else "",
         *(f'<p class="remark">{escape(remark)}</p>' for remark in diagnosis.remarks),
         timeline(diagnosis.windows, model.conditions, colour_of, seconds),
@@ -236,6 +242,15 @@ def _verdict(row, colour_of):
         return "failed"
     colour = colour_of[row["verdict"]]
     return f'<span class="mark" style="--c:{colour}"></span>{escape(str(row["verdict"]))}'
+
+
+def _p_value(row):
+    """The p-value of the nearest condition, and what it says."""
+    value = row.get("p-value", np.nan)
+    if pd.isna(value):
+        return ""
+    text = f"{value:.2g}"
+    return f"{text} <b>none of these</b>" if row["none of these"] else text
 
 
 def _dicts(rows):

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from .._version import __version__
+from ..verdicts import rejection_rate
 from .models import held_rate, load_model, stated_facts
 
 _DESCRIPTION = """\
@@ -67,6 +68,9 @@ def model_card(model: Any) -> dict[str, str]:
     }
     if "false_alarm_rate" in facts:
         card["False alarms"] = f"a rate of {facts['false_alarm_rate']:g} was asked for"
+    if model.known is not None:
+        rate = rejection_rate(model.known)
+        card["p-values"] = f"a recording is none of its conditions where they are below {rate:g}"
     threshold = getattr(decide, "detection_threshold_", None)
     if threshold is not None:
         card["Threshold"] = f"{threshold:.4g}"
@@ -97,6 +101,11 @@ def limits(model: Any) -> list[str]:
             "It names the most similar of its conditions. A fault that it was not trained on gets "
             "one of these names, too."
         )
+        if model.known is not None:
+            sentences.append(
+                "The p-value tells most such faults at the speeds of the training, and few at "
+                "others."
+            )
     if model.train_rpm is None:
         sentences.append("The speeds of its training are not known.")
     elif not is_detector:

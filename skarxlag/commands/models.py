@@ -11,6 +11,7 @@ from sklearn.pipeline import Pipeline
 
 from ..channels import ChannelRows
 from ..persistence import load_diagnoser
+from ..verdicts import rejection_rate
 from .diagnosers import set_threads
 from .errors import CommandError, as_command_error, printable
 
@@ -39,6 +40,8 @@ class SavedModel:
         In Hz; None if nobody has stated it.
     train_rpm : list of float or None
         Speeds of the training.
+    known : Pipeline or None
+        The known conditions, where they were saved beside the diagnoser.
     """
 
     path: Path
@@ -50,6 +53,7 @@ class SavedModel:
     window_length: int
     sampling_rate: float | None
     train_rpm: list[Any] | None
+    known: Any = None
 
 
 def load_model(path: Path, n_jobs: int | None = None) -> SavedModel:
@@ -77,7 +81,10 @@ def load_model(path: Path, n_jobs: int | None = None) -> SavedModel:
     if isinstance(diagnoser, Pipeline) and isinstance(diagnoser[0], ChannelRows):
         # Recordings are cut into windows, not into rows.
         diagnoser = diagnoser[1:]
-    set_threads(diagnoser, n_jobs)
+    known_conditions = facts.pop("known_conditions", None)
+    for each in (diagnoser, known_conditions):
+        if each is not None:
+            set_threads(each, n_jobs)
     known = _of_steps(diagnoser) | facts
     if "window_length" not in known:
         raise CommandError(
@@ -94,12 +101,16 @@ def load_model(path: Path, n_jobs: int | None = None) -> SavedModel:
         window_length=known["window_length"],
         sampling_rate=known.get("sampling_rate"),
         train_rpm=known.get("train_rpm"),
+        known=known_conditions,
     )
 
 
 def stated_facts(model: Any) -> Any:
     """What a file of results states of the model."""
-    return {
+    known = {}
+    if model.known is not None:
+        known = {"false_rejection_rate": rejection_rate(model.known)}
+    return known | {
         "file": printable(model.path),
         "diagnoser": model.kind,
         "conditions": model.conditions,

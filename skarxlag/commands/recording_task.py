@@ -8,10 +8,11 @@ import pandas as pd
 
 from ..recordings.rates import rates_agree, resampled_blocks
 from ..recordings.windows import block_length, cut_blocks
-from ..verdicts import recording_verdict, verdict_remarks, window_verdicts
+from ..verdicts import recording_verdict, rejection_rate, window_verdicts
 from .errors import CommandError
 from .models import cached_model
 from .order_view import OrderView
+from .remarks import verdict_remarks
 from .runner import cancelled
 from .spectrum_view import SpectrumView
 
@@ -119,12 +120,13 @@ def diagnose_recording(
 
     parts, views = [], [SpectrumView(model), OrderView(model, rpm)] if draw else []
     for X in cut_blocks(signals(), recording.name, length):
-        parts.append(window_verdicts(model.diagnoser, X, model.conditions, rpm))
+        parts.append(window_verdicts(model.diagnoser, X, model.conditions, rpm, model.known))
         for view in views:
             view.add(X, parts[-1]["quality"].to_numpy())
     windows = pd.concat(parts, ignore_index=True)
     windows.insert(0, "start", np.arange(len(windows)) * length)
-    verdict = recording_verdict(windows, model.conditions)
+    rate = () if model.known is None else (rejection_rate(model.known),)
+    verdict = recording_verdict(windows, model.conditions, *rate)
     remarks = verdict_remarks(windows, verdict, model.conditions)
     remarks += [f"Resampled from {r:g} to {model.sampling_rate:g} Hz." for r in old_rates]
     return Diagnosis(

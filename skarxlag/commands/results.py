@@ -110,9 +110,10 @@ def recording_rows(recordings: list[Any], diagnoses: list[Any]) -> pd.DataFrame:
     ]
     table = pd.DataFrame(rows)
     first = ["recording", "verdict", "confidence", "windows", "no signal", "alarms"]
+    first += [name for name in ("p-value", "none of these") if name in table]
     table = table.reindex(columns=[*first, *(name for name in table if name not in first)])
-    whole = ["windows", "no signal"]
-    return table.astype(dict.fromkeys(whole, "Int64"))
+    types = {"windows": "Int64", "no signal": "Int64", "none of these": "boolean"}
+    return table.astype({name: kind for name, kind in types.items() if name in table})
 
 
 def stated_columns(recording: Any) -> Any:

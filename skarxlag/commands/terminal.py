@@ -41,6 +41,7 @@ def verdict_table(rows: pd.DataFrame, *, width: int | None = None) -> str:
     shares = [name for name in rows if name.startswith("share of ")]
     first = [name for name in ("condition", "rpm") if name in rows and rows[name].notna().any()]
     first += ["verdict", "confidence", "windows", "no signal", "alarms"]
+    first += [name for name in ("p-value",) if name in rows]
     table = rows.set_index("recording").rename_axis(None)[[*first, *shares]]
     if table["confidence"].isna().all():
         table = table.drop(columns="confidence")
@@ -48,6 +49,12 @@ def verdict_table(rows: pd.DataFrame, *, width: int | None = None) -> str:
         table = table.drop(columns="no signal")
     for name in [*table.columns.intersection(_PERCENTAGES), *shares]:
         table[name] = table[name].map("{:.1%}".format, na_action="ignore")
+    if "p-value" in table:
+        rejected = rows["none of these"].fillna(False)
+        table["p-value"] = [
+            None if pd.isna(p) else f"{p:.2g}, none of these" if is_none else f"{p:.2g}"
+            for p, is_none in zip(table["p-value"], rejected, strict=True)
+        ]
     if "rpm" in table:
         table["rpm"] = table["rpm"].map("{:g}".format, na_action="ignore")
     table = table.astype(object).where(table.notna(), "-")

@@ -1,0 +1,134 @@
+"""fit and diagnose tell recordings that are of no condition of the training."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.signal import lfilter
+
+from skarxlag.persistence import load_diagnoser
+
+from .test_fit_diagnose import signal
+
+WINDOW, N = 600, 60
+OTHERS = {
+    "noise": np.random.default_rng(0).normal(size=6 * WINDOW),
+    "sine": np.sin(0.3 * np.arange(6 * WINDOW)),
+    "time": np.linspace(0, 1, 6 * WINDOW),
+    "untrained": signal("outer", 6 * WINDOW, 5),
+    "sensor": lfilter([1], [1, -1.2, 0.9], np.random.default_rng(1).normal(size=6 * WINDOW)),
+}
+
+
+@pytest.fixture(scope="module")
+def plant(tmp_path_factory):
+    """Recordings of two conditions, of those again, and of other things; tables of all."""
+    folder = tmp_path_factory.mktemp("plant")
+    lines = ["path,condition,rpm,sampling_rate"]
+    for number, condition in enumerate(["good", "inner"]):
+        np.save(folder / f"{condition}.npy", signal(condition, N * WINDOW, number))
+        np.save(folder / f"new_{condition}.npy", signal(condition, 6 * WINDOW, 10 + number))
+        lines.append(f"{condition}.npy,{condition},500,50e3")
+    (folder / "table.csv").write_text("\n".join(lines))
+    for name, samples in OTHERS.items():
+        np.save(folder / f"{name}.npy", samples)
+    return folder
+
+
+@pytest.fixture
+def model(run, plant):
+    path = plant / "bearing.skops"
+    code, out, err = run("fit", plant / "table.csv", "-o", path, "--window-length", WINDOW)
+    assert code == 0 and "p-values of the nearest condition, from 60 rows a condition" in out
+    assert "below 0.01 a recording is none of these" in out and "warning" not in err
+    return path
+
+
+def diagnose(run, model, plant, *options, names=OTHERS):
+    output = plant / "out.csv"
+    paths = [plant / f"{name}.npy" for name in names]
+    code, out, _ = run("diagnose", model, *paths, "-o", output, *options)
+    return code, out, pd.read_csv(output)
+
+
+def test_what_is_of_no_condition_is_told(run, plant, model):
+    code, out, rows = diagnose(run, model, plant, "--rpm", 500)
+    assert code == 0
+    assert rows["none of these"].all() and (rows["p-value"] < 0.01).all()
+    assert set(rows["verdict"]) <= {"good", "inner"}
+    assert rows["remark"].str.contains("None of these: windows of the nearest condition").all()
+    assert not rows["remark"].str.contains("The verdict is").any()
+    assert out.count(", none of these\n") + out.count(", none of these ") == len(OTHERS)
+    assert "below 0.01 a recording is none of these." in out and "unknown conditions" not in out
+    windows = pd.read_csv(plant / "out_windows.csv")
+    medians = windows.groupby("recording")["p-value"].median()
+    np.testing.assert_allclose(rows["p-value"], medians[rows["recording"]])
+
+
+def test_known_conditions_are_not_rejected(run, plant, model):
+    code, out, rows = diagnose(run, model, plant, "--rpm", 500, names=["new_good", "new_inner"])
+    assert code == 0 and rows["verdict"].tolist() == ["good", "inner"]
+    assert not rows["none of these"].any() and (rows["p-value"] > 0.05).all()
+    assert "none of these\n" not in out.partition("p-value: how often")[0]
+
+
+@pytest.mark.parametrize("options", [(), ("--rpm", 600)])
+def test_other_and_unknown_speeds_are_said(run, plant, model, options):
+    _, out, rows = diagnose(run, model, plant, *options, names=["new_good", "untrained"])
+    assert "2 of 2 recordings are of another speed than the training's" in out
+    at_500 = diagnose(run, model, plant, "--rpm", 500, names=["new_good", "untrained"])[2]
+    assert (rows["p-value"] > at_500["p-value"]).all()
+    assert not rows["none of these"][0]
+
+
+def test_json_html_and_exit_status(run, plant, model):
+    arguments = ("diagnose", model, plant / "noise.npy", plant / "new_good.npy", "--rpm", 500)
+    code, _, _ = run(*arguments, "-o", plant / "out.json", "--fail-on", "alarm")
+    found = json.loads((plant / "out.json").read_text())
+    assert code == 3 and found["model"]["false_rejection_rate"] == 0.01
+    assert [row["none of these"] for row in found["recordings"]] == [True, False]
+    assert found["recordings"][0]["p-value"] < 0.01
+    assert found["recordings"][0]["window_rows"][0]["p-value"] < 0.01
+    code, _, _ = run(*arguments, "-o", plant / "out.html")
+    page = (plant / "out.html").read_text()
+    assert code == 0 and page.count("<b>none of these</b>") == 2
+    assert '<th class="n">p-value</th>' in page and "None of these: windows of" in page
+    code, _, _ = run("diagnose", model, plant / "new_good.npy", "--rpm", 500, "--fail-on", "alarm")
+    assert code == 0
+
+
+def test_a_dead_sensor_has_no_p_value(run, plant, model):
+    np.save(plant / "dead.npy", np.zeros(3 * WINDOW))
+    _, _, rows = diagnose(run, model, plant, "--rpm", 500, names=["dead", "noise"])
+    assert rows["p-value"].isna().tolist() == [True, False]
+    assert rows["verdict"][0] == "no signal" and pd.isna(rows["none of these"][0])
+    run("diagnose", model, plant / "dead.npy", "-o", plant / "dead.json")
+    assert json.loads((plant / "dead.json").read_text())["recordings"][0]["none of these"] is None
+
+
+def test_it_can_be_left_out(run, plant):
+    path = plant / "without.skops"
+    arguments = ("fit", plant / "table.csv", "-o", path, "--window-length", WINDOW)
+    code, out, _ = run(*arguments, "--no-p-values")
+    assert code == 0 and "p-value" not in out
+    assert "known_conditions" not in load_diagnoser(path)[1]
+    _, out, rows = diagnose(run, path, plant)
+    assert "p-value" not in rows and "p-value" not in out
+
+
+def test_too_few_rows_are_said(run, plant):
+    np.save(plant / "short.npy", signal("outer", WINDOW, 3))
+    table = plant / "short.csv"
+    table.write_text((plant / "table.csv").read_text() + "\nshort.npy,outer,500,50e3")
+    path = plant / "short.skops"
+    arguments = ("fit", table, "-o", path, "--window-length", WINDOW, "--diagnoser", "alpio")
+    code, out, _ = run(*arguments)
+    assert code == 0 and "No p-values of the nearest condition: fewer than two windows" in out
+    assert "outer" in out.partition("No p-values")[2]
+
+
+def test_info_says_it(run, model):
+    code, out, _ = run("info", model)
+    assert code == 0 and "a recording is none of its conditions where" in out
+    assert json.loads(run("info", model, "--json")[1])["false_rejection_rate"] == 0.01
