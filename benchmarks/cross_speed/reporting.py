@@ -123,14 +123,14 @@ def merge(path, rows, run):
     rows : DataFrame
         Results of the run.
     run : dict
-        Value of ``rig``, ``window_length`` and ``method``.
+        What tells the run from others, such as ``rig``, ``window_length`` and ``method``.
 
     Returns
     -------
     merged : DataFrame
         The whole content of the file.
     """
-    rows = rows.assign(**run)[[*RUN, *rows.columns]]
+    rows = rows.assign(**run)[[*run, *rows.columns]]
     if Path(path).exists():
         old = pd.read_csv(path)
         others = ~np.logical_and.reduce([old[name] == value for name, value in run.items()])
@@ -247,7 +247,7 @@ def report(summary, command):
     return "\n\n".join(parts)
 
 
-def command_line(summary, defaults):
+def command_line(summary, defaults, module="cross_speed"):
     """Return the shell commands that produce the results in `summary`.
 
     Parameters
@@ -255,27 +255,33 @@ def command_line(summary, defaults):
     summary : DataFrame
         Rows of :func:`summarise`.
     defaults : dict of str to list
-        Default of ``rig``, ``method`` and ``window_length``: an option that equals its default
-        is left out.
+        Default of ``rig``, ``method`` and the further options that tell runs from one another: an
+        option that equals its default is left out.
+    module : str, default="cross_speed"
+        Module of ``benchmarks`` that is run.
 
     Returns
     -------
     command : str
         One command for all methods that ran on the same rigs and lengths, joined by ``&&``.
     """
-    groups = {}
+    groups, others = {}, [name for name in defaults if name not in ("rig", "method")]
     for method, rows in summary.groupby("method", sort=False):
         rigs = dict.fromkeys(rig.split(",")[0] for rig in rows.rig)
-        present = tuple(sorted(rigs)), tuple(sorted(set(rows.window_length)))
+        present = tuple(sorted(rigs)), *(tuple(sorted(set(rows[name]))) for name in others)
         groups.setdefault(present, []).append(method)
     return " && ".join(
-        _command({"rig": rigs, "method": methods, "window_length": lengths}, defaults)
-        for (rigs, lengths), methods in groups.items()
+        _command(
+            {"rig": rigs, "method": methods, **dict(zip(others, values, strict=True))},
+            defaults,
+            module,
+        )
+        for (rigs, *values), methods in groups.items()
     )
 
 
-def _command(present, defaults):
-    words = ["python", "-m", "benchmarks.cross_speed"]
+def _command(present, defaults, module):
+    words = ["python", "-m", f"benchmarks.{module}"]
     for name, values in present.items():
         if set(values) != set(defaults[name]):
             words += [f"--{name.replace('_', '-')}", *map(str, values)]

@@ -12,30 +12,46 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.cross_speed.protocol import check_rig, first_and_second_half
+from benchmarks.cross_speed.reporting import command_line, merge
 from benchmarks.pages.blocks import markdown, write_blocks
-from benchmarks.stretches.methods import CONDITIONS, RACES, SLOW
-from benchmarks.stretches.rigs import BEARINGS, places, rig_of_stretches
+from benchmarks.stretches.methods import CONDITIONS, RACES, SLOW, TRAINING, TooFew
+from benchmarks.stretches.rigs import BEARINGS, places, rigs_of_stretches
 from skarxlag import fault_orders
 
-BLOCK = "stretches overview"
-DEFAULTS = {"rig": ["hit_sm", "uestc"], "seconds": [0.5, 1.0, 2.0], "method": [*CONDITIONS, *RACES]}
-_KEYS = ["rig", "seconds", "method"]
+BLOCK = "stretches {}"
+DEFAULTS = {
+    "rig": ["hit_sm", "uestc"],
+    "method": [*CONDITIONS, *TRAINING, *RACES],
+    "seconds": [0.5, 1.0, 2.0],
+    "seed": [0],
+}
+_ALL = CONDITIONS | SLOW | TRAINING | RACES
+#: The row that the others are compared with.
+_OURS = next(iter(CONDITIONS))
 
 
 def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rig", nargs="+", choices=list(BEARINGS), default=DEFAULTS["rig"])
     parser.add_argument(
-        "--method",
-        nargs="+",
-        choices=[*CONDITIONS, *RACES, *SLOW],
-        default=DEFAULTS["method"],
-        metavar="METHOD",
+        "--method", nargs="+", choices=list(_ALL), default=DEFAULTS["method"], metavar="METHOD"
     )
     parser.add_argument("--seconds", nargs="+", type=float, default=DEFAULTS["seconds"])
-    parser.add_argument("--seed", type=int, default=0, help="of the simulated rig; default: 0")
+    parser.add_argument(
+        "--seed",
+        nargs="+",
+        type=int,
+        default=DEFAULTS["seed"],
+        help="of the simulated rig; its table is of the mean and the spread over them; default: 0",
+    )
     parser.add_argument("--data-home", help="folder of the downloaded rigs")
-    parser.add_argument("--output", type=Path, default=Path("skarxlag-results/stretches"))
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("skarxlag-results/stretches"),
+        help="folder of the CSV file; results of other runs in it are kept, so that methods may "
+        "run in environments of their own",
+    )
     parser.add_argument("--write", type=Path, nargs="+", default=[], metavar="FILE")
     return parser.parse_args(arguments)
 
@@ -82,81 +98,125 @@ def speed_pairs(make_method, rig, *, of_place=False):
             }
 
 
-def summarise(pairs):
-    """Mean and worst pair by rig, length and method, one row a method."""
-    table = pairs.groupby(_KEYS, sort=False).agg(
-        mean=("accuracy", "mean"), worst=("accuracy", "min"), place=("place", "mean")
+def table(pairs, methods, cell):
+    """Markdown table of the pairs of some methods, one row a rig and method.
+
+    Parameters
+    ----------
+    pairs : DataFrame
+        What `speed_pairs` yields, with ``rig``, ``method``, ``seconds`` and ``seed``.
+    methods : iterable of str
+        Methods in the order of the rows; others are left out.
+    cell : callable
+        Makes the text of a cell from its pairs.
+    """
+    order = {name: n for n, name in enumerate(methods)}
+    pairs = pairs[pairs["method"].isin(list(order))]
+    keys = ["rig", "method", "seconds"]
+    cells = pd.Series(
+        {key: cell(rows) for key, rows in pairs.groupby(keys, sort=False)}, dtype=object
+    ).rename_axis(keys)
+    wide = cells.unstack("seconds").fillna("").reset_index()
+    wide.columns = [f"{c:g} s" if isinstance(c, float) else c for c in wide.columns]
+    return markdown(
+        wide.sort_values(["rig", "method"], key=lambda c: c.map(order) if c.name == "method" else c)
     )
-    cells = table.apply(_cell, axis=1).unstack("seconds").reset_index()
-    cells.columns = [f"{c:g} s" if isinstance(c, float) else c for c in cells.columns]
-    order = {name: n for n, name in enumerate([*CONDITIONS, *SLOW, *RACES])}
-    return cells.sort_values(
-        ["rig", "method"], key=lambda c: c.map(order) if c.name == "method" else c
+
+
+def _real_cell(pairs):
+    """Mean, worst pair and places, or places alone."""
+    place = f"({pairs['place'].mean():.3f})"
+    if pairs["accuracy"].isna().all():
+        return place
+    return f"{pairs['accuracy'].mean():.3f} / {pairs['accuracy'].min():.3f} {place}"
+
+
+def _simulated_cell(pairs):
+    """Mean and standard deviation over seeds of the mean over pairs, and worst pair of all."""
+    by_seed = pairs.groupby("seed")["accuracy"].mean()
+    spread = f" ± {by_seed.std():.3f}" if len(by_seed) > 1 else ""
+    return f"{by_seed.mean():.3f}{spread} / {pairs['accuracy'].min():.3f}"
+
+
+def blocks(pairs):
+    """Markdown blocks of a page by name, with the commands that make them."""
+    protocol = (
+        "Fitted on the first halves of the recordings of one speed, scored on the second halves at "
+        "every other speed. Accuracy over stretches of the length above: mean over all pairs of "
+        "speeds"
     )
+    place = "(of the place of the fault alone: inner race, outer race, ball, healthy)"
+    is_simulated = pairs["rig"].str.startswith("simulated")
+    real, simulated = pairs[~is_simulated], pairs[is_simulated]
+    found = {}
 
+    def add(name, rows, methods, text, cell):
+        own = rows[rows["method"].isin(list(methods))]
+        if len(own):
+            said = command_line(own, DEFAULTS, "stretches")
+            found[BLOCK.format(name)] = f"Made by `{said}`. {text}\n\n{table(own, methods, cell)}"
 
-def _cell(row):
-    if np.isnan(row["mean"]):
-        return f"({row['place']:.3f})"
-    return f"{row['mean']:.3f} / {row['worst']:.3f} ({row['place']:.3f})"
-
-
-def overview(pairs, command):
-    """Markdown table with the command that makes it."""
-    text = (
-        f"Made by `{command}`. Fitted on the first halves of the recordings of one speed, scored "
-        "on the second halves at every other speed. Accuracy over stretches of the length above: "
-        "mean over all pairs of speeds / worst pair (of the place of the fault alone: inner race, "
-        "outer race, ball, healthy)."
+    add(
+        "overview",
+        real,
+        CONDITIONS | SLOW | RACES,
+        f"{protocol} / worst pair {place}. An empty cell was not run.",
+        _real_cell,
     )
-    return f"{text}\n\n{markdown(summarise(pairs))}"
+    if real["method"].isin(list(TRAINING)).any():
+        add(
+            "training",
+            real,
+            [*TRAINING, _OURS],
+            "As in the table above, trained on the first stretches of each condition only; the "
+            "last row of a rig is trained on all. A cell is empty where a condition has no more.",
+            _real_cell,
+        )
+    n_seeds = simulated["seed"].nunique()
+    add(
+        "simulated",
+        simulated,
+        CONDITIONS | SLOW,
+        f"Results of a simulation, over {n_seeds} seeds. {protocol}, its mean ± standard deviation "
+        "over the seeds / worst pair of all.",
+        _simulated_cell,
+    )
+    return found
 
 
 def main(arguments=None):
     options = parse(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
     path = options.output / "pairs.csv"
-    pairs = pd.read_csv(path) if path.exists() else pd.DataFrame(columns=[*_KEYS, "accuracy"])
     for name in options.rig:
-        for seconds in options.seconds:
-            rig = rig_of_stretches(name, seconds, options.data_home, options.seed)
-            check_rig(rig, rig.data.shape[-1])
-            for method in options.method:
-                rows = pd.DataFrame(_score(name, rig, method))
-                rows.insert(0, "rig", name)
-                rows.insert(1, "seconds", seconds)
-                rows.insert(2, "method", method)
-                known = (pairs[_KEYS] == [name, seconds, method]).all(axis=1)
-                pairs = rows if pairs[~known].empty else pd.concat([pairs[~known], rows])
-                pairs.to_csv(path, index=False)
-                said = f"{name} | {seconds:g} s | {method}: {_cell(_means(rows))}"
-                print(f"{said} {rows['ms'].mean():.1f} ms", file=sys.stderr, flush=True)
-    block = overview(pairs, _command(pairs))
+        for seed in options.seed if name == "simulated" else [0]:
+            for seconds in options.seconds:
+                for label, rig in rigs_of_stretches(name, seconds, options.data_home, seed):
+                    check_rig(rig, rig.data.shape[-1])
+                    for method in options.method:
+                        run = {"rig": label, "seconds": seconds, "method": method, "seed": seed}
+                        _score_into(path, run, rig, BEARINGS[name])
+    found = blocks(pd.read_csv(path))
     for page in options.write:
-        write_blocks(page, {BLOCK: block})
-    print(block)
+        write_blocks(page, found)
+    print("\n\n".join(found.values()))
 
 
-def _score(name, rig, method):
+def _score_into(path, run, rig, bearing):
+    """Score a method on a rig, and put the result into the CSV file."""
+    method = run["method"]
+    said = f"{run['rig']} | seed {run['seed']} | {run['seconds']:g} s | {method}: "
+    try:
+        rows = pd.DataFrame(_score(method, rig, bearing))
+    except TooFew:
+        print(f"{said}too few stretches", file=sys.stderr, flush=True)
+        return
+    merge(path, rows, run)
+    print(f"{said}{_real_cell(rows)} {rows['ms'].mean():.1f} ms", file=sys.stderr, flush=True)
+
+
+def _score(method, rig, bearing):
     if method in RACES:
-        orders = fault_orders(BEARINGS[name])
+        orders = fault_orders(bearing)
         return speed_pairs(lambda: RACES[method](rig.sampling_rate, orders), rig, of_place=True)
-    return speed_pairs(lambda: (CONDITIONS | SLOW)[method](rig.sampling_rate), rig)
-
-
-def _means(rows):
-    accuracy = rows["accuracy"]
-    return {"mean": accuracy.mean(), "worst": accuracy.min(), "place": rows["place"].mean()}
-
-
-def _command(pairs):
-    """What makes all results that are there, in any number of runs."""
-    said = ["python -m benchmarks.stretches"]
-    for name, default in DEFAULTS.items():
-        found = pairs[name].unique().tolist()
-        chosen = [each for each in default if each in found]
-        chosen += [each for each in found if each not in chosen]
-        if chosen != default:
-            quoted = [f"'{each}'" if " " in str(each) else str(each) for each in chosen]
-            said.append(f"--{name} {' '.join(quoted)}")
-    return " ".join(said)
+    return speed_pairs(lambda: _ALL[method](rig.sampling_rate), rig)

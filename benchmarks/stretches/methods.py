@@ -4,6 +4,8 @@ All have ``fit(X, y, rpm)`` and ``predict(X, rpm)``. Those of `RACES` know the b
 place of the fault only.
 """
 
+from functools import partial
+
 import numpy as np
 from scipy.signal import hilbert, welch
 
@@ -51,6 +53,39 @@ class Stretches:
             return self.diagnoser.predict(X)
         signs = np.where(np.arange(len(X)) % 2, -1, 1)
         return self.diagnoser.predict(X, rpm=rpm * (1 + self.error * signs))
+
+
+class FewStretches(Stretches):
+    """`make_stretch_diagnoser`, trained on the first few stretches of each condition only.
+
+    Parameters
+    ----------
+    sampling_rate : float
+        In Hz.
+    most : int
+        Stretches of a condition.
+    """
+
+    def __init__(self, sampling_rate, most):
+        super().__init__(sampling_rate)
+        self.most = most
+
+    def fit(self, X, y, rpm):
+        """Fit with the nominal speeds.
+
+        Raises
+        ------
+        TooFew
+            If there are no more stretches than those that are used anyway.
+        """
+        if np.unique(y, return_counts=True)[1].min() <= self.most:
+            raise TooFew
+        first = np.concatenate([np.flatnonzero(y == name)[: self.most] for name in np.unique(y)])
+        return super().fit(X[first], y[first], rpm[first])
+
+
+class TooFew(Exception):
+    """A rig has too few stretches for a method."""
 
 
 class OrdersAlone(Stretches):
@@ -182,6 +217,14 @@ CONDITIONS = {
     "make_diagnoser, windows of 4800 vote": lambda rate: WindowsVote(make_diagnoser, 4800),
     "MiniRocket, windows of 1200 vote": lambda rate: WindowsVote(minirocket, 1200),
 }
+#: How the result depends on the amount of training.
+TRAINING = {
+    f"trained on {most} stretch{'es' if most > 1 else ''} of a condition": partial(
+        FewStretches, most=most
+    )
+    for most in (1, 2, 4)
+}
+#: Peers that take long.
 SLOW = {"MultiRocketHydra, windows of 1200 vote": lambda rate: WindowsVote(multirocket_hydra, 1200)}
 #: Methods that tell the place of the fault: functions of the sampling rate and the fault's orders.
 RACES = {"largest peak at the orders": LargestPeak, "pyBearing, envelope": PyBearing}

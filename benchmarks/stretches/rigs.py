@@ -11,12 +11,12 @@ _UC204 = BearingGeometry(n_elements=8, element_diameter=7.938, pitch_diameter=33
 #: Bearing of each rig, and the place of the fault by the first letters of a condition.
 BEARINGS = {"hit_sm": SKF_6205, "uestc": _UC204, "simulated": SKF_6205}
 _PLACES = {"IR": "inner", "I": "inner", "OR": "outer", "O": "outer", "B": "ball", "N": "healthy"}
-#: Seconds of a recording of the simulated rig.
-_SECONDS = 4
+#: Seconds of a recording of the simulated rig, its sampling rate in Hz, and its cracks in mm.
+_SECONDS, _RATE, _CRACKS = 4, 250_000, (3, 6)
 
 
-def rig_of_stretches(name, seconds, data_home=None, random_state=0):
-    """Stretches of a rig.
+def rigs_of_stretches(name, seconds, data_home=None, seed=0):
+    """Stretches of a rig; of the simulated rig, one rig for each size of crack.
 
     Parameters
     ----------
@@ -26,29 +26,52 @@ def rig_of_stretches(name, seconds, data_home=None, random_state=0):
         Length of a stretch.
     data_home : str or None, default=None
         Folder of the downloaded rigs.
-    random_state : int, default=0
-        Seed of the simulated rig.
+    seed : int, default=0
+        Of the simulated rig.
 
-    Returns
-    -------
-    Bunch
-        As the rigs of ``benchmarks.cross_speed.rigs``.
+    Yields
+    ------
+    str, Bunch
+        Name and rig, as those of ``benchmarks.cross_speed.rigs``.
     """
     if name != "simulated":
         make_rig = find_rig(name, data_home)
         rate = make_rig(1200).sampling_rate
-        return make_rig(int(seconds * rate))
-    rate = 250_000
-    length = int(seconds * rate)
-    rig = simulate_rig(
-        crack_mm=3,
+        yield name, make_rig(int(seconds * rate))
+        return
+    for crack_mm in _CRACKS:
+        rig = simulated_stretches(seconds, seed, crack_mm=crack_mm)
+        ((label, part),) = split_by_crack(name, rig).items()
+        del rig
+        part.sampling_rate = float(_RATE)
+        yield label, part
+
+
+def simulated_stretches(seconds, seed, **options):
+    """Recordings of 4 s of the simulated rig, cut into stretches.
+
+    Parameters
+    ----------
+    seconds : float
+        Length of a stretch.
+    seed : int
+        Of the rig.
+    **options
+        Of `simulate_rig`, such as ``crack_mm`` and ``rpm``.
+
+    Returns
+    -------
+    Bunch
+        What `simulate_rig` returns.
+    """
+    length = int(seconds * _RATE)
+    return simulate_rig(
         n_samples=int(_SECONDS / seconds) * length,
         window_length=length,
-        random_state=random_state,
+        sampling_rate=_RATE,
+        random_state=seed,
+        **options,
     )
-    (part,) = split_by_crack(name, rig).values()
-    part.sampling_rate = float(rate)
-    return part
 
 
 def place_of(condition):

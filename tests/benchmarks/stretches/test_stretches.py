@@ -3,8 +3,16 @@ import pandas as pd
 import pytest
 from sklearn.utils import Bunch
 
-from benchmarks.stretches import command
-from benchmarks.stretches.methods import LargestPeak, OrdersAlone, PyBearing, Stretches, WindowsVote
+from benchmarks.stretches import command, rigs
+from benchmarks.stretches.methods import (
+    FewStretches,
+    LargestPeak,
+    OrdersAlone,
+    PyBearing,
+    Stretches,
+    TooFew,
+    WindowsVote,
+)
 from benchmarks.stretches.rigs import places
 from skarxlag import fault_orders, make_alpio
 from skarxlag.bearings import SKF_6205
@@ -76,16 +84,68 @@ def test_places_of_compound_faults_are_unknown():
 
 
 def test_command_writes_results_and_the_block_of_a_page(rig, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(command, "rig_of_stretches", lambda *args: rig)
+    monkeypatch.setattr(command, "rigs_of_stretches", lambda name, *args: [(name, rig)])
     page = tmp_path / "page.md"
     page.write_text("<!-- stretches overview: begin -->\n<!-- stretches overview: end -->\n")
     arguments = ["--rig", "hit_sm", "--seconds", "1", "--output", str(tmp_path), "--write"]
     methods = ["orders alone", "largest peak at the orders"]
     command.main([*arguments, str(page), "--method", *methods])
     out, err = capsys.readouterr()
-    assert "| hit_sm | orders alone |" in out and "hit_sm | 1 s | orders alone: " in err
-    assert "Made by `python -m benchmarks.stretches --rig hit_sm --seconds 1.0" in page.read_text()
+    assert "| hit_sm | orders alone |" in out and "hit_sm | seed 0 | 1 s | orders alone: " in err
+    said = "python -m benchmarks.stretches --rig hit_sm --method 'orders alone' 'largest peak at"
+    assert f"Made by `{said} the orders' --seconds 1.0`" in page.read_text()
     pairs = pd.read_csv(tmp_path / "pairs.csv")
     assert len(pairs) == 4
     command.main([*arguments, str(page), "--method", "orders alone"])
     assert len(pd.read_csv(tmp_path / "pairs.csv")) == 4
+
+
+def test_training_on_few_stretches(rig):
+    first = rig.start < 3 * RATE
+    train = first & (rig.rpm == 900)
+    few = FewStretches(RATE, 2).fit(rig.data[train], rig.target[train], rig.rpm[train])
+    by_hand = np.concatenate(
+        [np.flatnonzero(train & (rig.target == c))[:2] for c in set(rig.target)]
+    )
+    by_hand.sort()
+    expected = Stretches(RATE).fit(rig.data[by_hand], rig.target[by_hand], rig.rpm[by_hand])
+    levels = [
+        each.diagnoser[:-1].transform(rig.data[:4], rpm=rig.rpm[:4]) for each in (few, expected)
+    ]
+    np.testing.assert_allclose(*levels)
+    with pytest.raises(TooFew):
+        FewStretches(RATE, 3).fit(rig.data[train], rig.target[train], rig.rpm[train])
+
+
+def test_tables_of_real_and_simulated_rigs_and_of_training():
+    ours, few = command._OURS, next(iter(command.TRAINING))
+    rows = [
+        ("uestc", 1.0, ours, 0, 1.0), ("uestc", 1.0, ours, 0, 0.5), ("uestc", 1.0, few, 0, 0.25),
+        ("uestc", 2.0, ours, 0, 1.0), ("simulated, 3 mm", 1.0, ours, 21, 0.5),
+        ("simulated, 3 mm", 1.0, ours, 21, 0.7), ("simulated, 3 mm", 1.0, ours, 22, 1.0),
+    ]  # fmt: skip
+    pairs = pd.DataFrame(rows, columns=["rig", "seconds", "method", "seed", "accuracy"])
+    blocks = command.blocks(pairs.assign(place=1.0))
+    assert list(blocks) == [f"stretches {name}" for name in ("overview", "training", "simulated")]
+    overview, training, simulated = (text.splitlines() for text in blocks.values())
+    assert overview[2:] == [
+        "| rig | method | 1 s | 2 s |",
+        "| --- | --- | --- | --- |",
+        f"| uestc | {ours} | 0.750 / 0.500 (1.000) | 1.000 / 1.000 (1.000) |",
+    ]
+    assert training[4] == f"| uestc | {few} | 0.250 / 0.250 (1.000) |  |"
+    assert "over 2 seeds" in simulated[0] and "--rig simulated" in simulated[0]
+    assert "--seed 21 22" in simulated[0]
+    assert simulated[4] == f"| simulated, 3 mm | {ours} | 0.800 ± 0.283 / 0.500 |"
+
+
+def test_the_simulated_rig_has_a_part_for_each_crack(monkeypatch):
+    monkeypatch.setattr(rigs, "_SECONDS", 0.02)
+    parts = dict(rigs.rigs_of_stretches("simulated", 0.01, seed=5))
+    assert list(parts) == ["simulated, 3 mm crack", "simulated, 6 mm crack"]
+    small, large = parts.values()
+    assert small.data.shape == (2 * 8 * 4, 2, 2500) and small.sampling_rate == 250_000
+    assert np.abs(small.data - large.data)[small.target == "Normal"].max() == 0
+    assert np.abs(small.data - large.data)[small.target == "IR"].max() > 0
+    other = dict(rigs.rigs_of_stretches("simulated", 0.01, seed=6))
+    assert (other["simulated, 3 mm crack"].data != small.data).any()
