@@ -7,6 +7,7 @@ COMMANDS = {
     "battery": "benchmarks.recipe.battery",
     "confidence": "benchmarks.recipe.confidence",
     "sensitivity": "benchmarks.recipe.sensitivity",
+    "stretches": "benchmarks.recipe.stretches",
     "speed-effects": "benchmarks.recipe.speed_effects",
 }
 

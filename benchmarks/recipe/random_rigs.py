@@ -47,7 +47,7 @@ EMISSION = ("emission", "emission and torque")
 FAMILIES = (*VIBRATION, *EMISSION)
 
 
-def random_rig(family, seed, window_length=1200):
+def random_rig(family, seed, window_length=1200, windows_a_half=None, *, one_order_a_place=False):
     """Windows of one rig.
 
     Parameters
@@ -58,6 +58,10 @@ def random_rig(family, seed, window_length=1200):
         Draws the rig.
     window_length : int, default=1200
         Samples in a window.
+    windows_a_half : int or None, default=None
+        Windows in half a recording; None for `WINDOWS_A_HALF`.
+    one_order_a_place : bool, default=False
+        Whether all severities of a fault strike at one order, in the families of vibration.
 
     Returns
     -------
@@ -65,10 +69,11 @@ def random_rig(family, seed, window_length=1200):
         As the rigs of ``benchmarks.cross_speed.rigs``.
     """
     rng = np.random.default_rng([FAMILIES.index(family), seed])
+    n_windows = 2 * (WINDOWS_A_HALF if windows_a_half is None else windows_a_half)
     if family in EMISSION:
-        return _emission(rng, window_length, has_torque=family == EMISSION[1])
+        return _emission(rng, n_windows, window_length, has_torque=family == EMISSION[1])
     ranges = _RANGES | VIBRATION[family]
-    return _vibration(rng, window_length, ranges)
+    return _vibration(rng, n_windows, window_length, ranges, one_order_a_place)
 
 
 def _drawn(rng, ranges):
@@ -79,7 +84,7 @@ def _drawn(rng, ranges):
     }
 
 
-def _bunch(parts, window_length):
+def _bunch(parts, window_length, sampling_rate):
     """Windows of recordings: parts of (condition, rpm, array of shape (n_channels, n_samples))."""
     data, target, rpm, recording, start = [], [], [], [], []
     for name, speed, signal in parts:
@@ -99,10 +104,11 @@ def _bunch(parts, window_length):
         rpm=np.array(rpm, dtype=float),
         recording=np.array(recording),
         start=np.array(start),
+        sampling_rate=sampling_rate,
     )
 
 
-def _emission(rng, window_length, has_torque):
+def _emission(rng, n_windows, window_length, has_torque):
     """The package's simulated rig with paths, levels and conditions drawn at random."""
 
     def path():
@@ -123,7 +129,7 @@ def _emission(rng, window_length, has_torque):
         rpm=speeds.round().tolist(),
         crack_mm=float(rng.uniform(2, 5)),
         conditions=["Normal", *chosen],
-        n_samples=2 * WINDOWS_A_HALF * window_length,
+        n_samples=n_windows * window_length,
         window_length=window_length,
         sampling_rate=sampling_rate,
         paths=TransmissionPaths(outer=path(), inner=path(), ball=path()),
@@ -139,9 +145,9 @@ def _emission(rng, window_length, has_torque):
     return rig
 
 
-def _vibration(rng, window_length, ranges):
+def _vibration(rng, n_windows, window_length, ranges, one_order_a_place):
     number = _drawn(rng, ranges)
-    n_samples = 2 * WINDOWS_A_HALF * window_length
+    n_samples = n_windows * window_length
     sampling_rate = 10 ** rng.uniform(np.log10(20e3), np.log10(51.2e3))
     speeds = rng.uniform(500, 1500) * number["speed_ratio"] ** np.arange(3)
     n_modes = int(rng.integers(5, 10))
@@ -161,6 +167,9 @@ def _vibration(rng, window_length, ranges):
                 "rubbing": number["rubbing"] * growth,
                 "turns": place != "outer",
             }
+            if one_order_a_place:
+                first = conditions[f"{place} 0"]
+                conditions[f"{place} {severity}"]["order"] = first["order"]
     background = rng.lognormal(0, 0.5, n_modes), rng.uniform(0.3, 0.8)
     laws = dict(zip(("strike", "rubbing", "background"), rng.uniform(0.6, 1.6, 3), strict=True))
     tones = rng.uniform(1, 60, number["n_tones"]), rng.lognormal(0, 0.5, number["n_tones"])
@@ -187,7 +196,7 @@ def _vibration(rng, window_length, ranges):
             noise_level = 10 ** (number["noise_db"] / 20)
             signal += noise_level * rng.normal(size=n_samples)
             parts.append((name, float(round(speed)), rng.lognormal(0, 1) * signal[np.newaxis]))
-    return _bunch(parts, window_length)
+    return _bunch(parts, window_length, sampling_rate)
 
 
 def _unit(signal):

@@ -46,8 +46,8 @@ unknown = diagnoser.predict(rig.data[at_300])
 print(f"the same without a speed: {np.mean(unknown == rig.target[at_300]):.2f} right")
 
 # %%
-# Beside it, windows of 1200 samples that vote over each stretch, without orders. With cracks of this
-# size they are right too; the page on stretches has tables of harder rigs.
+# Beside it, windows of 1200 samples that vote over each stretch, without orders. With cracks
+# of this size they are right too; the page on stretches has tables of harder rigs.
 windows = rig.data[..., : length // 1200 * 1200].reshape(len(rig.data), 2, -1, 1200)
 windows = np.moveaxis(windows, 2, 1)
 n = windows.shape[1]

@@ -1,0 +1,241 @@
+"""Settle the constants of the diagnoser of stretches on rigs drawn at random, and confirm them.
+
+The rule, which was written down before the first score:
+
+1. Rigs of vibration of every family of ``random_rigs``, with recordings of four stretches of a
+   second. Their nominal speeds are wrong by up to 6 % either way, at every recording by another
+   share. All severities of a fault strike at the order of their place.
+2. Fitted on the first halves of the recordings of one speed, scored on the second halves at every
+   other speed. The score is the mean accuracy over all rigs.
+3. One constant at a time is changed. Another value than the one in use is taken only if it is
+   better by more than 0.01 both on the seeds that choose and on those that confirm.
+"""
+
+import sys
+from contextlib import nullcontext
+from typing import NamedTuple
+from unittest.mock import patch
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.cross_speed.protocol import first_and_second_half
+from benchmarks.pages.blocks import markdown, page_parser, publish
+from benchmarks.recipe.random_rigs import VIBRATION, random_rig
+from skarxlag import make_stretch_diagnoser
+from skarxlag.commands.stretches import join_windows
+from skarxlag.kernels import order_spectra
+from skarxlag.orders import OrderResidual
+
+CHOOSING, CONFIRMING = range(200, 204), range(300, 304)
+CLEAR = 0.01
+#: Stretches in half a recording, their length in seconds, and the largest error of a speed.
+_STRETCHES, _SECONDS, _ERROR = 2, 1.0, 0.06
+#: Samples in a window of a random rig.
+_WINDOW = 1200
+IN_USE = "in use"
+
+
+class Setting(NamedTuple):
+    """Parameters of `OrderResidual` and what else differs from the values in use.
+
+    Parameters
+    ----------
+    orders : dict
+        Parameters of `OrderResidual`.
+    exponent : float
+        Of the residual of orders in the product.
+    window_length : int
+        Samples in a window inside the stretch.
+    independent_values : int or None
+        That an order spectrum is worth, beside which an unlikely factor weighs; None: as in use.
+    knows_speed : bool
+        Whether ``rpm`` is given when scored.
+    """
+
+    orders: tuple = ()
+    exponent: float = 1.0
+    window_length: int = 4800
+    independent_values: int | None = None
+    knows_speed: bool = True
+
+
+def _orders(**parameters):
+    return Setting(tuple(parameters.items()))
+
+
+#: What is compared, by constant and value.
+SETTINGS = {
+    (IN_USE, "tolerance 0.1, exponent 1"): Setting(),
+    ("speed_tolerance", "0"): _orders(speed_tolerance=0.0),
+    ("speed_tolerance", "0.03"): _orders(speed_tolerance=0.03),
+    ("speed_tolerance", "0.06"): _orders(speed_tolerance=0.06),
+    ("speed_tolerance", "0.2"): _orders(speed_tolerance=0.2),
+    ("independent values", "10"): Setting(independent_values=10),
+    ("independent values", "250"): Setting(independent_values=250),
+    ("n_turns", "3"): _orders(n_turns=3.0),
+    ("n_turns", "8"): _orders(n_turns=8.0),
+    ("max_order", "8"): _orders(max_order=8.0),
+    ("n_bands", "1"): _orders(n_bands=1),
+    ("n_bands", "2"): _orders(n_bands=2),
+    ("n_bands", "8"): _orders(n_bands=8),
+    ("drift", "0.3"): _orders(drift=0.3),
+    ("drift", "3"): _orders(drift=3.0),
+    ("window_length", "1200"): Setting(window_length=1200),
+    ("exponent", "0, windows alone"): Setting(exponent=0.0),
+    ("exponent", "0.5"): Setting(exponent=0.5),
+    ("exponent", "2"): Setting(exponent=2.0),
+    ("no rpm, exponent", "0.25"): Setting(exponent=0.25, knows_speed=False),
+    ("no rpm, exponent", "0.5 (in use)"): Setting(exponent=0.5, knows_speed=False),
+    ("no rpm, exponent", "1"): Setting(exponent=1.0, knows_speed=False),
+}
+
+
+def stretches_of(family, seed):
+    """Stretches of a random rig with wrong nominal speeds.
+
+    Parameters
+    ----------
+    family : str
+        Of `VIBRATION`.
+    seed : int
+        Draws the rig and the errors of its speeds.
+
+    Returns
+    -------
+    Bunch
+        A rig; ``nominal`` is the nominal speed of each stretch, ``rpm`` the true one.
+    """
+    # The longest stretch that a rig of this kind can have, of 51.2 kHz.
+    n_windows = int(np.ceil(51_200 * _SECONDS / _WINDOW))
+    rig = random_rig(family, seed, _WINDOW, _STRETCHES * n_windows, one_order_a_place=True)
+    rig = join_windows(rig, int(rig.sampling_rate * _SECONDS / _WINDOW))
+    keep = rig.start < 2 * _STRETCHES * rig.data.shape[-1]
+    for name in ("data", "target", "rpm", "recording", "start"):
+        rig[name] = rig[name][keep]
+    rng = np.random.default_rng([list(VIBRATION).index(family), seed, 1])
+    names, place = np.unique(rig.recording, return_inverse=True)
+    rig.nominal = rig.rpm * (1 + _ERROR * rng.uniform(-1, 1, len(names)))[place]
+    return rig
+
+
+def accuracy(rig, settings):
+    """Accuracy of each setting at speeds that were not fitted at, mean over ordered pairs.
+
+    Parameters
+    ----------
+    rig : Bunch
+        Of `stretches_of`.
+    settings : dict
+        Settings by name.
+
+    Returns
+    -------
+    dict
+        Accuracies by name.
+    """
+    first, second = first_and_second_half(rig.recording, rig.start, rig.data.shape[-1])
+    found = {name: [] for name in settings}
+    for rpm in np.unique(rig.rpm):
+        train, test = first & (rig.rpm == rpm), second & (rig.rpm != rpm)
+        y, truth = rig.target[train], rig.target[test]
+        diagnoser = make_stretch_diagnoser(sampling_rate=rig.sampling_rate)
+        X = diagnoser["identify"].fit_transform(rig.data[train], y)
+        X_test = diagnoser["identify"].transform(rig.data[test])
+        known = {}
+        for name, setting in settings.items():
+            windows = "windows", setting.window_length
+            if windows not in known:
+                known[windows] = _log_of_windows(diagnoser, X, y, X_test, setting.window_length)
+            orders = setting.orders, setting.independent_values, setting.knows_speed
+            if orders not in known:
+                residual = OrderResidual(sampling_rate=rig.sampling_rate, **dict(setting.orders))
+                with _worth(setting.independent_values):
+                    residual.fit(X, y, rpm=rig.nominal[train])
+                    speeds = rig.nominal[test] if setting.knows_speed else None
+                    known[orders] = np.log(residual.transform(X_test, rpm=speeds))
+            product = known[windows] + setting.exponent * known[orders]
+            verdict = np.unique(y)[product.argmin(axis=1)]
+            by_speed = pd.Series(verdict == truth).groupby(rig.rpm[test]).mean()
+            found[name].append(by_speed.mean())
+    return {name: float(np.mean(each)) for name, each in found.items()}
+
+
+def _log_of_windows(diagnoser, X, y, X_test, window_length):
+    """Mean log residual of the windows in each test stretch, as `StretchResidual` has it."""
+    # With an exponent of 0 the rest of the product is left.
+    compare = diagnoser["compare"].set_params(window_length=window_length).fit(X, y)
+    residual = compare.window_residual_.transform(compare._windows(X_test))
+    return np.log(residual).reshape(len(X_test), -1, len(compare.classes_)).mean(axis=1)
+
+
+def _worth(independent_values):
+    if independent_values is None:
+        return nullcontext()
+    return patch.object(order_spectra, "_INDEPENDENT_VALUES", independent_values)
+
+
+def battery(seeds, settings):
+    """Accuracies of all rigs: a row for each, a column for each setting."""
+    rows = {}
+    for seed in seeds:
+        for family in VIBRATION:
+            rows[family, seed] = accuracy(stretches_of(family, seed), settings)
+            print(f"{family} {seed}", file=sys.stderr, flush=True)
+    return pd.DataFrame(rows).T.rename_axis(["family", "seed"])
+
+
+def report(choosing, confirming):
+    """Markdown: score in use, and what each other value gains over it.
+
+    Parameters
+    ----------
+    choosing, confirming : DataFrame
+        Of `battery`.
+    """
+    rows, better = [], []
+    for name in choosing:
+        beside = _beside(name, choosing)
+        gains = [scores[name] - scores[beside] for scores in (choosing, confirming)]
+        cells = [scores[name].mean() for scores in (choosing, confirming)]
+        told = [""] * 2
+        if name != beside:
+            told = [f"{gain.mean():+.3f} ± {gain.std() / len(gain) ** 0.5:.3f}" for gain in gains]
+            if min(gain.mean() for gain in gains) > CLEAR:
+                better.append(" ".join(name))
+        rows.append(dict(zip(_HEAD, [*name, cells[0], told[0], cells[1], told[1]], strict=True)))
+    verdict = "No value is better than the one in use by more than 0.01 on both sets of seeds."
+    if better:
+        verdict = f"Better than those in use by more than 0.01 on both: {', '.join(better)}."
+    return f"{markdown(pd.DataFrame(rows))}\n\n{verdict}"
+
+
+_HEAD = ["constant", "value", "choosing", "gain", "confirming", "gain there"]
+
+
+def _beside(name, scores):
+    """The setting in use that another one is compared with."""
+    is_unknown = name[0].startswith("no rpm")
+    return next(
+        each
+        for each in scores
+        if (each[1].endswith("(in use)") if is_unknown else each[0] == IN_USE)
+    )
+
+
+def main(arguments=None):
+    options = page_parser(__doc__, "stretch-constants").parse_args(arguments)
+    options.output.mkdir(parents=True, exist_ok=True)
+    scores = {}
+    for name, seeds in (("choosing", CHOOSING), ("confirming", CONFIRMING)):
+        scores[name] = battery(seeds, SETTINGS)
+        scores[name].to_csv(options.output / f"{name}.csv")
+    n_rigs = len(scores["choosing"])
+    head = (
+        "Made by `python -m benchmarks.recipe stretches`. Accuracy over stretches of a second at "
+        f"speeds that were not fitted at, mean over {n_rigs} random rigs that choose (seeds "
+        f"{CHOOSING[0]} to {CHOOSING[-1]}) and over {n_rigs} that confirm ({CONFIRMING[0]} to "
+        f"{CONFIRMING[-1]}); nominal speeds wrong by up to {_ERROR:.0%} at every recording. A gain "
+        "is over the value in use, with its standard error over rigs."
+    )
+    publish(options, {"stretch constants": f"{head}\n\n{report(**scores)}"})
