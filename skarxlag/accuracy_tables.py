@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from sklearn.metrics import confusion_matrix
 from sklearn.utils import Bunch
 
+from .verdicts import takes_rpm
+
 AVERAGE = "Average"
 
 
@@ -24,7 +26,7 @@ def scored_windows(
     Parameters
     ----------
     diagnoser : classifier
-        Fitted.
+        Fitted. If it requests ``rpm`` and was given it in `fit`, it is given the speeds of the rig.
     rig : Bunch
         As `skarxlag.datasets` returns it.
     test : ndarray of int of shape (n_test,)
@@ -37,6 +39,7 @@ def scored_windows(
     DataFrame
         The constants, then ``test_rpm``, ``recording``, ``start``, ``true``, ``predicted``.
     """
+    speeds = {"rpm": rig.rpm[test]} if takes_rpm(diagnoser) else {}
     return pd.DataFrame(
         constants
         | {
@@ -44,7 +47,7 @@ def scored_windows(
             "recording": rig.recording[test],
             "start": rig.start[test],
             "true": rig.target[test],
-            "predicted": diagnoser.predict(rig.data[test]),
+            "predicted": diagnoser.predict(rig.data[test], **speeds),
         }
     )
 

@@ -93,7 +93,8 @@ def window_verdicts(
 
 def takes_rpm(diagnoser: Any) -> Any:
     """Whether some step of a diagnoser requests the speed of windows, and knew it in `fit`."""
-    was_known = all(getattr(step, "speed_known_", True) for _, step in diagnoser.steps)
+    steps = getattr(diagnoser, "steps", [])
+    was_known = all(getattr(step, "speed_known_", True) for _, step in steps)
     return was_known and bool(get_routing_for_object(diagnoser).consumes("predict", ["rpm"]))
 
 

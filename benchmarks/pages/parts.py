@@ -149,7 +149,7 @@ PARTS = {
         {
             "docs/paper/tables.md": tuple(
                 f"paper tables {run}"
-                for run in ("compared", "bank", "single residual", "long windows")
+                for run in ("compared", "bank", "single residual", "long windows", "stretches")
             )
         },
         ("docs/paper/images/tables_averages.svg",),

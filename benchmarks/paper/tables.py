@@ -1,7 +1,7 @@
-"""Tables 2-9 of the paper on the simulated rig, in three runs, for a page of the documentation.
+"""Tables 2-9 of the paper on the simulated rig, in four runs, for a page of the documentation.
 
 Under the protocol of ``python -m skarxlag evaluate``: with a bank of residuals, with the paper's
-single residual, and with windows that hold several strikes of a defect.
+single residual, with windows that hold several strikes of a defect, and with stretches.
 """
 
 import sys
@@ -14,9 +14,9 @@ from sklearn.utils import Bunch
 
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.paper.tables_plot import averages_figure
-from skarxlag import make_alpio, make_single_observer_pio
+from skarxlag import make_alpio, make_single_observer_pio, make_stretch_diagnoser
 from skarxlag.bearings import SKF_6205, strike_rate
-from skarxlag.commands.diagnosers import LADDERS
+from skarxlag.commands.diagnosers import DIAGNOSERS, LADDERS
 from skarxlag.commands.paper_report import paper_report
 from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import LOCATIONS
@@ -26,6 +26,10 @@ PAPER = load_tables().claims
 PAPER_WINDOW, PAPER_SAMPLES = PAPER["samples_per_window"], PAPER["samples_per_condition"]
 STRIKES = 3
 LONG_WINDOWS = 20
+#: Stretches of a recording, and their length in seconds.
+STRETCHES, STRETCH_SECONDS = 4, 1.0
+#: Runs whose tables the page shows.
+SHOWN = ("bank", "single residual", "long windows", "stretches")
 #: Tables of which the page compares the runs.
 COMPARED = ("averages", "improvements")
 #: Those that have the cells of Tables 2-5 in another order.
@@ -78,7 +82,12 @@ def with_parameters(makers, **parameters):
     }
 
 
-def runs(window_length, n_samples, long_length, long_samples):
+def stretch_diagnoser(healthy):
+    """The diagnoser of stretches for the sampling rate of the simulated rig."""
+    return make_stretch_diagnoser(sampling_rate=PAPER["sampling_rate_hz"], healthy=healthy)
+
+
+def runs(window_length, n_samples, long_length, long_samples, stretch_length, stretch_samples):
     """Rig and diagnosers of each run.
 
     Parameters
@@ -87,20 +96,27 @@ def runs(window_length, n_samples, long_length, long_samples):
         Of a window and a recording in the first two runs.
     long_length, long_samples : int
         In the third.
+    stretch_length, stretch_samples : int
+        Of a stretch and a recording in the fourth.
 
     Returns
     -------
     dict of str to (callable, dict)
-        What ``run_protocol`` takes. The first three are the runs of the page, the others variants
-        of the first two.
+        What ``run_protocol`` takes. The runs of `SHOWN` come first, the others are variants of the
+        first two. In the run of stretches "Diagnoser" is `make_stretch_diagnoser`.
     """
     bank, single = LADDERS["bank"], LADDERS["single"]
     observers = dict(zip(single, (make_alpio, make_single_observer_pio), strict=True))
     load = simulated(window_length, n_samples)
+    title, _ = DIAGNOSERS["diagnoser"]
     return {
         "bank": (load, bank),
         "single residual": (load, single),
         "long windows": (simulated(long_length, long_samples), bank),
+        "stretches": (
+            simulated(stretch_length, stretch_samples),
+            bank | {title: stretch_diagnoser},
+        ),
         "bank, one observer": (load, observers),
         "bank, all by power": (load, with_parameters(observers, observe__evaluation="power")),
         "single residual, healthy level of each speed": (relative_to_healthy(load), single),
@@ -170,7 +186,7 @@ def blocks(outcomes, command):
     for title, cells in compared(reports).values():
         parts += [f"**{title}**", table_text(cells)]
     named = {"paper tables compared": "\n\n".join(parts)}
-    for place, run in enumerate(list(reports)[:3]):
+    for place, run in enumerate(SHOWN):
         parts = [f"{made} Simulated rig, {_size(outcomes[run].verdicts)}."]
         parts += [folded(table, beside_paper=place == 0) for table in reports[run]]
         named[f"paper tables {run}"] = "\n\n".join(filter(None, parts))
@@ -210,9 +226,13 @@ def main(arguments=None):
     long_length = window_of_strikes(STRIKES)
     options.output.mkdir(parents=True, exist_ok=True)
     outcomes = {}
-    for run, (load, makers) in runs(
-        PAPER_WINDOW, PAPER_SAMPLES, long_length, LONG_WINDOWS * long_length
-    ).items():
+    stretch_length = int(STRETCH_SECONDS * PAPER["sampling_rate_hz"])
+    lengths = (
+        *(PAPER_WINDOW, PAPER_SAMPLES),
+        *(long_length, LONG_WINDOWS * long_length),
+        *(stretch_length, STRETCHES * stretch_length),
+    )
+    for run, (load, makers) in runs(*lengths).items():
         started = perf_counter()
         print(run, file=sys.stderr)
         outcome = run_protocol(load, makers, progress=_progress)

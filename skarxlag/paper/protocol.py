@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from sklearn.utils import Bunch
+from sklearn.utils.metadata_routing import get_routing_for_object
 
 from ..accuracy_tables import scored_windows
 from ..model_selection import speed_splits
@@ -34,7 +35,7 @@ def run_protocol(
         and only one rig is in memory at a time.
     diagnosers : dict of str to callable
         Names, and functions that return an unfitted classifier and take the name of the healthy
-        condition as ``healthy``.
+        condition as ``healthy``. A classifier that requests ``rpm`` is given the speeds.
     progress : callable, default: ignore it
         Function that receives messages about the progress.
 
@@ -71,10 +72,11 @@ def run_protocol(
         }
         for name, make in diagnosers.items():
             progress(f" {name},")
-            half = make(healthy=rig.target_names[0]).fit(rig.data[first], rig.target[first])
+            half = _fitted(make, rig, first)
             halves.append(scored_windows(half, rig, second, constants[name]))
-            whole = make(healthy=rig.target_names[0]).fit(rig.data, rig.target)
-            frames.append(scored_windows(whole, rig, np.arange(len(rig.data)), constants[name]))
+            everything = np.arange(len(rig.data))
+            whole = _fitted(make, rig, everything)
+            frames.append(scored_windows(whole, rig, everything, constants[name]))
             fitted[crack_mm, name] = whole
         for number in (2, 3, 4):
             rpm = float(printed[number].rpm)
@@ -93,4 +95,13 @@ def run_protocol(
         verdicts=verdicts.reset_index(drop=True),
         halves=pd.concat(halves, ignore_index=True),
         fitted=fitted,
+    )
+
+
+def _fitted(make, rig, rows):
+    """A classifier that is fitted on some rows of a rig, with their speeds if it requests them."""
+    classifier = make(healthy=rig.target_names[0])
+    wanted = get_routing_for_object(classifier).consumes("fit", ["rpm"])
+    return classifier.fit(
+        rig.data[rows], rig.target[rows], **({"rpm": rig.rpm[rows]} if wanted else {})
     )

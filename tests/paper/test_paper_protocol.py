@@ -1,5 +1,8 @@
+from typing import ClassVar
+
 import numpy as np
 import pytest
+from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils import Bunch
 
 from skarxlag.paper import run_protocol
@@ -108,3 +111,28 @@ def test_progress_tells_cracks_speeds_and_names(made):
     assert "".join(told) == "".join(
         f"crack {crack} mm: 500 rpm, one, 300 rpm, 400 rpm, 450 rpm, done\n" for crack in (3, 6)
     )
+
+
+class Timed(ClassifierMixin, BaseEstimator):
+    """Requests the speed, and remembers which it was given."""
+
+    __metadata_request__fit: ClassVar = {"rpm": True}
+    __metadata_request__predict: ClassVar = {"rpm": True}
+    given: ClassVar = []
+
+    def fit(self, X, y, rpm=None):
+        self.given.append(("fit", rpm.tolist()))
+        return self
+
+    def predict(self, X, rpm=None):
+        assert X[:, 0, 0].tolist() == rpm.tolist()
+        self.given.append(("predict", rpm.tolist()))
+        return np.repeat("Normal", len(X))
+
+
+def test_speeds_reach_what_requests_them():
+    run_protocol(load, {"timed": lambda healthy: Timed()})
+    halves, whole = [500.0] * 6, [500.0] * 15
+    of_crack = [("fit", halves), ("predict", halves), ("fit", whole), ("predict", whole)]
+    of_crack += [("predict", [rpm] * 15) for rpm in (300.0, 400.0, 450.0)]
+    assert Timed.given == 2 * of_crack

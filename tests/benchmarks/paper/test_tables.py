@@ -11,7 +11,8 @@ from skarxlag.commands.diagnosers import LADDERS
 from skarxlag.paper import load_tables
 
 PAGE = Path(__file__).parents[3] / "docs" / "paper" / "tables.md"
-BLOCKS = ["compared", "bank", "single residual", "long windows"]
+BLOCKS = ["compared", *paper_tables.SHOWN]
+LENGTHS = (400, 2400, 800, 4000, 1000, 2000)
 
 
 def test_examples():
@@ -41,9 +42,13 @@ def test_levels_relative_to_the_healthy_one():
 
 
 def test_runs():
-    runs = paper_tables.runs(400, 2400, 800, 4000)
+    runs = paper_tables.runs(*LENGTHS)
     makers = {name: diagnosers for name, (_, diagnosers) in runs.items()}
-    assert list(makers)[:3] == BLOCKS[1:]
+    assert list(makers)[:4] == BLOCKS[1:]
+    assert {**makers["stretches"], "Diagnoser": None} == {**LADDERS["bank"], "Diagnoser": None}
+    ours = makers["stretches"]["Diagnoser"](healthy="Normal")
+    assert ours["compare"].order_residual.sampling_rate == 250_000
+    assert ours["decide"].healthy == "Normal"
     assert makers["bank"] is makers["long windows"] is LADDERS["bank"]
     assert makers["single residual"] is LADDERS["single"]
     unit = makers["single residual, unit windows"]["ALPIO"](healthy="Normal")
@@ -55,8 +60,9 @@ def test_runs():
     assert by_power["Extended state"](healthy="Normal")["observe"].saturation == 1
     assert not makers["single residual"]["ALPIO"](healthy="Normal")["identify"].unit_rms
     lengths = {name: load(6, 500).data.shape for name, (load, _) in runs.items()}
-    assert lengths["long windows"] == (40, 2, 800)
-    assert {shape for name, shape in lengths.items() if name != "long windows"} == {(48, 2, 400)}
+    assert lengths.pop("long windows") == (40, 2, 800)
+    assert lengths.pop("stretches") == (16, 2, 1000)
+    assert set(lengths.values()) == {(48, 2, 400)}
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +76,10 @@ def written(tmp_path_factory):
         patch.setattr(paper_tables, "PAPER_SAMPLES", 1600)
         patch.setattr(paper_tables, "LONG_WINDOWS", 2)
         patch.setattr(paper_tables, "window_of_strikes", lambda n: 800)
+        # Stretches of several turns would take long.
+        patch.setattr(paper_tables, "STRETCHES", 2)
+        patch.setattr(paper_tables, "STRETCH_SECONDS", 1000 / 250_000)
+        patch.setattr(paper_tables, "stretch_diagnoser", LADDERS["bank"]["Diagnoser"])
         paper_tables.main(["--output", str(folder / "csv"), "--write", str(page)])
     return folder
 
@@ -89,7 +99,8 @@ def test_every_run_has_every_table(written):
         assert block.startswith("Made by `python -m benchmarks.paper tables`.")
         if name == "compared":
             continue
-        size = "2 windows of 800" if name == "long windows" else "4 windows of 400"
+        sizes = {"long windows": "2 windows of 800", "stretches": "2 windows of 1000"}
+        size = sizes.get(name, "4 windows of 400")
         assert f"Simulated rig, {size} samples for each condition and speed." in block
         titles = re.findall(r"^<summary>Table (\d(?: by halves)?):", block, flags=re.M)
         again = [] if name != "bank" else ["8", "9"]
@@ -126,13 +137,13 @@ def test_runs_are_compared_below_the_paper(written):
         shown = rows[f"simulated rig, {run}", "rows of Tables 2-5"]
         np.testing.assert_allclose(np.array(shown, dtype=float), own, atol=0.051)
     sources = [source for source, basis in rows if basis == "rows of Tables 2-5"]
-    runs = paper_tables.runs(400, 2400, 800, 4000)
+    runs = paper_tables.runs(*LENGTHS)
     assert sources == ["paper", *(f"simulated rig, {run}" for run in runs)]
 
 
 def test_chart_has_a_row_for_the_paper_and_for_every_run(written):
     drawn = (written / "images" / "tables_averages.svg").read_text("utf-8")
-    for name in ("paper", *paper_tables.runs(400, 2400, 800, 4000), "ALPIO", "Diagnoser"):
+    for name in ("paper", *paper_tables.runs(*LENGTHS), "ALPIO", "Diagnoser"):
         assert f">{name}<" in drawn
 
 
