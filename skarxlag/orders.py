@@ -1,13 +1,11 @@
 """Residuals of order spectra: what strikes with the shaft, whatever the shaft's speed."""
 
 from numbers import Integral
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils import Bunch, check_scalar
-from sklearn.utils.validation import check_is_fitted
 
 from ._parallel import map_batches
 from ._state import (
@@ -18,8 +16,8 @@ from ._state import (
     is_moderate,
     remember_parameters,
 )
+from ._stretch_base import StretchTransformer
 from ._validation import (
-    check_input_names,
     check_real,
     validate_innovations,
     weighted_windows,
@@ -34,7 +32,7 @@ _LOWEST_ORDER, _ORDER_STEP = 0.3, 0.1
 _SUPPOSED_TURNS = 20
 
 
-class OrderResidual(TransformerMixin, BaseEstimator):
+class OrderResidual(StretchTransformer):
     r"""Distance of a stretch's order spectra from those of each condition.
 
     Strikes of a bearing come at fixed *orders*, which are multiples of the shaft's speed. They show
@@ -148,16 +146,13 @@ class OrderResidual(TransformerMixin, BaseEstimator):
     array([0, 1])
     """
 
-    classes_: NDArray[Any]
     orders_: NDArray[Any]
     references_: NDArray[Any]
     variances_: NDArray[Any]
     samples_a_turn_: float
     speed_known_: bool
 
-    #: Metadata routing hands these over without a call of `set_fit_request` and its like.
-    __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
-    __metadata_request__transform: ClassVar = {"rpm": True}
+    _suffix = "orders"
 
     def __init__(
         self,
@@ -248,33 +243,6 @@ class OrderResidual(TransformerMixin, BaseEstimator):
         remember_parameters(self)
         return self
 
-    def fit_transform(
-        self,
-        X: ArrayLike,
-        y: ArrayLike,
-        rpm: ArrayLike | None = None,
-        sample_weight: ArrayLike | None = None,
-    ) -> NDArray[Any]:
-        """Calibrate, and give the residuals of the same stretches.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
-            As in `fit`.
-        y : array-like of shape (n_stretches,)
-            Condition of each stretch.
-        rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
-            As in `fit`.
-        sample_weight : array-like of shape (n_stretches,) or None, default=None
-            As in `fit`. Stretches of weight 0 get residuals, too.
-
-        Returns
-        -------
-        ndarray of shape (n_stretches, n_classes)
-            What `transform` gives.
-        """
-        return self.fit(X, y, rpm=rpm, sample_weight=sample_weight).transform(X, rpm=rpm)
-
     def transform(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """One residual for each stretch and condition.
 
@@ -355,23 +323,6 @@ class OrderResidual(TransformerMixin, BaseEstimator):
             raise ValueError("rpm was given, but not in fit; expected it in both or in neither.")
         return samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])
 
-    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
-        """Names of the residuals: their conditions.
-
-        Parameters
-        ----------
-        input_features : array-like of str or None, default=None
-            Checked against what the transformer was fitted on; residuals are not named after it.
-
-        Returns
-        -------
-        ndarray of str of shape (n_classes,)
-            One name a column of what `transform` returns.
-        """
-        check_is_fitted(self)
-        check_input_names(self, input_features)
-        return np.array([f"{name}_orders" for name in self.classes_], dtype=object)
-
     def _check_parameters(self):
         if self.sampling_rate is not None:
             check_real(self.sampling_rate, "sampling_rate", min_val=0, include_boundaries="neither")
@@ -414,10 +365,3 @@ class OrderResidual(TransformerMixin, BaseEstimator):
 
     def _n_orders(self):
         return int((self.max_order - _LOWEST_ORDER) / _ORDER_STEP + 1 + 1e-9)
-
-    def __sklearn_tags__(self) -> Any:
-        tags = super().__sklearn_tags__()
-        tags.target_tags.required = True
-        tags.input_tags.three_d_array = True
-        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
-        return tags

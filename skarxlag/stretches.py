@@ -1,14 +1,13 @@
 """Residuals of stretches: the colour of the windows in them, times the orders of the shaft."""
 
 from numbers import Integral
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.base import BaseEstimator, TransformerMixin, clone
+from sklearn.base import clone
 from sklearn.pipeline import Pipeline
 from sklearn.utils import check_scalar
-from sklearn.utils.validation import check_is_fitted
 
 from ._state import (
     check_fitted_classes,
@@ -17,7 +16,8 @@ from ._state import (
     check_state,
     remember_parameters,
 )
-from ._validation import check_input_names, validate_innovations, weighted_windows
+from ._stretch_base import StretchTransformer
+from ._validation import validate_innovations, weighted_windows
 from .comparison import SpectralDistance
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
@@ -74,7 +74,7 @@ def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidua
     )
 
 
-class StretchResidual(TransformerMixin, BaseEstimator):
+class StretchResidual(StretchTransformer):
     r"""Residual of a stretch: that of its windows times that of its order spectra.
 
     A stretch is a part of a recording that holds several turns of the shaft. Two things tell its
@@ -134,13 +134,10 @@ class StretchResidual(TransformerMixin, BaseEstimator):
     array([0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1])
     """
 
-    classes_: NDArray[Any]
     window_residual_: Any
     order_residual_: OrderResidual
 
-    #: Metadata routing hands these over without a call of `set_fit_request` and its like.
-    __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
-    __metadata_request__transform: ClassVar = {"rpm": True}
+    _suffix = "stretch"
 
     def __init__(
         self,
@@ -185,38 +182,6 @@ class StretchResidual(TransformerMixin, BaseEstimator):
         ValueError
             As in `OrderResidual.fit`, and as the residual of windows raises it.
         """
-        self._calibrate(X, y, rpm, sample_weight)
-        return self
-
-    def fit_transform(
-        self,
-        X: ArrayLike,
-        y: ArrayLike,
-        rpm: ArrayLike | None = None,
-        sample_weight: ArrayLike | None = None,
-    ) -> NDArray[Any]:
-        """Calibrate, and give the residuals of the same stretches.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
-            As in `fit`.
-        y : array-like of shape (n_stretches,)
-            Condition of each stretch.
-        rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
-            As in `fit`.
-        sample_weight : array-like of shape (n_stretches,) or None, default=None
-            As in `fit`. Stretches of weight 0 get residuals, too.
-
-        Returns
-        -------
-        ndarray of shape (n_stretches, n_classes)
-            What `transform` gives.
-        """
-        X = self._calibrate(X, y, rpm, sample_weight)
-        return self._residuals(X, rpm)
-
-    def _calibrate(self, X, y, rpm, sample_weight):
         X, y = validate_innovations(self, X, y, reset=True)
         self._check_parameters()
         self.classes_ = np.unique(weighted_windows(y, None, sample_weight)[0])
@@ -231,7 +196,7 @@ class StretchResidual(TransformerMixin, BaseEstimator):
         of_windows = self.window_residual or window_comparison()
         self.window_residual_ = clone(of_windows).fit(windows, np.repeat(y, n_windows), **metadata)
         remember_parameters(self)
-        return X
+        return self
 
     def transform(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """One residual for each stretch and condition.
@@ -254,9 +219,6 @@ class StretchResidual(TransformerMixin, BaseEstimator):
             As in `OrderResidual.transform`.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
-        return self._residuals(X, rpm)
-
-    def _residuals(self, X, rpm):
         windows = self._windows(X)
         of_windows = np.asarray(self.window_residual_.transform(windows))
         of_windows = of_windows.reshape(len(X), -1, len(self.classes_))
@@ -305,23 +267,6 @@ class StretchResidual(TransformerMixin, BaseEstimator):
         cut = X[..., : count * length].reshape(n_stretches, n_models, count, length)
         return np.swapaxes(cut, 1, 2).reshape(-1, n_models, length)
 
-    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
-        """Names of the residuals: their conditions.
-
-        Parameters
-        ----------
-        input_features : array-like of str or None, default=None
-            Checked against what the transformer was fitted on; residuals are not named after it.
-
-        Returns
-        -------
-        ndarray of str of shape (n_classes,)
-            One name a column of what `transform` returns.
-        """
-        check_is_fitted(self)
-        check_input_names(self, input_features)
-        return np.array([f"{name}_stretch" for name in self.classes_], dtype=object)
-
     def _check_parameters(self):
         check_scalar(self.window_length, "window_length", Integral, min_val=1)
 
@@ -348,10 +293,3 @@ class StretchResidual(TransformerMixin, BaseEstimator):
             steps = [step for _, step in part.steps] if hasattr(part, "steps") else [part]
             for step in steps:
                 check_state(step)
-
-    def __sklearn_tags__(self) -> Any:
-        tags = super().__sklearn_tags__()
-        tags.target_tags.required = True
-        tags.input_tags.three_d_array = True
-        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
-        return tags

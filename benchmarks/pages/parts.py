@@ -221,9 +221,9 @@ def recorded():
 
 def record(outputs):
     """Record that these outputs have just been written."""
-    known = recorded()
+    known, outputs = recorded(), set(outputs)
     for part in PARTS.values():
-        for output in set(part.outputs()) & set(outputs):
+        for output in outputs.intersection(part.outputs()):
             known[output] = fingerprint(part)
     if known:
         RECORD.write_text(json.dumps(known, indent=1, sort_keys=True) + "\n", "utf-8")

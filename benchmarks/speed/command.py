@@ -19,7 +19,7 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from benchmarks.pages.blocks import markdown, write_blocks
-from benchmarks.speed import fleet, identification, monitor, peers, processes, rows
+from benchmarks.speed import fleet, identification, monitor, peers, processes, rows, stretches
 from benchmarks.speed.timing import matrix_product, ratio, take_turns
 
 ROWS = {
@@ -28,6 +28,7 @@ ROWS = {
     "diagnoser-predict": rows.diagnoser_predict,
     "diagnoser-fit": rows.diagnoser_fit,
     "monitor": monitor.monitor,
+    "stretches": stretches.stretches,
     "identification": identification.identification,
     "pole-search": identification.pole_search,
     "grid-search": rows.grid_search,

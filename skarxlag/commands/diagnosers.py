@@ -58,6 +58,11 @@ LADDERS: dict[str, dict[str, Any]] = {
 
 
 def set_threads(diagnoser: Any, n_jobs: Any) -> None:
-    """Set the number of threads of the diagnoser and of all steps that have one."""
+    """Set the number of threads of the diagnoser, of its steps and of what these have fitted."""
     names = [name for name in diagnoser.get_params() if name.split("__")[-1] == "n_jobs"]
     diagnoser.set_params(**dict.fromkeys(names, n_jobs))
+    # A step may keep a fitted copy of a parameter, as meta-estimators do: the parameter is not it.
+    for _, step in getattr(diagnoser, "steps", []):
+        for name, fitted in vars(step).items():
+            if name.endswith("_") and hasattr(fitted, "get_params"):
+                set_threads(fitted, n_jobs)

@@ -96,6 +96,13 @@ def test_a_block_is_stale_until_it_is_written_and_when_code_changes(sources, cap
     assert capsys.readouterr().out == "only: python -c pass\n    page.md: a\n"
 
 
+def test_blocks_of_every_part_are_recorded(sources, monkeypatch):
+    earlier = parts.PARTS["only"]._replace(blocks={"other.md": ("b",)})
+    monkeypatch.setattr(parts, "PARTS", {"earlier": earlier, **parts.PARTS})
+    write_blocks(sources / "page.md", {"a": "new"})
+    assert parts.stale() == {"earlier": ["other.md: b"]}
+
+
 def test_what_is_stale_is_run(sources, monkeypatch):
     monkeypatch.setattr(
         parts, "PARTS", {"only": parts.PARTS["only"]._replace(command="-c open('ran','w')")}

@@ -9,6 +9,7 @@ from skarxlag import (
     ThresholdLadder,
     make_alpio,
     make_diagnoser,
+    make_stretch_diagnoser,
     window_verdicts,
 )
 from skarxlag.commands.diagnosers import set_threads
@@ -21,6 +22,22 @@ def test_threads_are_set_in_the_pipeline_and_in_its_steps():
     plain = make_pipeline(ARXLaguerre(), PIObserver(), ThresholdLadder())
     set_threads(plain, 2)
     assert plain[0].n_jobs == plain[1].n_jobs == 2
+
+
+def test_threads_are_set_in_what_a_step_has_fitted():
+    X = np.random.default_rng(0).normal(size=(8, 2000))
+    diagnoser = make_stretch_diagnoser(n_jobs=3).fit(X, np.repeat(["a", "b"], 4))
+    compare = diagnoser["compare"]
+    parts = [
+        compare.order_residual_,
+        compare.window_residual_,
+        compare.window_residual_["measure"],
+        compare.order_residual,
+    ]
+    assert [part.n_jobs for part in parts] == [3, 3, 3, 3]
+    for n_jobs in (2, None):
+        set_threads(diagnoser, n_jobs)
+        assert [part.n_jobs for part in parts] == [n_jobs] * 4
 
 
 def test_threads_do_the_work_of_verdicts(monkeypatch):

@@ -39,6 +39,8 @@ def test_long_recordings_are_compared_by_stretches_and_speeds(run, workshop):
     assert "inner: 1 recordings, 4 stretches" in out and "Saved stretches to" in out
     diagnoser, facts = load_diagnoser(model)
     assert facts["window_length"] == 7200 and facts["diagnoser"] == "stretches"
+    # The number of threads belongs to the machine, not to the file.
+    assert diagnoser["compare"].order_residual_.n_jobs is None
     assert diagnoser["compare"].order_residual_.samples_a_turn_ == pytest.approx(60 * RATE / 900)
     code, out, _ = run("diagnose", model, "--table", workshop / "600.csv", "-o", workshop / "v.csv")
     assert code == 0 and "stretches of 7200 samples, 0.9 s, at 8000 Hz" in out

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.speed import children, identification, monitor, peers, processes, rows
+from benchmarks.speed import children, identification, monitor, peers, processes, rows, stretches
 from benchmarks.speed import command as speed
 from benchmarks.speed.counts import multiply_adds
 from benchmarks.speed.timing import MATRIX_SIDE, matrix_product, ratio, spread, take_turns
@@ -154,6 +154,15 @@ def test_rows_of_the_monitor():
     assert [line["reached"] > 0 for line in lines] == [True, True]
     assert "latency of a block of 1 s" in lines[1]["ours"]
     assert len(speed.table(lines)) == 2
+
+
+def test_rows_of_stretches():
+    # Three turns at the least.
+    lines = stretches.stretches(n_rounds=2, n_stretches=3, n_samples=14_000)
+    assert len(lines) == len(speed.table(lines)) == 5
+    assert all(0 < line["reached"] < 1000 and line["spread"] >= 0 for line in lines)
+    assert [line["target"] for line in lines] == [8.0, None, None, None, None]
+    assert "3 stretches of 0.273438 s at 51.2 kHz" in lines[0]["what"]
 
 
 def test_rows_on_processes(monkeypatch):
