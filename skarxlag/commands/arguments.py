@@ -9,7 +9,7 @@ from ..recordings.speeds import SpeedRange
 
 
 def add_execution_arguments(parser: Any) -> None:
-    """Declare what many recordings are worked on with, and how much is said meanwhile."""
+    """Declare what many recordings are worked on with."""
     parser.add_argument(
         "--n-jobs", type=job_count, default=-1, metavar="N", help="at a time; default: all cores"
     )
@@ -26,7 +26,6 @@ def add_execution_arguments(parser: Any) -> None:
         help="use the workers of a dask.distributed scheduler, such as tcp://host:8786; they read "
         "the files and the model themselves, from the same paths",
     )
-    parser.add_argument("-q", "--quiet", action="store_true", help="tell no progress")
 
 
 def positive_int(text: Any) -> Any:

@@ -1,5 +1,6 @@
 """Many recordings: each is diagnosed by itself, on whatever workers there are."""
 
+import math
 import os
 from dataclasses import replace
 from typing import Any
@@ -15,8 +16,8 @@ def diagnose_all(args: Any, recordings: Any, journal: Any = None) -> list[Any]:
     Parameters
     ----------
     args : argparse.Namespace
-        With ``model``, ``output``, ``resample``, ``n_jobs``, ``processes``, ``dask`` and
-        ``quiet``.
+        With ``model``, ``output``, ``resample``, ``n_jobs``, ``processes``, ``dask``, ``quiet``
+        and ``verbose``.
     recordings : list of ListedRecording or similar
         What to diagnose.
     journal : Journal or None, default=None
@@ -28,11 +29,11 @@ def diagnose_all(args: Any, recordings: Any, journal: Any = None) -> list[Any]:
         One for each recording, in order.
     """
     diagnoses = [None] * len(recordings)
-    with Progress(len(recordings), "recordings", quiet=args.quiet) as progress:
+    with Progress(len(recordings), "recordings", args) as progress:
 
         def finish(place, diagnosis, said):
             diagnoses[place] = diagnosis
-            progress.step(f"{recordings[place].name}: {said}")
+            progress.step(f"{recordings[place].name}: {said}", _more(diagnosis))
 
         # All names are looked at before the first file is read.
         for place, recording in enumerate(recordings):
@@ -52,6 +53,21 @@ def diagnose_all(args: Any, recordings: Any, journal: Any = None) -> list[Any]:
                     journal.add(recordings[place], outcome)
                 finish(place, outcome, outcome.error or outcome.verdict["verdict"])
     return diagnoses
+
+
+def _more(diagnosis):
+    """What is said of a recording to those who want to know more."""
+    said, rate = diagnosis.verdict, diagnosis.sampling_rate
+    if not said:
+        return ""
+    parts = [f"{said['windows']} windows"]
+    parts += [f"{said['no signal']} without a signal"] if said["no signal"] else []
+    if not math.isnan(said["confidence"]):
+        parts.append(f"confidence {said['confidence']:.0%}")
+    if not math.isnan(said["alarms"]):
+        parts.append(f"alarms {said['alarms']:.0%}")
+    parts.append("no sampling rate stated" if rate is None else f"{rate:g} Hz")
+    return ", ".join(parts)
 
 
 def _tasks(args, recordings, n_workers):

@@ -20,6 +20,7 @@ from .errors import UsageError, as_command_error
 from .html_report import html_report
 from .journal import Journal
 from .models import load_model, stated_facts
+from .progress import add_progress_arguments
 from .results import (
     SUFFIXES,
     check_output,
@@ -92,6 +93,7 @@ def add_arguments(parser: Any) -> None:
         "the conditions",
     )
     add_execution_arguments(parser)
+    add_progress_arguments(parser)
     parser.set_defaults(run=run, fail=parser.error)
 
 

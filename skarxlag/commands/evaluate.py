@@ -16,7 +16,7 @@ from .arguments import add_execution_arguments, positive_int, seed, speed_or_all
 from .diagnosers import DIAGNOSERS, LADDERS
 from .errors import CommandError, UsageError, as_command_error
 from .paper_report import paper_heading, paper_report
-from .progress import Progress
+from .progress import Progress, add_progress_arguments
 from .report import evaluation_report
 from .rigs import TITLES, load_parts, select_windows
 from .runner import WorkerDied, executors, run_tasks
@@ -64,6 +64,7 @@ def add_arguments(parser: Any) -> None:
     )
     parser.add_argument("--seed", type=seed, metavar="N", help="of the simulated rig; default: 0")
     add_execution_arguments(parser)
+    add_progress_arguments(parser)
     parser.add_argument(
         "--output",
         type=Path,
@@ -154,7 +155,7 @@ def _evaluate(args, rig, train_speeds):
         is_elsewhere = args.processes or args.dask is not None
         n_jobs = 1 if is_elsewhere else max(n_workers // len(names), 1)
         tasks = [Trial(*key, *each, n_jobs) for each in names]
-        with Progress(len(names), "fits", quiet=args.quiet) as progress:
+        with Progress(len(names), "fits", args) as progress:
             for place, outcome in run_tasks(tasks, start_executor, n_workers):
                 train_rpm, name = names[place]
                 title = DIAGNOSERS[name][0]

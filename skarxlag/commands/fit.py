@@ -6,13 +6,13 @@ import warnings
 from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from ..diagnosers import make_detector, make_stretch_diagnoser
 from ..persistence import save_diagnoser
-from ..recordings import load_recordings
 from ..recordings.table import list_recordings
 from .arguments import (
     job_count,
@@ -26,9 +26,10 @@ from .diagnosers import DIAGNOSERS, set_threads
 from .errors import CommandError, UsageError, as_command_error
 from .known import fit_known_conditions
 from .models import held_rate, is_model_file
+from .progress import add_progress_arguments
 from .results import check_output
 from .sources import add_source_arguments, stated
-from .stretches import join_windows, stretch_windows
+from .training_windows import DETECTOR, MOST_SAMPLES, STRETCHES, training_windows
 
 _DESCRIPTION = """\
 Calibrate a diagnoser on the recordings that a table lists, and save it. The table is a csv file
@@ -36,12 +37,6 @@ with the columns path, condition, rpm, sampling_rate and channel; only path is n
 skarxlag.read_recording_table. The detector needs healthy recordings only, best of several speeds,
 and names no fault.
 """
-DETECTOR = "detector"
-STRETCHES = "stretches"
-#: Samples in a window; stretches consist of such windows.
-_WINDOW_LENGTH = 1200
-#: Samples in a row that the detector takes.
-_DETECTOR_LENGTH = 4800
 #: Words that tell the healthy condition.
 _HEALTHY = {"healthy", "normal", "good", "intact", "baseline"}
 
@@ -109,7 +104,9 @@ def add_arguments(parser: Any) -> None:
         "--max-windows",
         type=positive_int,
         metavar="N",
-        help="of each recording, spread over all of it; default: all windows",
+        help="of each recording, spread over all of it; default: all windows, or, where they hold "
+        f"more than {MOST_SAMPLES / 1e6:.0f} million samples of all recordings, an equal number of "
+        "each that holds less",
     )
     parser.add_argument(
         "--no-p-values",
@@ -119,6 +116,7 @@ def add_arguments(parser: Any) -> None:
     parser.add_argument(
         "--n-jobs", type=job_count, default=-1, metavar="N", help="threads; default: all cores"
     )
+    add_progress_arguments(parser)
     parser.set_defaults(run=run, fail=parser.error)
 
 
@@ -132,18 +130,8 @@ def run(args: Any) -> Any:
         raise CommandError("saving a diagnoser needs skops: pip install 'skarxlag[io]'")
     if args.fixed_gain and args.diagnoser != DETECTOR:
         raise UsageError(f"argument --fixed-gain: belongs to --diagnoser {DETECTOR}")
-    default = _DETECTOR_LENGTH if args.diagnoser == DETECTOR else _WINDOW_LENGTH
-    with as_command_error():
-        rig = load_recordings(
-            args.table,
-            window_length=args.window_length or default,
-            hop=args.hop,
-            max_windows=args.max_windows,
-            resample=args.resample,
-            **stated(args),
-        )
+    rig, kind = training_windows(args, listed)
     print(rig.DESCR)
-    rig, kind = _rows(args, rig)
     chosen = _choose_speed(args, rig)
     conditions, reason = _conditions(args, kind, rig, chosen)
     if kind == DETECTOR:
@@ -156,12 +144,16 @@ def run(args: Any) -> Any:
         )
     else:
         diagnoser = DIAGNOSERS[kind][1](healthy=conditions[0])
-    X, recording = rig.data[chosen], rig.recording[chosen]
+    # Not two copies at a time: the windows may be half of what memory holds.
+    X, recording = rig.pop("data"), rig.recording[chosen]
+    X = X if chosen.all() else X[chosen]
     y = None if kind == DETECTOR else rig.target[chosen]
     diagnoser.set_params(decide__false_alarm_rate=args.false_alarm_rate)
     set_threads(diagnoser, args.n_jobs)
     rows = "stretches" if kind == STRETCHES else "windows"
-    print(f"{len(X)} {rows}: fitting", file=sys.stderr, flush=True)
+    started = perf_counter()
+    if not args.quiet:
+        print(f"{len(X)} {rows}: fitting", file=sys.stderr, flush=True)
     own = [recording if y is None else recording[y == name] for name in conditions]
     n_windows, n_recordings = [len(each) for each in own], [len(np.unique(each)) for each in own]
     uses_speeds = kind in (STRETCHES, DETECTOR) and rig.rpm is not None
@@ -192,6 +184,8 @@ def run(args: Any) -> Any:
             false_alarm_rate=args.false_alarm_rate,
             saved=datetime.now(UTC).strftime("%Y-%m-%d"),
         )
+    if args.verbose:
+        print(f"fitted in {perf_counter() - started:.1f} s", file=sys.stderr)
     print(_length_line(kind, X.shape[-1], rig, chosen))
     for name, n_own_recordings, n_own in zip(conditions, n_recordings, n_windows, strict=True):
         print(f"{name}: {n_own_recordings} recordings, {n_own} {rows}")
@@ -221,23 +215,6 @@ def _calibration(decide, rate):
     return f"{line}; false alarms at speeds that were left out: {listed}"
 
 
-def _rows(args, rig):
-    """Windows or stretches of the recordings, and which diagnoser they are for."""
-    kind = args.diagnoser
-    is_cut = (args.window_length, args.hop, args.max_windows) != (None, None, None)
-    if is_cut or kind not in (None, STRETCHES):
-        return rig, kind or "diagnoser"
-    n_windows = stretch_windows(rig)
-    if n_windows is not None:
-        return join_windows(rig, n_windows), STRETCHES
-    if kind == STRETCHES:
-        raise CommandError(
-            f"{args.table}: the shortest recording is too short for two stretches of a second, or "
-            "of ten turns; use --diagnoser diagnoser"
-        )
-    return rig, "diagnoser"
-
-
 def _length_line(kind, length, rig, chosen):
     """What a verdict will rest on."""
     text = f"of {length} samples, {length / rig.sampling_rate:.3g} s at {rig.sampling_rate:g} Hz"
@@ -257,7 +234,7 @@ def _channel_names(recording):
 
 def _choose_speed(args, rig):
     if args.train_rpm is None:
-        return np.ones(len(rig.data), dtype=bool)
+        return np.ones(len(rig.recording), dtype=bool)
     if rig.rpm is None:
         raise UsageError(f"argument --train-rpm: {args.table} has no column rpm to choose from")
     chosen = args.train_rpm.contains(rig.rpm)

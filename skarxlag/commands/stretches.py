@@ -29,8 +29,7 @@ def stretch_windows(rig: Bunch) -> int | None:
 
     Examples
     --------
-    >>> windows, start = np.zeros((12, 500)), np.arange(12) * 500
-    >>> rig = Bunch(data=windows, start=start, recording=np.repeat("a", 12), rpm=None,
+    >>> rig = Bunch(data=np.zeros((12, 500)), available=np.array([12, 40]), rpm=None,
     ...             sampling_rate=1_000.0)
     >>> stretch_windows(rig)
     2
@@ -45,7 +44,7 @@ def stretch_windows(rig: Bunch) -> int | None:
     if rig.rpm is not None:
         seconds = max(seconds, 60 * _TURNS / rig.rpm.min())
     wanted = seconds * rig.sampling_rate / length
-    shortest = np.unique(rig.recording, return_counts=True)[1].min()
+    shortest = rig.available.min()
     n_windows = int(np.ceil(min(wanted, max(shortest // _ENOUGH, wanted / 2))))
     return n_windows if shortest >= _FEWEST * n_windows else None
 

@@ -1,6 +1,7 @@
 """The windows of all recordings of a table or a folder, as a rig."""
 
 import os
+from collections.abc import Callable
 from numbers import Integral
 from pathlib import Path
 from typing import Any
@@ -71,6 +72,8 @@ def load_recordings(
             Recording that the window was cut from.
         start : ndarray of int, shape (n_windows,)
             Index of the window's first sample in its recording, counted after resampling.
+        available : ndarray of int, shape (n_recordings,)
+            Windows that there are in each recording; `max_windows` may have kept fewer.
         sampling_rate : float
             In Hz.
         filenames : list of str
@@ -102,34 +105,85 @@ def load_recordings(
     >>> rig.data.shape, rig.target, rig.start
     ((2, 2), array(['good', 'good'], dtype='<U4'), array([0, 2]))
     """
+    listed = list_recordings(
+        path, pattern=pattern, channel=channel, sampling_rate=sampling_rate, dtype=dtype
+    )
+    return cut_recordings(
+        listed,
+        path,
+        window_length=window_length,
+        hop=hop,
+        max_windows=max_windows,
+        healthy=healthy,
+        resample=resample,
+        memory_map=memory_map,
+    )
+
+
+def cut_recordings(
+    listed: list[Any],
+    source: Any,
+    *,
+    window_length: int,
+    hop: int | None = None,
+    max_windows: int | None = None,
+    healthy: str | None = None,
+    resample: float | None = None,
+    memory_map: Any = None,
+    note: Callable[[Any, int], None] | None = None,
+) -> Bunch:
+    """Windows of listed recordings.
+
+    Parameters
+    ----------
+    listed : list of ListedRecording
+        The recordings.
+    source : path-like
+        Where they are listed.
+    window_length, hop, max_windows, healthy, resample, memory_map
+        As in `load_recordings`.
+    note : callable or None, default=None
+        Is told of each recording that was read, and how many windows there are in it.
+
+    Returns
+    -------
+    Bunch
+        As `load_recordings` returns it.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        As in `load_recordings`.
+    """
     check_scalar(window_length, "window_length", Integral, min_val=1)
     hop = window_length if hop is None else check_scalar(hop, "hop", Integral, min_val=1)
     if max_windows is not None:
         check_scalar(max_windows, "max_windows", Integral, min_val=1)
-    listed = list_recordings(
-        path, pattern=pattern, channel=channel, sampling_rate=sampling_rate, dtype=dtype
-    )
-    inputs = {Path(file).resolve() for file in (path, *(entry.path for entry in listed))}
+    inputs = {Path(file).resolve() for file in (source, *(entry.path for entry in listed))}
     if memory_map is not None and Path(memory_map).resolve() in inputs:
         raise ValueError(f"memory_map={str(memory_map)!r} is among the files that are read")
     facts, store = CommonFacts(listed), _WindowStore(memory_map)
-    starts, thinned = [], 0
+    starts, available = [], []
     for entry in listed:
         blocks = facts.checked_blocks(entry, block_length(window_length), resample)
         parts = cut_blocks(blocks, str(entry.path), window_length, hop)
-        windows, position = thin_windows(parts, max_windows)
+        windows, position, n_available = thin_windows(parts, max_windows)
         store.add(windows)
         starts.append(position * hop)
-        thinned += position[-1] >= len(position)
+        available.append(n_available)
+        if note is not None:
+            note(entry, n_available)
     table = facts.described()
     conditions = [] if table["condition"] is None else list(dict.fromkeys(table["condition"]))
     conditions = [str(condition) for condition in conditions]
     if healthy is not None:
         if healthy not in conditions:
-            raise ValueError(f"healthy={healthy!r} is not a condition of {path}: {conditions}")
+            raise ValueError(f"healthy={healthy!r} is not a condition of {source}: {conditions}")
         conditions.sort(key=lambda condition: condition != healthy)
-    source = np.repeat(np.arange(len(listed)), [len(start) for start in starts])
-    description = [f"{len(listed)} recordings listed in {path}, cut into windows"]
+    counts = [len(start) for start in starts]
+    row = np.repeat(np.arange(len(listed)), counts)
+    description = [f"{len(listed)} recordings listed in {source}, cut into windows"]
+    thinned = np.sum(np.greater(available, counts))
     if thinned:
         description.append(
             f"at most {max_windows} windows of each, fewer than there are in {thinned}"
@@ -138,11 +192,12 @@ def load_recordings(
         description.append(f"{name} resampled from {rate:g} to {table['sampling_rate']:g} Hz")
     return Bunch(
         data=store.windows(),
-        target=None if table["condition"] is None else table["condition"][source],
+        target=None if table["condition"] is None else table["condition"][row],
         target_names=conditions,
-        rpm=None if table["rpm"] is None else table["rpm"][source],
-        recording=np.array(table["recording"])[source],
+        rpm=None if table["rpm"] is None else table["rpm"][row],
+        recording=np.array(table["recording"])[row],
         start=np.concatenate(starts),
+        available=np.array(available),
         sampling_rate=table["sampling_rate"],
         filenames=table["filenames"],
         further=table["further"],
@@ -169,5 +224,11 @@ class _WindowStore:
 
     def windows(self) -> Any:
         if self._path is None:
-            return np.concatenate(self._parts)
+            windows, place = np.empty(self._shape), 0
+            # Each part is let go as soon as it is copied, or all windows would be there twice.
+            while self._parts:
+                part = self._parts.pop(0)
+                windows[place : place + len(part)] = part
+                place += len(part)
+            return windows
         return np.memmap(self._path, np.float64, "r", shape=self._shape)

@@ -201,7 +201,7 @@ def cut_blocks(
 
 def thin_windows(
     parts: Iterable[Any], max_windows: int | None
-) -> tuple[NDArray[Any], NDArray[Any]]:
+) -> tuple[NDArray[Any], NDArray[Any], int]:
     """Keep some of the windows of one recording, evenly spread over it.
 
     Every window is kept until there are too many; then every second, every fourth, and so on. At
@@ -220,13 +220,15 @@ def thin_windows(
         Those kept.
     position : ndarray of int, shape (n_windows,)
         Position of each among all windows.
+    n_available : int
+        Number of all windows.
 
     Examples
     --------
     >>> from skarxlag.recordings.windows import thin_windows
-    >>> windows, position = thin_windows([np.zeros((7, 3)), np.ones((2, 3))], 5)
-    >>> position
-    array([0, 2, 4, 6, 8])
+    >>> windows, position, n_available = thin_windows([np.zeros((7, 3)), np.ones((2, 3))], 5)
+    >>> position, n_available
+    (array([0, 2, 4, 6, 8]), 9)
     """
     kept, positions, step, n_seen = [], [], 1, 0
     for part in parts:
@@ -239,4 +241,4 @@ def thin_windows(
             step *= 2
             kept = [w[p % step == 0] for w, p in zip(kept, positions, strict=True)]
             positions = [p[p % step == 0] for p in positions]
-    return np.concatenate(kept), np.concatenate(positions)
+    return np.concatenate(kept), np.concatenate(positions), n_seen

@@ -1,4 +1,5 @@
 import json
+import re
 
 import numpy as np
 import pandas as pd
@@ -137,6 +138,13 @@ def test_progress_is_told_and_can_be_silenced(run, plant):
     assert err.splitlines()[0].endswith("good.npy: good")
     code, quiet_out, err = run(*arguments, "-q")
     assert (code, quiet_out, err) == (0, out, "")
+    code, more_out, err = run(*arguments, plant / "dead.npy", "-v", "--n-jobs", "1")
+    assert more_out.startswith(out.splitlines()[0])
+    lines = err.splitlines()
+    assert re.search(r"good \(\d+ windows, confidence \d+%, alarms \d+%, ", lines[0])
+    assert re.search(r"no signal \((\d+) windows, \1 without a signal, ", lines[2])
+    assert re.fullmatch(r"3 recordings in \d+\.\d s", lines[3])
+    assert run(*arguments, "-v", "-q")[0] == 2
 
 
 def test_names_that_are_no_utf8_reach_every_format(run, plant):

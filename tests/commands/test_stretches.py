@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from skarxlag import fault_orders
+from skarxlag import fault_orders, make_stretch_diagnoser
 from skarxlag.bearings import SKF_6205
 from skarxlag.commands.models import load_model
 from skarxlag.commands.order_view import OrderView
@@ -81,6 +81,32 @@ def test_a_speed_may_be_unknown(run, workshop):
 def test_options_that_say_otherwise(run, workshop, options, expected):
     code, out, _ = run("fit", workshop / "900.csv", "-o", workshop / "other.skops", *options)
     assert code == 0 and expected in out
+
+
+def test_more_than_memory_shall_hold_is_sampled(run, workshop, monkeypatch):
+    """By stretches and by windows, as the options say and as they do not."""
+    fit = ("fit", workshop / "900.csv", "-o", workshop / "sampled.skops")
+    # Two recordings of 4 stretches of 7200 samples, or of 26 windows of 1200.
+    monkeypatch.setattr("skarxlag.commands.training_windows.MOST_SAMPLES", 4 * 7200)
+    code, out, err = run(*fit, "-v")
+    assert code == 0 and "inner: 1 recordings, 2 stretches" in out
+    assert "; at most 2 windows of each, fewer than there are in 2 (which keeps " in out
+    assert "[1/2] inner_900.npy: read (26 windows of 1200 samples)" in err
+    assert "[2/2] outer_900.npy: read (4 windows of 7200 samples)" in err
+    assert "2 recordings in " in err and "4 stretches: fitting\nfitted in " in err
+    stretches = load_diagnoser(workshop / "sampled.skops")[0]
+    X = [np.load(workshop / f"{name}_900.npy")[: 4 * 7200].reshape(4, -1)[::2] for name in ORDERS]
+    y = np.repeat(list(ORDERS), 2)
+    by_hand = make_stretch_diagnoser(sampling_rate=RATE, healthy="inner")
+    by_hand.fit(np.concatenate(X), y, rpm=np.full(4, 900.0))
+    np.testing.assert_array_equal(
+        stretches.predict_proba(X[0], rpm=900), by_hand.predict_proba(X[0], rpm=900)
+    )
+    code, out, err = run(*fit, "--diagnoser", "diagnoser", "-q")
+    assert code == 0 and "inner: 1 recordings, 7 windows" in out and err == ""
+    assert "at most 12 windows of each, fewer than there are in 2 (which keeps" in out
+    code, out, err = run(*fit, "--max-windows", 20, "-q")
+    assert code == 0 and "inner: 1 recordings, 13 windows" in out and "keeps" not in out
 
 
 def test_short_recordings_are_compared_by_windows(run, workshop):

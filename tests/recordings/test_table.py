@@ -251,6 +251,9 @@ def test_windows_to_keep_at_most(folder, hop):
     path = write(folder, "path,sampling_rate\nlong.npy,5\nshort.npy,5\n")
     whole = load_recordings(path, window_length=5, hop=hop)
     some = load_recordings(path, window_length=5, hop=hop, max_windows=6)
+    counts = [np.sum(whole.recording == name) for name in ("long.npy", "short.npy")]
+    np.testing.assert_array_equal(whole.available, counts)
+    np.testing.assert_array_equal(some.available, counts)
     for name in ("long.npy", "short.npy"):
         all_starts = whole.start[whole.recording == name]
         starts = some.start[some.recording == name]
