@@ -1,10 +1,18 @@
-"""Names in code style on the Markdown pages, linked to their place in the API reference."""
+"""Links between the API reference and what names its parts: Markdown pages, and notebooks.
+
+Names in code style on the Markdown pages are linked to their place in the API reference. Estimators
+in notebooks link to their pages; that these are built is checked.
+"""
 
 import re
 from pathlib import Path
 
 from docutils import nodes
+from sphinx.util.logging import getLogger
 from sphinx.util.nodes import make_refnode
+
+import skarxlag
+from skarxlag._documentation import SITE, DocumentedEstimator
 
 _PREFIXES = ("", "skarxlag.", "skarxlag.datasets.", "skarxlag.plotting.")
 
@@ -36,7 +44,18 @@ def _link_names(app, doctree, docname):
         )
 
 
+def _check_pages_of_estimators(app, env):
+    """Warn where the HTML representation of an estimator would link to a page that is not built."""
+    for name in skarxlag.__all__:
+        public = getattr(skarxlag, name)
+        if isinstance(public, type) and issubclass(public, DocumentedEstimator):
+            link = public._doc_link_template.format(estimator_name=public.__name__)
+            if link.removeprefix(SITE).removesuffix(".html") not in env.found_docs:
+                getLogger(__name__).warning("%s links to %s, which is no page", name, link)
+
+
 def setup(app):
-    """Link when every page is read."""
+    """Link and check when every page is read."""
     app.connect("doctree-resolved", _link_names)
+    app.connect("env-check-consistency", _check_pages_of_estimators)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

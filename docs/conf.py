@@ -11,6 +11,8 @@ from pathlib import Path
 
 import ziamath
 
+from skarxlag._documentation import SITE
+
 sys.path.insert(0, str(Path(__file__).parent))
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -62,6 +64,7 @@ sphinx_gallery_conf = {
     "remove_config_comments": True,
 }
 
+html_baseurl = SITE
 html_theme = "pydata_sphinx_theme"
 html_title = "skarxlag"
 html_math_renderer = "mathml"

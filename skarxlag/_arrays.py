@@ -4,8 +4,12 @@ from typing import Any, Self
 
 from sklearn.base import BaseEstimator, TransformerMixin
 
+from ._documentation import DocumentedEstimator
 
-class ArrayTransformer(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
+
+class ArrayTransformer(
+    DocumentedEstimator, TransformerMixin, BaseEstimator, auto_wrap_output_keys=None
+):
     """A transformer whose output has three axes, so that it is an array whatever the setting."""
 
     def set_output(self, *, transform: str | None = None) -> Self:

@@ -9,6 +9,7 @@ from sklearn.base import BaseEstimator, TransformerMixin, clone
 from sklearn.utils import Bunch, check_scalar
 from sklearn.utils.validation import check_is_fitted
 
+from ._documentation import DocumentedEstimator
 from ._parallel import map_batches
 from ._state import check_fitted_array, check_fitted_input, check_fitted_number, remember_parameters
 from ._validation import check_input_names, check_real, validate_innovations
@@ -17,7 +18,7 @@ from .kernels.scaling import root_mean_square
 from .residual_evaluations import RESIDUAL_EVALUATIONS
 
 
-class Observer(TransformerMixin, BaseEstimator):
+class Observer(DocumentedEstimator, TransformerMixin, BaseEstimator):
     """Innovations to residual levels, for any observer that is a recursion on them.
 
     A subclass certifies its gains in `_certify`, and names them in `_loop_constants` and

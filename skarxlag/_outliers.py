@@ -6,8 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, OutlierMixin
 
+from ._documentation import DocumentedEstimator
 
-class RowOutlierDetector(OutlierMixin, BaseEstimator):
+
+class RowOutlierDetector(DocumentedEstimator, OutlierMixin, BaseEstimator):
     """Base of outlier detectors whose score is the logarithm of a p-value.
 
     A subclass has `fit`, `score_samples` and the attribute `offset_`, the logarithm of the stated

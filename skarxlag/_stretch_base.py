@@ -7,10 +7,11 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
+from ._documentation import DocumentedEstimator
 from ._validation import check_input_names
 
 
-class StretchTransformer(TransformerMixin, BaseEstimator):
+class StretchTransformer(DocumentedEstimator, TransformerMixin, BaseEstimator):
     """Stretches, and a speed for each of them, to one residual for each condition.
 
     A subclass names its residuals by the conditions and `_suffix`.

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
+from ._documentation import DocumentedEstimator
 from ._state import (
     check_fitted_array,
     check_fitted_classes,
@@ -27,7 +28,7 @@ _LARGEST = 1e4
 _LEAST = 1e-12
 
 
-class SpectralDistance(TransformerMixin, BaseEstimator):
+class SpectralDistance(DocumentedEstimator, TransformerMixin, BaseEstimator):
     r"""Distance of log spectra from those of each condition, with a change of speed discounted.
 
     A window comes as one or several groups of log spectra over frequency. Each group g is reduced

@@ -15,17 +15,21 @@ from .spectra import LogSpectra
 from .stretches import StretchResidual, window_comparison
 
 
-def _observing(observer, healthy, memory):
+def _observing(observer, healthy, memory, verbose):
     steps = [
         ("identify", ARXLaguerre(n_jobs=observer.n_jobs)),
         ("observe", observer),
         ("decide", ThresholdLadder(healthy=healthy)),
     ]
-    return DiagnosisPipeline(steps, memory=memory, n_jobs=observer.n_jobs)
+    return DiagnosisPipeline(steps, memory=memory, n_jobs=observer.n_jobs, verbose=verbose)
 
 
 def make_alpio(
-    *, healthy: Any = None, memory: Any = None, n_jobs: int | None = None
+    *,
+    healthy: Any = None,
+    memory: Any = None,
+    n_jobs: int | None = None,
+    verbose: bool = False,
 ) -> DiagnosisPipeline:
     """The paper's baseline: ARX-Laguerre bank, linear observer, power of the error.
 
@@ -38,6 +42,8 @@ def make_alpio(
         `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on windows.
+    verbose : bool, default=False
+        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
 
     Returns
     -------
@@ -49,11 +55,15 @@ def make_alpio(
     >>> [name for name, _ in make_alpio().steps]
     ['identify', 'observe', 'decide']
     """
-    return _observing(PIObserver(n_jobs=n_jobs), healthy, memory)
+    return _observing(PIObserver(n_jobs=n_jobs), healthy, memory, verbose)
 
 
 def make_extended_state_pio(
-    *, healthy: Any = None, memory: Any = None, n_jobs: int | None = None
+    *,
+    healthy: Any = None,
+    memory: Any = None,
+    n_jobs: int | None = None,
+    verbose: bool = False,
 ) -> DiagnosisPipeline:
     """The paper's proposal, repaired: a bank of extended-state observers over frequency.
 
@@ -71,6 +81,8 @@ def make_extended_state_pio(
         `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on windows.
+    verbose : bool, default=False
+        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
 
     Returns
     -------
@@ -92,11 +104,15 @@ def make_extended_state_pio(
         ("compare", SpectralDistance()),
         ("decide", ThresholdLadder(healthy=healthy)),
     ]
-    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)
+    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)
 
 
 def make_single_observer_pio(
-    *, healthy: Any = None, memory: Any = None, n_jobs: int | None = None
+    *,
+    healthy: Any = None,
+    memory: Any = None,
+    n_jobs: int | None = None,
+    verbose: bool = False,
 ) -> DiagnosisPipeline:
     """The paper's proposal with one observer, as the printed equations suggest.
 
@@ -114,6 +130,8 @@ def make_single_observer_pio(
         `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on windows.
+    verbose : bool, default=False
+        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
 
     Returns
     -------
@@ -125,11 +143,15 @@ def make_single_observer_pio(
     >>> make_single_observer_pio()["observe"].evaluation
     'switching_gain'
     """
-    return _observing(ExtendedStatePIObserver(n_jobs=n_jobs), healthy, memory)
+    return _observing(ExtendedStatePIObserver(n_jobs=n_jobs), healthy, memory, verbose)
 
 
 def make_diagnoser(
-    *, healthy: Any = None, memory: Any = None, n_jobs: int | None = None
+    *,
+    healthy: Any = None,
+    memory: Any = None,
+    n_jobs: int | None = None,
+    verbose: bool = False,
 ) -> DiagnosisPipeline:
     """What we recommend: log spectra of what one model of all conditions leaves.
 
@@ -151,6 +173,8 @@ def make_diagnoser(
         `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on windows.
+    verbose : bool, default=False
+        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
 
     Returns
     -------
@@ -174,7 +198,7 @@ def make_diagnoser(
         *window_comparison(n_jobs).steps,
         ("decide", ThresholdLadder(healthy=healthy)),
     ]
-    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)
+    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)
 
 
 def make_stretch_diagnoser(
@@ -183,6 +207,7 @@ def make_stretch_diagnoser(
     healthy: Any = None,
     memory: Any = None,
     n_jobs: int | None = None,
+    verbose: bool = False,
 ) -> DiagnosisPipeline:
     """What we recommend for stretches of half a second and more, with their nominal speeds.
 
@@ -206,6 +231,8 @@ def make_stretch_diagnoser(
         `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on stretches.
+    verbose : bool, default=False
+        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
 
     Returns
     -------
@@ -237,7 +264,7 @@ def make_stretch_diagnoser(
         ("compare", compare),
         ("decide", ThresholdLadder(healthy=healthy)),
     ]
-    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)
+    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)
 
 
 def make_detector(
@@ -246,6 +273,7 @@ def make_detector(
     fixed_gain: bool = False,
     memory: Any = None,
     n_jobs: int | None = None,
+    verbose: bool = False,
 ) -> DiagnosisPipeline:
     """Detection at any speed from healthy recordings alone.
 
@@ -265,6 +293,8 @@ def make_detector(
         `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on windows.
+    verbose : bool, default=False
+        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
 
     Returns
     -------
@@ -292,11 +322,15 @@ def make_detector(
             FaultDetector(false_alarm_rate=false_alarm_rate, fixed_gain=fixed_gain, n_jobs=n_jobs),
         ),
     ]
-    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)
+    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)
 
 
 def make_known_conditions(
-    *, false_rejection_rate: float = 0.01, memory: Any = None, n_jobs: int | None = None
+    *,
+    false_rejection_rate: float = 0.01,
+    memory: Any = None,
+    n_jobs: int | None = None,
+    verbose: bool = False,
 ) -> DiagnosisPipeline:
     """Whether windows are of any known condition, to stand beside a diagnoser.
 
@@ -312,6 +346,8 @@ def make_known_conditions(
         Where a search over settings keeps the identification, as in `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on windows.
+    verbose : bool, default=False
+        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
 
     Returns
     -------
@@ -336,4 +372,4 @@ def make_known_conditions(
     """
     decide = KnownConditions(false_rejection_rate=false_rejection_rate, n_jobs=n_jobs)
     steps = [("identify", ARXLaguerre(order=8, bank=False, n_jobs=n_jobs)), ("decide", decide)]
-    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs)
+    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)

@@ -9,6 +9,7 @@ from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
 
+from ._documentation import DocumentedEstimator
 from ._state import (
     check_fitted_array,
     check_fitted_classes,
@@ -28,7 +29,7 @@ from .kernels.ladder import (
 from .kernels.scaling import root_mean_square
 
 
-class ThresholdLadder(ClassifierMixin, BaseEstimator):
+class ThresholdLadder(DocumentedEstimator, ClassifierMixin, BaseEstimator):
     r"""Classify residual levels by calibrated thresholds (equations 23-32).
 
     One residual, of the healthy model: the paper's ladder. Conditions are ordered by their median

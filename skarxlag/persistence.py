@@ -95,8 +95,8 @@ def save_diagnoser(
     diagnoser : Pipeline or CalibratedClassifierCV
         A fitted pipeline of this package's estimators and of the scalers and linear models of
         scikit-learn that are in `TRUSTED_TYPES`; or such pipelines within
-        `sklearn.calibration.CalibratedClassifierCV`. Its `memory` is not saved: it is a folder of
-        this machine.
+        `sklearn.calibration.CalibratedClassifierCV`. Its `memory` and its callbacks are not saved:
+        they are a folder of this machine and objects of this process.
     path : str or path-like
         The file; an existing one is replaced.
     known_conditions : Pipeline, KnownConditions or None, default=None
@@ -143,13 +143,13 @@ def save_diagnoser(
     _check_facts(facts)
     content = {
         "format": _FORMAT,
-        "diagnoser": _without_memory(copy.deepcopy(diagnoser)),
+        "diagnoser": _without_surroundings(copy.deepcopy(diagnoser)),
         "facts": facts | {"skarxlag": __version__, "scikit-learn": sklearn.__version__},
     }
     if known_conditions is not None:
         _check_known_conditions(known_conditions)
         check_is_fitted(known_conditions)
-        content["known_conditions"] = _without_memory(copy.deepcopy(known_conditions))
+        content["known_conditions"] = _without_surroundings(copy.deepcopy(known_conditions))
     members, _ = read_members(skops.io.dumps(content))
     foreign = _foreign_type(_read_schema(members))
     if foreign is not None:
@@ -251,10 +251,10 @@ def load_diagnoser(
             facts["known_conditions"] = known = content["known_conditions"]
             _check_known_conditions(known)
             check_is_fitted(known)
-            check_model_state(_without_memory(known))
+            check_model_state(_without_surroundings(known))
     except Exception as error:
         raise ValueError(f"{path}: no diagnoser saved by skarxlag ({error})") from error
-    return _without_memory(diagnoser), facts
+    return _without_surroundings(diagnoser), facts
 
 
 def _check_known_conditions(known):
@@ -277,11 +277,14 @@ def _check_facts(facts):
             )
 
 
-def _without_memory(model):
-    """The model, with the folders that its pipelines cache into forgotten."""
-    for part in estimators_within(model):
+def _without_surroundings(model):
+    """The model without the folders that its pipelines cache into, and without callbacks."""
+    for part in list(estimators_within(model)):
         if isinstance(part, Pipeline):
             part.memory = None
+        # scikit-learn has callbacks from 1.9 on.
+        if hasattr(part, "set_callbacks"):
+            part.set_callbacks()
     return model
 
 

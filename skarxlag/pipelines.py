@@ -12,6 +12,7 @@ from sklearn.utils import Bunch
 from sklearn.utils.metadata_routing import process_routing
 from sklearn.utils.metaestimators import available_if
 
+from ._documentation import DocumentedEstimator
 from ._parallel import map_batches
 from .kernels.lanes import LANES
 
@@ -37,7 +38,7 @@ def _some_step_has(name):
     return available_if(lambda pipeline: any(hasattr(step, name) for _, step in pipeline.steps))
 
 
-class DiagnosisPipeline(Pipeline):
+class DiagnosisPipeline(DocumentedEstimator, Pipeline):
     """A Pipeline that gives its verdicts batch by batch.
 
     The innovations of a bank are many times larger than its windows. A batch of windows goes

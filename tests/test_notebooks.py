@@ -1,0 +1,114 @@
+"""What people at a notebook see: progress of a fit, and links to the documentation."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sklearn.base import BaseEstimator
+from sklearn.model_selection import GridSearchCV
+from sklearn.utils import estimator_html_repr
+
+import skarxlag
+from skarxlag import (
+    load_diagnoser,
+    make_alpio,
+    make_detector,
+    make_diagnoser,
+    make_extended_state_pio,
+    make_known_conditions,
+    make_single_observer_pio,
+    make_stretch_diagnoser,
+    save_diagnoser,
+)
+
+DOCS = Path(__file__).parents[1] / "docs"
+X = np.random.default_rng(0).normal(size=(12, 300))
+Y = np.repeat(["good", "worn"], 6)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        make_alpio,
+        make_detector,
+        make_diagnoser,
+        make_extended_state_pio,
+        make_known_conditions,
+        make_single_observer_pio,
+        make_stretch_diagnoser,
+    ],
+)
+@pytest.mark.filterwarnings("ignore:.* rows, which hold a rate of false rej:UserWarning")
+@pytest.mark.filterwarnings("ignore:Some conditions have rows of one speed:UserWarning")
+@pytest.mark.filterwarnings("ignore:.* healthy rows hold:UserWarning")
+def test_verbose_prints_the_time_of_each_step(make, capsys):
+    make().fit(X, Y)
+    assert capsys.readouterr().out == ""
+    diagnoser = make(verbose=True).fit(X, Y)
+    lines = capsys.readouterr().out.splitlines()
+    for number, (line, (name, _)) in enumerate(zip(lines, diagnoser.steps, strict=True), 1):
+        assert f"(step {number} of {len(lines)}) Processing {name}, total=" in line
+
+
+class Noting:
+    """A callback as scikit-learn describes it, which notes the tasks that begin."""
+
+    def __init__(self, max_propagation_depth):
+        self.max_propagation_depth = max_propagation_depth
+        self.begun = []
+
+    def setup(self, estimator, context):
+        self.begun.append("setup")
+
+    def teardown(self, estimator, context):
+        self.begun.append("teardown")
+
+    def on_fit_task_begin(self, estimator, context, **what):
+        self.begun.append((type(estimator).__name__, context.task_name))
+
+    def on_fit_task_end(self, estimator, context, **what):
+        return False
+
+
+def test_callbacks_follow_the_steps_and_stay_out_of_files(tmp_path):
+    pytest.importorskip("sklearn.callback")
+    callback = Noting(0)
+    diagnoser = make_diagnoser().set_callbacks(callback)
+    diagnoser.fit(X, Y, sample_weight=np.arange(12))
+    names = [name for name, _ in diagnoser.steps]
+    tasks = ["fit", *(f"fit-transform-{name}" for name in names[:-1]), "fit-final-estimator"]
+    expected = [("DiagnosisPipeline", task) for task in tasks]
+    assert callback.begun == ["setup", *expected, "teardown"]
+    save_diagnoser(diagnoser, tmp_path / "d.skops")
+    loaded, _ = load_diagnoser(tmp_path / "d.skops")
+    np.testing.assert_array_equal(loaded.predict_proba(X), diagnoser.predict_proba(X))
+
+
+def test_callbacks_of_a_search_reach_the_steps_of_its_diagnosers():
+    pytest.importorskip("sklearn.callback")
+    callback = Noting(1)
+    search = GridSearchCV(make_alpio(), {"observe__ki": [0.05, 0.1]}, cv=2)
+    search.set_callbacks(callback).fit(X, Y)
+    # Two candidates in two folds, and the best one once more.
+    assert callback.begun.count(("DiagnosisPipeline", "fit-transform-observe")) == 5
+
+
+ESTIMATORS = [
+    public
+    for public in (getattr(skarxlag, name) for name in skarxlag.__all__)
+    if isinstance(public, type) and issubclass(public, BaseEstimator)
+]
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_html_links_to_the_page_of_the_estimator(estimator):
+    settings = re.search(r"^html_baseurl = SITE$", (DOCS / "conf.py").read_text("utf-8"), re.M)
+    index = (DOCS / "api" / "index.rst").read_text("utf-8")
+    pages = re.split(r"^\.\. currentmodule:: ", index, flags=re.M)
+    of_package = "".join(page for page in pages if page.startswith("skarxlag\n"))
+    assert settings and f"\n   {estimator.__name__}\n" in of_package
+    # autosummary writes a page for each name into this folder; the build checks that it did.
+    page = f"api/generated/skarxlag.{estimator.__name__}.html"
+    html = estimator_html_repr(estimator([]) if "Pipeline" in estimator.__name__ else estimator())
+    assert f'href="https://skarxlag.github.io/skarxlag/{page}"' in html
