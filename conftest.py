@@ -16,6 +16,7 @@ SLOW = (
     "tests/datasets",
     "tests/kernels/test_compiled.py",
     "tests/monitoring",
+    "tests/mutation",
     "tests/paper",
     "tests/plotting",
     "tests/recordings",

@@ -1,7 +1,6 @@
 """A Pipeline that gives its verdicts batch by batch."""
 
 import math
-from functools import partial
 from typing import Any, Self
 
 import numpy as np
@@ -15,6 +14,7 @@ from sklearn.utils.metaestimators import available_if
 from ._documentation import DocumentedEstimator
 from ._parallel import map_batches
 from .kernels.lanes import LANES
+from .quality import signal_quality
 
 #: Bytes of the rows that go through all steps together. What several models make of them should
 #: stay in the processor's cache, and checks should cost little beside the work.
@@ -22,6 +22,8 @@ _BATCH_BYTES = 2**20
 #: Rows that go together however long they are, as far as they take less than so many bytes: the
 #: recursions work on as many signals side by side.
 _ROWS_TOGETHER, _MOST_BYTES = LANES, 2**25
+#: What a detector says of a window without a signal. The p-value is the smallest that is above 0.
+_LEAST_LOG_P = float(np.log(np.finfo(np.float32).tiny))
 #: A batch of a dask array would compute everything before it once more.
 _LAZY = (
     "X is a dask array, expected windows in memory or mapped from a file. Diagnose it block by "
@@ -45,6 +47,13 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
     through all steps before the next one is looked at, so what is between the steps takes a fixed
     amount of memory for any number of windows. Every window is diagnosed by itself: the verdicts
     are those of `sklearn.pipeline.Pipeline`, bit for bit.
+
+    There is one exception: a window that carries no signal, see :func:`skarxlag.signal_quality`,
+    tells nothing of the condition. `predict_proba` gives it the prior probabilities of the last
+    step (`priors_`; all equal if there are none). `predict` and `decision_function` of a classifier
+    stay as they are: a verdict on such a window means nothing. A detector is asked whether a window
+    is like healthy ones, and such a window is not: `p_values` gives it the smallest positive
+    number, and `predict` says -1. The rule holds where the first step is fitted on windows.
 
     Metadata such as ``rpm``, the speed of each window, and ``sample_weight``, its weight, reach the
     steps that request them by scikit-learn's metadata routing, as the steps of this package do. In
@@ -145,9 +154,13 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         Returns
         -------
         ndarray of shape (n_windows,)
-            Verdicts of the last step.
+            Verdicts of the last step; -1 from a detector for a window without a signal.
         """
-        return self._in_batches(super().predict, X, params)
+        return self._in_batches(self._predict, X, params)
+
+    def _predict(self, X, **params):
+        verdict = super().predict(X, **params)
+        return self._unless_silent(X, verdict, -1) if self._is_detector() else verdict
 
     @_last_step_has("predict_proba")
     def predict_proba(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -163,9 +176,12 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         Returns
         -------
         ndarray of shape (n_windows, n_classes)
-            As the last step gives it.
+            As the last step gives it; the priors for a window without a signal.
         """
-        return self._in_batches(super().predict_proba, X, params)
+        return self._in_batches(self._probability, X, params)
+
+    def _probability(self, X, **params):
+        return self._unless_silent(X, super().predict_proba(X, **params), self._priors())
 
     @_last_step_has("predict_log_proba")
     def predict_log_proba(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -181,9 +197,23 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         Returns
         -------
         ndarray of shape (n_windows, n_classes)
-            As the last step gives it.
+            As the last step gives it; the logarithms of the priors for a window without a signal.
         """
-        return self._in_batches(super().predict_log_proba, X, params)
+        return self._in_batches(self._log_probability, X, params)
+
+    def _log_probability(self, X, **params):
+        found = super().predict_log_proba(X, **params)
+        return self._unless_silent(X, found, np.log(self._priors()))
+
+    def _priors(self):
+        n_classes = len(self.classes_)
+        return getattr(self.steps[-1][1], "priors_", np.full(n_classes, 1 / n_classes))
+
+    def _unless_silent(self, X, values, instead):
+        """The values, but others for rows that are windows without a signal."""
+        if hasattr(self.steps[0][1], "window_shape_"):
+            values[signal_quality(X) != "good"] = instead
+        return values
 
     @_last_step_has("decision_function")
     def decision_function(self, X: ArrayLike, **params: Any) -> Any:
@@ -201,7 +231,16 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows, n_classes), or (n_windows,) for two conditions
             As the last step gives it.
         """
-        return self._in_batches(super().decision_function, X, params)
+        return self._in_batches(self._decision, X, params)
+
+    def _decision(self, X, **params):
+        score = super().decision_function(X, **params)
+        if self._is_detector():
+            return self._unless_silent(X, score, _LEAST_LOG_P - self.steps[-1][1].offset_)
+        return score
+
+    def _is_detector(self):
+        return hasattr(self.steps[-1][1], "p_values")
 
     @_last_step_has("predict")
     def diagnose(self, X: ArrayLike, **params: Any) -> Bunch:
@@ -240,8 +279,10 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         found = Bunch(levels=levels)
         if hasattr(last, "decision_function"):
             found.score = last.decision_function(levels, **routed)
+            if self._is_detector():
+                self._unless_silent(X, found.score, _LEAST_LOG_P - last.offset_)
         if hasattr(last, "predict_proba"):
-            found.probability = last.predict_proba(levels)
+            found.probability = self._unless_silent(X, last.predict_proba(levels), self._priors())
         elif "score" in found:
             # An outlier detector: its verdict is the sign of its score.
             found.alarm = found.score < 0
@@ -276,7 +317,11 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows,)
             As the last step gives it.
         """
-        return self._in_batches(partial(self._of_last_step, "score_samples"), X, params)
+        return self._in_batches(self._score_samples, X, params)
+
+    def _score_samples(self, X, **params):
+        score = self._of_last_step("score_samples", X, **params)
+        return self._unless_silent(X, score, _LEAST_LOG_P) if self._is_detector() else score
 
     @_last_step_has("p_values")
     def p_values(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -294,7 +339,11 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows,) or (n_windows, n_conditions)
             As the last step gives it.
         """
-        return self._in_batches(partial(self._of_last_step, "p_values"), X, params)
+        return self._in_batches(self._p_values, X, params)
+
+    def _p_values(self, X, **params):
+        p_values = self._of_last_step("p_values", X, **params)
+        return self._unless_silent(X, p_values, np.exp(_LEAST_LOG_P))
 
     def _of_last_step(self, method, X, **params):
         levels, routed = self._before_last_step(X, params)

@@ -65,8 +65,9 @@ def signal_quality(
     Notes
     -----
     What becomes of such windows elsewhere: `ARXLaguerre` leaves windows of constant output out of
-    its sums. `predict` of a diagnoser has no row to leave out and gives one of its conditions for
-    them, which means nothing.
+    its sums. The diagnosers state the prior probabilities for them (`predict_proba`); a detector
+    flags them. `predict` of a diagnoser has no row to leave out and gives one of its conditions for
+    them, which means nothing. `window_verdicts` says "no signal".
 
     Short windows say little. Two samples at the extremes, one at each, never count as clipped, and
     a window of fewer than 64 samples never counts as coarse.
@@ -102,20 +103,31 @@ def signal_quality(
 
 
 def _quality_of_batch(windows, clipped_share, held_share):
-    finite = np.isfinite(windows).all(axis=tuple(range(1, windows.ndim)))
     output = windows if windows.ndim == 2 else windows[:, 0]
-    output = np.where(finite[:, np.newaxis], output, 0)
-    n_samples = output.shape[1]
+    # NaN and infinity show in the extremes, which are needed anyway.
     highest, lowest = output.max(axis=1), output.min(axis=1)
+    finite = np.isfinite(highest) & np.isfinite(lowest)
+    if windows.ndim == 3 and windows.shape[1] > 1:
+        finite &= np.isfinite(windows[:, 1:]).all(axis=(1, 2))
+    if not finite.all():
+        output = np.where(finite[:, np.newaxis], output, 0)
+        highest, lowest = np.where(finite, highest, 0), np.where(finite, lowest, 0)
+    n_samples = output.shape[1]
     largest = np.maximum(highest, -lowest)
     # Halved, so that the range of values near the largest number does not overflow.
     half_range = highest / 2 - lowest / 2
-    steps = np.abs(np.diff(output / 2, axis=1))
-    held = np.count_nonzero(steps == 0, axis=1)
-    smallest_step = np.min(steps, axis=1, initial=np.inf, where=steps > 0)
-    n_extreme = np.count_nonzero(
-        (output == highest[:, np.newaxis]) | (output == lowest[:, np.newaxis]), axis=1
-    )
+    if largest.max() > np.finfo(output.dtype).max / 4:
+        steps = np.diff(output / 2, axis=1)
+    else:
+        steps = np.diff(output, axis=1)
+        steps /= 2
+    np.abs(steps, out=steps)
+    stays = steps == 0
+    held = np.count_nonzero(stays, axis=1)
+    steps[stays] = np.inf
+    smallest_step = steps.min(axis=1, initial=np.inf)
+    n_extreme = np.count_nonzero(output == highest[:, np.newaxis], axis=1)
+    n_extreme += np.count_nonzero(output == lowest[:, np.newaxis], axis=1)
     names = ["not finite", "constant", "held", "coarse", "clipped"]
     found = [
         ~finite,

@@ -1,7 +1,16 @@
 import numpy as np
 import pytest
 
-from skarxlag import make_alpio, signal_quality
+from skarxlag import (
+    ThresholdLadder,
+    make_alpio,
+    make_detector,
+    make_diagnoser,
+    make_extended_state_pio,
+    make_single_observer_pio,
+    make_stretch_diagnoser,
+    signal_quality,
+)
 
 rng = np.random.default_rng(0)
 NOISE = rng.normal(size=(6, 1200))
@@ -109,3 +118,71 @@ def test_good_windows_are_what_a_diagnoser_can_be_asked_about():
 def test_errors_name_what_is_wrong(X, arguments, message):
     with pytest.raises(ValueError, match=message):
         signal_quality(X, **arguments)
+
+
+def silent_windows():
+    """One window each: dead, stuck at a value, of dropouts, of few levels, saturated."""
+    window = np.random.default_rng(5).normal(size=1200)
+    silent = np.tile(window, (5, 1))
+    silent[0], silent[1], silent[2, 300:], silent[3] = 0, 3.3, 0, np.round(window / 2)
+    silent[4] = window.clip(-0.5, 0.5)
+    assert "good" not in signal_quality(silent)
+    return silent
+
+
+MAKERS = [
+    make_alpio,
+    make_diagnoser,
+    make_extended_state_pio,
+    make_single_observer_pio,
+    make_stretch_diagnoser,
+]
+
+
+@pytest.mark.parametrize("make", MAKERS, ids=lambda make: make.__name__)
+def test_window_without_a_signal_has_the_probabilities_from_before_it_was_seen(make):
+    rng = np.random.default_rng(0)
+    X = rng.normal(size=(12, 1200))
+    X[6:] = X[6:].cumsum(axis=1)
+    priors = np.array([0.7, 0.3])
+    diagnoser = make().set_params(decide=ThresholdLadder(priors=priors))
+    diagnoser.fit(X, np.repeat(["good", "worn"], 6))
+    silent = silent_windows()
+    mixed = np.concatenate([X[:1], silent, X[-1:]])
+    probability = diagnoser.predict_proba(mixed)
+    np.testing.assert_allclose(probability[1:-1], np.tile(priors, (5, 1)), rtol=1e-12)
+    np.testing.assert_allclose(diagnoser.predict_log_proba(mixed), np.log(probability), rtol=1e-9)
+    np.testing.assert_array_equal(diagnoser.diagnose(mixed).probability, probability)
+    # A window with a signal has what the last step states of it.
+    of_ladder = diagnoser[-1].predict_proba(diagnoser[:-1].transform(mixed[[0, -1]]))
+    np.testing.assert_allclose(probability[[0, -1]], of_ladder, rtol=1e-9)
+    assert np.abs(of_ladder - priors).min() > 1e-3
+    # `predict` has to name a condition, and names the nearest as it does for any window.
+    np.testing.assert_array_equal(diagnoser.predict(mixed)[[0, -1]], ["good", "worn"])
+
+
+@pytest.mark.parametrize("fixed_gain", [False, True])
+def test_detector_does_not_call_a_dead_sensor_healthy(fixed_gain):
+    X = np.random.default_rng(0).normal(size=(40, 1200))
+    detector = make_detector(fixed_gain=fixed_gain, false_alarm_rate=0.05).fit(X)
+    silent = silent_windows()
+    mixed = np.concatenate([X[:1], silent])
+    assert detector.predict(mixed).tolist() == [1, -1, -1, -1, -1, -1]
+    p_values = detector.p_values(mixed)
+    assert p_values[0] > 0.05 and np.all(p_values[1:] < 1e-30) and np.all(p_values > 0)
+    np.testing.assert_allclose(detector.score_samples(mixed), np.log(p_values))
+    score = detector.score_samples(mixed) - np.log(0.05)
+    np.testing.assert_allclose(detector.decision_function(mixed), score)
+    found = detector.diagnose(mixed)
+    np.testing.assert_allclose(found.score, score)
+    assert found.verdict.tolist() == detector.predict(mixed).tolist()
+
+
+def test_channels_after_the_first_may_be_constant():
+    rng = np.random.default_rng(0)
+    X = np.stack([rng.normal(size=(12, 400)), np.full((12, 400), 7.0)], axis=1)
+    X[6:, 0] = X[6:, 0].cumsum(axis=1)
+    diagnoser = make_diagnoser().fit(X, np.repeat(["good", "worn"], 6))
+    assert np.all(diagnoser.predict_proba(X).max(axis=1) > 0.5)
+    X[0, 0], X[0, 1] = 1.0, rng.normal(size=400)
+    np.testing.assert_array_equal(diagnoser.predict_proba(X)[0], [0.5, 0.5])

@@ -64,7 +64,9 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
         dispatcher = numba.njit(cache=True, **options)(function)
     except (RuntimeError, OSError):
         dispatcher = numba.njit(**options)(function)
-    # With NUMBA_DISABLE_JIT there is nothing to cache.
+    if dispatcher is function:
+        # NUMBA_DISABLE_JIT leaves the function as it is.
+        return function
     if hasattr(dispatcher, "_cache"):
         dispatcher._cache = _LenientCache(dispatcher._cache)
     functools.update_wrapper(dispatcher, function)
@@ -86,4 +88,5 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     callable
         The function, which compiled loops can call.
     """
-    return functools.update_wrapper(numba.njit(inline="always")(function), function)
+    dispatcher = numba.njit(inline="always")(function)
+    return function if dispatcher is function else functools.update_wrapper(dispatcher, function)

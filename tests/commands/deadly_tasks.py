@@ -4,6 +4,9 @@ import os
 import signal
 from pathlib import Path
 
+#: On Windows any other signal ends a process like this.
+KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
+
 
 class Deadly:
     """Ends the process that runs it, each time or the first time only."""
@@ -15,7 +18,7 @@ class Deadly:
         if self.flag is None or not Path(self.flag).exists():
             if self.flag is not None:
                 Path(self.flag).touch()
-            os.kill(os.getpid(), signal.SIGKILL)
+            os.kill(os.getpid(), KILL)
         return "survived"
 
 

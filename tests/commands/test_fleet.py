@@ -1,6 +1,5 @@
 import json
 import os
-import signal
 from dataclasses import replace
 
 import dask
@@ -19,7 +18,7 @@ from skarxlag.commands.recording_task import Diagnosis
 from skarxlag.commands.runner import WorkerDied, executors, run_tasks
 from skarxlag.recordings.listing import ListedRecording
 
-from .deadly_tasks import Deadly, Harmless
+from .deadly_tasks import KILL, Deadly, Harmless
 
 WINDOW, N_RECORDINGS = 200, 20
 
@@ -91,7 +90,7 @@ def test_a_cluster_that_loses_a_worker_during_the_run_changes_nothing(
     def step_and_kill(progress, line):
         seen.append(line)
         if len(seen) == 4:
-            os.kill(victim, signal.SIGKILL)
+            os.kill(victim, KILL)
 
     monkeypatch.setattr(Progress, "step", step_and_kill)
     assert diagnose("--dask", cluster.scheduler_address) == in_order

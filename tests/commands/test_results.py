@@ -1,4 +1,5 @@
 import json
+import os
 import re
 
 import numpy as np
@@ -80,7 +81,10 @@ def test_json_holds_the_windows_of_each_recording(run, plant):
 @pytest.mark.parametrize("name", ["bearing.skops", "table.csv", "good.csv", "out.csv", "link.csv"])
 def test_an_output_never_replaces_an_input(run, plant, name):
     np.savetxt(plant / "good.csv", np.load(plant / "good.npy"))
-    (plant / "link.csv").symlink_to(plant / "good.csv")
+    if name == "link.csv":
+        if os.name == "nt":
+            pytest.skip("Windows does not let everybody make a link")
+        (plant / "link.csv").symlink_to(plant / "good.csv")
     (plant / "out_windows.csv").write_bytes((plant / "good.csv").read_bytes())
     before = {path: path.read_bytes() for path in plant.iterdir()}
     table = ("--table", plant / "table.csv")

@@ -1,8 +1,9 @@
 """Damage files for a while: ``python -m tests.fuzz --seconds 60``.
 
-Every execution takes an intact file, damages it and hands it to its reader in a process of its own.
-What dies, hangs, takes more than 2 GB, raises an error of another type than promised, or one that
-does not name the file, is a failure: it is kept in the folder `corpus`, which the suite replays.
+Every execution takes an intact file, damages it and hands it to its reader. Some files share a
+process, which is replaced after a failure. What dies, hangs, takes more than 2 GB, raises an error
+of another type than promised, or one that does not name the file, is a failure: it is kept in the
+folder `corpus`, which the suite replays.
 Exit status: 0 without a failure, 1 with one.
 """
 
@@ -15,10 +16,13 @@ from collections import Counter
 from pathlib import Path
 
 from .damage import damaged, forged
-from .executions import run_apart
+from .executions import run_apart, run_until_failure
 from .seeds import unwritten, write_models, write_recordings
 
 CORPUS = Path(__file__).with_name("corpus")
+
+#: Files that one child handles before the next is started; most of the time goes into starting.
+_BATCH = 400
 
 
 def main():
@@ -38,24 +42,44 @@ def main():
             assert run_apart(path) is None, f"{path.name}: {run_apart(path)}"
         end = time.monotonic() + args.seconds
         while time.monotonic() < end:
-            seed = source.choice(files)
-            is_model = seed.suffix == ".skops"
-            damage = forged if is_model and source.random() < 0.8 else damaged
-            path = folder / f"damaged_{seed.name}"
-            path.write_bytes(damage(seed.read_bytes(), source))
-            counts[seed.name] += 1
-            problem = run_apart(path)
-            if problem is not None:
-                failures += 1
-                name = f"{seed.stem}_{args.seed}_{sum(counts.values())}{''.join(seed.suffixes)}"
-                (CORPUS / name).write_bytes(path.read_bytes())
-                print(f"{name}: {problem}", flush=True)
+            batch = [_damaged_file(source.choice(files), folder, i, source) for i in range(_BATCH)]
+            while batch:
+                n_handled, problem = run_until_failure(batch)
+                counts.update(_seed_name(path) for path in batch[: n_handled + 1])
+                if problem is not None:
+                    failures += 1
+                    _keep(batch[: n_handled + 1], problem, f"{args.seed}_{sum(counts.values())}")
+                batch = batch[n_handled + 1 :]
     for name, count in sorted(counts.items()):
         print(f"{name}: {count} executions")
     print(f"{sum(counts.values())} executions, {failures} failures")
     if args.only != "models" and unwritten():
         print(f"Not tried, no writer at hand: {', '.join(unwritten())}")
     return 1 if failures else 0
+
+
+def _damaged_file(seed, folder, number, source):
+    """Write a damaged copy of a file."""
+    is_model = seed.suffix == ".skops"
+    damage = forged if is_model and source.random() < 0.8 else damaged
+    path = folder / f"{number}_{seed.name}"
+    path.write_bytes(damage(seed.read_bytes(), source))
+    return path
+
+
+def _seed_name(path):
+    return path.name.partition("_")[2]
+
+
+def _keep(handled, problem, label):
+    """Keep the last file in the corpus; all of them if the last one by itself does no harm."""
+    alone = run_apart(handled[-1])
+    for path in handled if alone is None else handled[-1:]:
+        stem, dot, suffixes = _seed_name(path).partition(".")
+        name = f"{stem}_{label}_{path.name.partition('_')[0]}{dot}{suffixes}"
+        (CORPUS / name).write_bytes(path.read_bytes())
+    note = " (only after the files before it)" if alone is None else ""
+    print(f"{name}: {problem}{note}", flush=True)
 
 
 if __name__ == "__main__":

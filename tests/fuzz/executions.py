@@ -1,21 +1,22 @@
-"""One file, given to the reader that it is for, in a process that may die of it."""
+"""Files, given to the readers that they are for, in a process that may die of them."""
 
 import os
-import resource
+import select
 import signal
-import time
 import traceback
 import warnings
 
 import numpy as np
 
 from skarxlag import load_diagnoser, read_recording
+from skarxlag.recordings.formats._isolation import end_readers
 
 #: Seconds that a file may take, and bytes that the process may grow by.
 LONGEST, MOST_BYTES = 100.0, 2 * 2**30
-_WINDOWS = np.random.default_rng(1).normal(size=(20, 80))
 #: Exit status of a child whose file was handled as promised, and of one that broke a promise.
 GOOD, BAD = 0, 9
+#: What a child tells of each file that was handled as promised.
+_HANDLED = b"\0"
 
 
 def handle(path):
@@ -80,39 +81,67 @@ def run_apart(path):
     str or None
         What went wrong; None if nothing did.
     """
+    _, problem = run_until_failure([path])
+    return problem
+
+
+def run_until_failure(paths):
+    """`handle` with one file after another, in one process that may die of any of them.
+
+    Parameters
+    ----------
+    paths : list of Path
+        The files.
+
+    Returns
+    -------
+    n_handled : int
+        Files that were handled as promised before one that was not.
+    problem : str or None
+        What went wrong with that one; None if all were handled.
+    """
     report, write = os.pipe()
     child = os.fork()
     if child == 0:
         status = BAD
         try:
-            used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-            _bound_memory(used + MOST_BYTES)
-            handle(path)
+            _bound_memory(MOST_BYTES)
+            for path in paths:
+                handle(path)
+                os.write(write, _HANDLED)
             status = GOOD
         except BaseException:
             os.write(write, traceback.format_exc()[-2000:].encode())
         finally:
+            end_readers()
             os._exit(status)
     os.close(write)
-    end, status = time.monotonic() + LONGEST, None
-    while status is None and time.monotonic() < end:
-        done, code = os.waitpid(child, os.WNOHANG)
-        status = os.waitstatus_to_exitcode(code) if done else None
-        time.sleep(0.002)
-    if status is None:
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
-    with os.fdopen(report) as file:
-        text = file.read()
-    if status is None:
-        return f"took more than {LONGEST:g} s"
+    told, is_late = b"", False
+    while True:
+        ready, _, _ = select.select([report], [], [], LONGEST)
+        if not ready:
+            os.kill(child, signal.SIGKILL)
+            is_late = True
+            break
+        part = os.read(report, 4096)
+        if not part:
+            break
+        told += part
+    os.close(report)
+    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    n_handled = len(told) - len(told.lstrip(_HANDLED))
     if status == GOOD:
-        return None
-    return text or f"the process died: status {status}"
+        return n_handled, None
+    if is_late:
+        return n_handled, f"took more than {LONGEST:g} s"
+    return n_handled, told[n_handled:].decode(errors="replace") or f"it died: status {status}"
 
 
 def _bound_memory(n_bytes):
     """Address space is what can be bounded; it is larger than memory by a constant."""
+    # Not every system on which the suite is collected has it.
+    import resource
+
     with open("/proc/self/statm") as file:
         mapped = int(file.read().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (mapped + n_bytes, mapped + n_bytes))

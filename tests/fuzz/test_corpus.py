@@ -11,10 +11,12 @@ from .executions import handle, run_apart
 from .seeds import write_models, write_recordings
 
 CORPUS = sorted(Path(__file__).with_name("corpus").iterdir())
-needs_fork = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+needs_linux = pytest.mark.skipif(
+    not os.path.exists("/proc/self/statm"), reason="memory is bounded as on Linux"
+)
 
 
-@needs_fork
+@needs_linux
 @pytest.mark.parametrize("path", CORPUS, ids=lambda path: path.name)
 def test_past_failure_is_handled(path):
     assert run_apart(path) is None
@@ -38,7 +40,7 @@ def test_intact_files_are_read(tmp_path):
     assert {path.name: handle(path) for path in files} == {path.name: "read" for path in files}
 
 
-@needs_fork
+@needs_linux
 def test_a_few_damaged_files_are_handled(tmp_path):
     source = random.Random(0)
     for seed in write_models(tmp_path):

@@ -69,6 +69,11 @@ def test_impulse_responses_are_orthonormal_and_last_as_long_as_they_are_heard(or
     assert len(impulse_responses(order, pole, 9)) == (4 if order == 1 else 12)
 
 
+def test_correlations_of_states_have_an_entry_for_each_state_and_channel():
+    sums = state_correlations(np.ones((3, 2, 2, 9)), np.array([5, 2]), np.array([0.4, 0.0]))
+    assert sums.shape == (3, 2, 3, 6)
+
+
 @pytest.mark.parametrize("n_samples", [1, 3, 40, 700])
 @pytest.mark.parametrize(("orders", "poles"), LAYOUTS, ids=str)
 def test_fits_are_those_of_states_on_padded_windows(orders, poles, n_samples):
@@ -123,12 +128,14 @@ def test_an_output_without_power_has_no_error():
     assert np.all(np.isfinite(slopes))
 
 
+# With the second pole the first states of the network are correlated negatively.
+@pytest.mark.parametrize("pole", [0.2, 0.95])
 @pytest.mark.parametrize("second", ["silent", "the output again"])
-def test_states_that_others_determine_get_no_coefficients(second):
+def test_states_that_others_determine_get_no_coefficients(second, pole):
     windows = coloured(2, 2, 200)
     windows[:, 1] = 0 if second == "silent" else windows[:, 0]
-    coef, error, slopes = fits([windows], [3, 3], [0.2, 0.2], 0.0)
-    alone, expected, _ = fits([windows[:, :1]], [3], [0.2], 0.0)
+    coef, error, slopes = fits([windows], [3, 3], [pole, pole], 0.0)
+    alone, expected, _ = fits([windows[:, :1]], [3], [pole], 0.0)
     np.testing.assert_allclose(coef[0], [*alone[0], 0, 0, 0], rtol=1e-6, atol=1e-12)
     assert error == pytest.approx(expected, rel=1e-9)
     assert np.all(np.isfinite(slopes))
