@@ -6,7 +6,10 @@ from skarxlag.kernels.order_spectra import (
     band_envelopes,
     distances,
     envelope_spectra,
+    envelopes_over_angle,
     equal_angles,
+    match,
+    order_spectrum,
     turns_of_frames,
 )
 
@@ -129,3 +132,96 @@ def test_order_tracking_gathers_what_a_run_up_smears():
     assert peak == pytest.approx(order, abs=0.03)
     smeared, _ = envelope_spectra(envelope, n_segment)
     assert log_power.max() > smeared.max() + 1
+
+
+def test_steps_between_two_frames_are_the_whole_way():
+    tracked, step = equal_angles(np.array([[1.0, 3.0]]), np.array([0.5, 0.75]))
+    assert step == 0.25
+    np.testing.assert_array_equal(tracked, [[1.0, 3.0]])
+
+
+# A turn of 1000 samples and frames of 64: half a cycle a hop of 32 is order 15.6.
+@pytest.mark.parametrize(
+    ("frame", "max_order", "hop"),
+    [(64, 15, 32), (64, 16, 16), (64, 31, 16), (64, 32, 8), (64, 1e6, 8), (8, 1e6, 1), (6, 1e6, 1)],
+)
+def test_frames_overlap_as_much_as_the_highest_order_needs(rng, frame, max_order, hop):
+    samples = rng.normal(size=2000)
+    envelopes, step = envelopes_over_angle(samples, 1000.0, frame, 2, max_order)
+    assert step == hop / 1000
+    np.testing.assert_array_equal(envelopes, band_envelopes(samples, frame, hop, 2))
+
+
+def test_a_speed_that_is_given_for_each_sample_may_be_constant(rng):
+    samples = rng.normal(size=2000)
+    expected, step = envelopes_over_angle(samples, 1000.0, 64, 2, 16)
+    found, same_step = envelopes_over_angle(samples, np.full(2000, 1000.0), 64, 2, 16)
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    assert same_step == pytest.approx(step, rel=1e-9)
+
+
+def test_a_signal_of_less_than_32_samples_has_one_value(rng):
+    envelopes, step = envelopes_over_angle(rng.normal(size=31), 10.0, 64, 3, 5)
+    np.testing.assert_array_equal(envelopes, np.zeros((3, 1)))
+    log_power, cell = order_spectrum(envelopes, step, 10)
+    np.testing.assert_array_equal(log_power, np.zeros((3, 1)))
+    assert (step, cell) == (1.0, 1.0)
+    # Frames of four samples, two apart.
+    assert envelopes_over_angle(rng.normal(size=32), 10.0, 64, 3, 2)[0].shape == (3, 15)
+
+
+def test_a_constant_envelope_is_90_db_below_one():
+    log_power, _ = envelope_spectra(np.ones((1, 40)), 10)
+    np.testing.assert_allclose(log_power, np.log(1e-9), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("n_turns", "n_segment"), [(5, 25), (1e9, 100), (0.01, 2)])
+def test_segments_hold_so_many_turns_as_far_as_there_are_values(rng, n_turns, n_segment):
+    envelopes = 1 + 0.1 * rng.normal(size=(2, 100))
+    log_power, cell = order_spectrum(envelopes, 0.2, n_turns)
+    expected, step = envelope_spectra(envelopes, n_segment)
+    np.testing.assert_array_equal(log_power, expected)
+    assert cell == pytest.approx(step / 0.2)
+    assert order_spectrum(envelopes[:, :2], 0.2, n_turns)[0].shape[1] > 1
+
+
+@pytest.mark.parametrize("deviation", [0.0, 0.03, 0.3])
+def test_match_is_the_least_of_all_factors_within_two_deviations(rng, deviation):
+    orders, step, n_turns = np.arange(1.0, 9.0, 0.5), 0.04, 6.0
+    envelopes = 1 + 0.1 * rng.normal(size=(2, 400))
+    envelopes += 0.5 * np.sin(2 * np.pi * 4 * 1.3 * step * np.arange(400))
+    references = rng.normal(size=(3, 2, len(orders)))
+    variances = rng.uniform(0.5, 2, size=(2, len(orders)))
+    least = [np.inf] * 3
+    factors, closest = [1.0] * 3, [None] * 3
+    # Groups that are at most 0.4 wide, and factors that are 2 % apart.
+    centres = {0.0: [0.0], 0.03: [0.0], 0.3: [-0.4, 0.0, 0.4]}[deviation]
+    widths = {0.0: 0, 0.03: 3, 0.3: 10}[deviation]
+    for centre in centres:
+        log_power, cell = order_spectrum(envelopes, step * np.exp(centre), n_turns)
+        for near in range(-widths, widths + 1):
+            found, inside = at_orders(log_power, cell, orders, np.exp([0.02 * near]))
+            unlikely = (centre + 0.02 * near) / deviation if deviation else 0.0
+            for c, reference in enumerate(references):
+                d = distances(found, inside, reference[np.newaxis], variances)[0, 0]
+                r = np.sqrt(d**2 + unlikely**2 / 50)
+                if r < least[c] - 1e-12:
+                    least[c], factors[c] = r, np.exp(centre + 0.02 * near)
+                    closest[c] = found[0]
+    residuals, best, spectra = match(
+        envelopes, step, n_turns, orders, deviation, references, variances
+    )
+    np.testing.assert_allclose(residuals, least, rtol=1e-9)
+    np.testing.assert_allclose(best, factors, rtol=1e-9)
+    np.testing.assert_allclose(spectra, closest, rtol=1e-9, atol=1e-12)
+
+
+def test_match_finds_the_factor_of_a_wrong_nominal_speed(rng):
+    orders, step, n_turns = np.arange(1.0, 12.0, 0.1), 0.03, 20.0
+    true = 1 + 0.05 * rng.normal(size=(1, 3000)) + np.sin(2 * np.pi * 5 * step * np.arange(3000))
+    log_power, cell = order_spectrum(true, step, n_turns)
+    reference, _ = at_orders(log_power, cell, orders, np.ones(1))
+    # The shaft turned by 22 % less than was said in each step.
+    variances = np.ones((1, len(orders)))
+    _, factors, _ = match(true, step / 0.78, n_turns, orders, 0.3, reference, variances)
+    assert factors[0] == pytest.approx(0.78, rel=0.011)
