@@ -7,7 +7,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._parallel import BATCH, map_batches
 from ._state import check_fitted_array, check_fitted_input, check_fitted_number
+from .kernels.healthy_limits import SLOPES
 from .kernels.healthy_rows import Rows, measure_rows, number_of_cepstra
+from .kernels.speed_drift import SAME_SPEED, UNIT_DISTANCE
 
 
 def log_speeds(rpm: ArrayLike | None, n_rows: int) -> NDArray[Any] | None:
@@ -112,6 +114,15 @@ def weak_points(detector: Any, rate: float) -> list[str]:
             f"themselves. The stated {rate:g} rests on Student's t distribution; "
             f"{int(np.ceil(1 / rate - 1e-9)) - 1} rows would hold it."
         )
+    if len(detector.speeds_) == 0:
+        spectrum, unsteadiness = price_of_unknown_speed(detector)
+        said.append(
+            "rpm is not given, so the limits are those for a speed that differs by the factor 1.3: "
+            f"the spectrum must be {spectrum:.2g} times as far off as at a known speed before a "
+            f"row is flagged, the unsteadiness {unsteadiness:.2g} times, and most faults are "
+            "missed. If the speed is known, if only as one number for all rows, give it to fit "
+            "and to predict."
+        )
     if len(detector.speeds_) == 1:
         said.append(
             f"The healthy rows are of one speed, {detector.speeds_[0]:g} rpm: how far a healthy "
@@ -128,6 +139,30 @@ def weak_points(detector: Any, rate: float) -> list[str]:
             f"{rate:g} at every speed that is left out: {listed}."
         )
     return said
+
+
+def price_of_unknown_speed(detector: Any) -> tuple[float, float]:
+    r"""By what factors limits are wider at a speed that differs by the factor 1.3.
+
+    Parameters
+    ----------
+    detector : FaultDetector
+        Fitted without speeds.
+
+    Returns
+    -------
+    spectrum, unsteadiness : float
+        The root of the geometric mean of
+        :math:`(\lambda_i + 1 + 0.02) / (\lambda_i + 0.02)` over the scatter
+        :math:`\lambda_i` of the cepstra in units of the drift; and the ratio of the deviations of
+        the log unsteadiness.
+    """
+    scatter = detector.variances_
+    spectrum = np.exp(np.mean(np.log((scatter + 1 + SAME_SPEED) / (scatter + SAME_SPEED))) / 2)
+    drift = SLOPES[0]["drift"] ** 2
+    own = detector.deviations_[0] ** 2 * (1 + 1 / detector.n_blocks_)
+    far = own + (1 + SAME_SPEED) * drift + detector.slopes_[0, 1] * UNIT_DISTANCE**2
+    return float(spectrum), float(np.sqrt(far / (own + SAME_SPEED * drift)))
 
 
 def check_calibration(detector: Any) -> None:

@@ -12,7 +12,7 @@ from ._calibration import check_calibration, log_speeds, measure, weak_points
 from ._outliers import RowOutlierDetector
 from ._state import remember_parameters
 from ._validation import check_real, validate_innovations, weighted_windows
-from .kernels.healthy_limits import Limits, calibrate, drift_scale, log_p_values
+from .kernels.healthy_limits import Limits, calibrate, drift_scale, log_p_values, parts_of_rows
 from .kernels.speed_drift import UNIT_DISTANCE, group_speeds
 
 #: Samples that a spectrum takes at least.
@@ -57,7 +57,8 @@ class FaultDetector(RowOutlierDetector):
       level counts in any case.
 
     Scores are compared with Student's t over blocks of time that were left out, five to ten for
-    each speed. The row's p-value is the smallest of them, times their number.
+    each speed. Where a speed has fewer than five rows, and rows have several windows, blocks are
+    parts of rows. The row's p-value is the smallest of them, times their number.
 
     Parameters
     ----------
@@ -83,8 +84,8 @@ class FaultDetector(RowOutlierDetector):
         :math:`\kappa`: 1 with one speed; with several, twice the least at which every speed, left
         out, holds the false-alarm rate. At least 0.25.
     left_out_rates_ : ndarray of shape (n_speeds,)
-        Share of the healthy rows of each speed that are flagged when the references come from the
-        other speeds. Empty with one speed.
+        Share of the healthy rows (or of their parts, where these are the blocks) of each speed that
+        are flagged when the references come from the other speeds. Empty with one speed.
     n_rows_, n_windows_ : int
         Healthy rows in `fit`, and windows in each.
     n_blocks_ : int
@@ -203,8 +204,8 @@ class FaultDetector(RowOutlierDetector):
         Warns
         -----
         UserWarning
-            If there are fewer rows than the false-alarm rate needs, speeds were given and are all
-            one, or no drift scale holds the rate at left-out speeds.
+            If there are fewer rows than the false-alarm rate needs, `rpm` is not given, speeds were
+            given and are all one, or no drift scale holds the rate at left-out speeds.
         """
         X, _ = validate_innovations(self, X, reset=True)
         self._check_parameters()
@@ -221,7 +222,13 @@ class FaultDetector(RowOutlierDetector):
         self.n_rows_ = len(X)
         self.n_windows_ = max(X.shape[-1] // self.window_length, 1)
         with_level = bool(self.fixed_gain) or X.shape[-1] < _SHORTEST_SPECTRUM
-        rows = measure(X, self.n_windows_, with_level=with_level, n_jobs=self.n_jobs)
+        # Few long rows are calibrated on their parts.
+        n_parts = parts_of_rows(at, self.n_windows_)
+        n_windows = self.n_windows_ // n_parts
+        at, weights = np.repeat(at, n_parts), np.repeat(weights, n_parts)
+        length = n_windows * (X.shape[-1] // self.n_windows_) if n_parts > 1 else X.shape[-1]
+        parts = X[..., : n_parts * length].reshape(-1, X.shape[1], length)
+        rows = measure(parts, n_windows, with_level=with_level, n_jobs=self.n_jobs)
         limits = calibrate(rows, known, at, weights)
         for name, value in limits._asdict().items():
             if name != "known":
@@ -233,6 +240,8 @@ class FaultDetector(RowOutlierDetector):
             self.drift_scale_, self.left_out_rates_ = drift_scale(
                 rows, known, at, limits, self.false_alarm_rate, weights
             )
+        # The mean of more windows scatters less.
+        self.variances_ = limits.variances * (n_windows / self.n_windows_)
         remember_parameters(self)
         for sentence in weak_points(self, self.false_alarm_rate):
             warnings.warn(sentence, stacklevel=2)

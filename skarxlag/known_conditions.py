@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._calibration import check_calibration, log_speeds, measure
+from ._calibration import check_calibration, log_speeds, measure, price_of_unknown_speed
 from ._outliers import RowOutlierDetector
 from ._state import (
     check_fitted_classes,
@@ -151,7 +151,8 @@ class KnownConditions(RowOutlierDetector):
         -----
         UserWarning
             If a condition is left out because it has no two rows at one speed; if some condition
-            has fewer rows than the rate needs; or if all rows of a condition are of one speed.
+            has fewer rows than the rate needs; if `rpm` is not given; or if all rows of a condition
+            are of one speed.
         """
         X, y = validate_innovations(self, X, y, reset=True)
         check_real(
@@ -214,7 +215,14 @@ class KnownConditions(RowOutlierDetector):
                 f"1/{n + 1} = {1 / (n + 1):.2g} by themselves. The stated {rate:g} rests on "
                 f"Student's t distribution; {int(np.ceil(1 / rate - 1e-9)) - 1} rows would hold it."
             )
-        if any(len(d.speeds_) < 2 for d in self.detectors_):
+        prices = [price_of_unknown_speed(d)[0] for d in self.detectors_ if len(d.speeds_) == 0]
+        if prices:
+            yield (
+                "rpm is not given, so the limits are those for a speed that differs by the factor "
+                f"1.3: the spectrum must be {min(prices):.2g} times as far off as at a known "
+                "speed, or farther, before a row is rejected."
+            )
+        elif any(len(d.speeds_) == 1 for d in self.detectors_):
             yield (
                 "Some conditions have rows of one speed: at other speeds most conditions that were "
                 "never seen are taken for a known one."

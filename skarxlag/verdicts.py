@@ -57,9 +57,11 @@ def window_verdicts(
 
     Examples
     --------
+    >>> import warnings
     >>> from skarxlag import make_detector
     >>> X = np.random.default_rng(0).normal(size=(40, 400))
-    >>> detector = make_detector(false_alarm_rate=0.1, fixed_gain=True).fit(X)
+    >>> with warnings.catch_warnings(action="ignore"):  # the speed is not known
+    ...     detector = make_detector(false_alarm_rate=0.1, fixed_gain=True).fit(X)
     >>> new = np.stack([X[0], 9 * X[1], 0 * X[2]])
     >>> window_verdicts(detector, new)["verdict"].tolist()
     ['healthy', 'faulty', 'no signal']

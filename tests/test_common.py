@@ -48,6 +48,7 @@ pytestmark = [
         "Condition .* has .* rows, which hold a rate",
         "Conditions with one row at each speed",
         "Some conditions have rows of one speed",
+        "rpm is not given",
     )
 ]
 ESTIMATORS = [

@@ -1,3 +1,4 @@
+import re
 import warnings
 
 import numpy as np
@@ -136,9 +137,54 @@ def test_long_rows_are_cut_into_windows():
         fitted.score_samples(X, rpm=rpm)
 
 
+def long_rows(n, rpm, seed, **options):
+    """Rows of ten windows."""
+    return healthy(10 * n, rpm, seed, **options).reshape(n, -1)
+
+
+def few_long(X, **options):
+    with warnings.catch_warnings():
+        # Two rows of one speed: that is what these tests are about.
+        warnings.simplefilter("ignore", UserWarning)
+        return FaultDetector(window_length=LENGTH, **options).fit(X, rpm=1000)
+
+
+def test_two_long_rows_find_faults_at_a_small_rate():
+    fitted = few_long(long_rows(2, 1000, 0), false_alarm_rate=0.01)
+    assert (fitted.n_rows_, fitted.n_windows_, fitted.n_blocks_) == (2, 10, 5)
+    assert np.all(fitted.predict(long_rows(10, 1000, 1, strikes=30.0), rpm=1000) == -1)
+
+
+def test_rate_of_two_long_rows_holds_over_seeds():
+    n_seeds, n_rows, alarms = 20, 10, 0
+    for seed in range(n_seeds):
+        fitted = few_long(long_rows(2, 1000, seed), false_alarm_rate=RATE)
+        alarms += np.sum(fitted.predict(long_rows(n_rows, 1000, 100 + seed), rpm=1000) == -1)
+    assert alarms <= stats.binom.isf(1e-3, n_seeds * n_rows, RATE)
+
+
+def test_limits_of_few_long_rows_are_for_whole_rows():
+    # Calibrated on thirds of rows of three windows, or on rows of one window: the scatter differs
+    # by the number of windows in the row that is asked about.
+    windows = healthy(6, 1000, 0)
+    rows = few_long(windows.reshape(2, -1))
+    single = few_long(windows)
+    np.testing.assert_allclose(3 * rows.variances_, single.variances_, rtol=0.02)
+    np.testing.assert_allclose(rows.references_, single.references_, rtol=1e-3, atol=1e-3)
+
+
 def test_without_speeds_limits_are_those_of_another_speed():
     X = healthy(60, 1000, 0)
-    unknown = FaultDetector(false_alarm_rate=RATE).fit(X)
+    with pytest.warns(UserWarning, match="rpm is not given, so the limits are those") as said:
+        unknown = FaultDetector(false_alarm_rate=RATE).fit(X)
+    spectrum, unsteadiness = map(float, re.findall(r"([\d.]+) times", str(said[0].message)))
+    variances, deviation = unknown.variances_, unknown.deviations_[0]
+    wider = np.prod((variances + 1.02) / (variances + 0.02)) ** (0.5 / len(variances))
+    assert spectrum == pytest.approx(wider, rel=0.05) and spectrum > 1
+    # Of the unsteadiness: a row whose p-value comes of it alone.
+    near = deviation**2 * (1 + 1 / unknown.n_blocks_) + 0.02 * 0.4**2
+    far = near + 0.4**2 + 0.7**2 * np.log(1.3) ** 2
+    assert unsteadiness == pytest.approx(np.sqrt(far / near), rel=0.05)
     assert unknown.speeds_.shape == (0,)
     with pytest.warns(UserWarning, match="one speed, 1000 rpm"):
         known = FaultDetector(false_alarm_rate=RATE).fit(X, rpm=1000)
@@ -200,8 +246,9 @@ def test_few_rows_are_said():
 
 def test_two_rows_are_the_least():
     X = healthy(2, 1000, 0)
-    with pytest.warns(UserWarning, match="2 healthy rows hold"):
+    with pytest.warns(UserWarning) as said:
         fitted = FaultDetector(false_alarm_rate=RATE).fit(X)
+    assert "2 healthy rows hold" in str(said[0].message) and len(said) == 2
     assert np.all(fitted.predict(healthy(50, 1000, 1)) == 1)
     with pytest.raises(ValueError, match="X has one row"):
         FaultDetector().fit(X[:1])
@@ -257,8 +304,9 @@ def test_measured_inputs_are_explained_first():
     rng = np.random.default_rng(0)
     torque = np.cumsum(rng.normal(size=(60, LENGTH)), axis=1)
     X = np.stack([rng.normal(size=torque.shape) + 5 * np.roll(torque, 1, axis=1), torque], axis=1)
-    detector = make_detector(false_alarm_rate=RATE).fit(X)
-    assert (detector.predict(X) == -1).mean() <= RATE
+    with pytest.warns(UserWarning, match="one speed"):
+        detector = make_detector(false_alarm_rate=RATE).fit(X, rpm=1000)
+    assert (detector.predict(X, rpm=1000) == -1).mean() <= 2 * RATE
     with pytest.raises(ValueError, match="innovations of 2 models, expected those of one"):
         FaultDetector().fit(ARXLaguerre().fit_transform(X, np.arange(60) % 2))
 

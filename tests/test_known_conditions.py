@@ -140,6 +140,9 @@ def test_weak_calibrations_are_said():
         left_out = KnownConditions().fit(X[:11], y[:11], rpm=800)
     assert "one row at each speed are left out: 'inner'" in str(said[0].message)
     assert left_out.classes_.tolist() == ["good"]
+    with pytest.warns(UserWarning) as said:
+        KnownConditions().fit(X, y)
+    assert "rpm is not given" in str(said[1].message) and len(said) == 2
     with pytest.raises(ValueError, match="expected at least 2 rows of one condition at one speed"):
         KnownConditions().fit(X[[0, 10]], y[[0, 10]])
     with pytest.raises(ValueError, match="expected at least 2 rows of one condition at one speed"):

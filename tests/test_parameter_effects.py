@@ -115,7 +115,7 @@ EFFECTS = {
 
 @pytest.mark.filterwarnings("ignore:20 healthy rows hold:UserWarning")
 @pytest.mark.filterwarnings("ignore:Condition known has 20 rows:UserWarning")
-@pytest.mark.filterwarnings("ignore:Some conditions have rows of one speed:UserWarning")
+@pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 @pytest.mark.parametrize(
     ("estimator", "name"),
     [(estimator, name) for estimator, effects in EFFECTS.items() for name in effects],

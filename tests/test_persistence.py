@@ -53,6 +53,8 @@ from skarxlag.persistence import (
     write_atomically,
 )
 
+pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
+
 rng = np.random.default_rng(0)
 Y = np.repeat(["good", "worn", "broken"], 10)
 X = np.concatenate([lfilter([1.0], [1.0, a], rng.normal(size=(10, 300))) for a in (-0.9, 0.0, 0.9)])

@@ -12,6 +12,8 @@ from skarxlag import (
 from skarxlag.commands.remarks import verdict_remarks
 from skarxlag.verdicts import recording_verdict
 
+pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
+
 
 @pytest.fixture(scope="module")
 def windows():

@@ -250,7 +250,8 @@ def _heading(model):
     )
     rate = "" if model.sampling_rate is None else f" at {model.sampling_rate:g} Hz"
     rows, seconds = "windows", ""
-    if any(hasattr(step, "speed_known_") for _, step in model.diagnoser.steps):
+    is_long = getattr(model.diagnoser[-1], "n_windows_", 1) > 1
+    if is_long or any(hasattr(step, "speed_known_") for _, step in model.diagnoser.steps):
         rows = "stretches"
         if model.sampling_rate is not None:
             seconds = f", {model.window_length / model.sampling_rate:.3g} s,"

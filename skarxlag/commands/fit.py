@@ -86,8 +86,8 @@ def add_arguments(parser: Any) -> None:
         "--window-length",
         type=window_length,
         metavar="N",
-        help="default: 1200, of the detector 4800; of stretches a second, or ten turns at the "
-        "lowest speed of the table if that is longer",
+        help="default: where the recordings are long enough, stretches of a second, or of ten "
+        "turns at the lowest speed of the table if that is longer; else 1200, of the detector 4800",
     )
     parser.add_argument(
         "--fixed-gain",
@@ -130,7 +130,7 @@ def run(args: Any) -> Any:
         raise CommandError("saving a diagnoser needs skops: pip install 'skarxlag[io]'")
     if args.fixed_gain and args.diagnoser != DETECTOR:
         raise UsageError(f"argument --fixed-gain: belongs to --diagnoser {DETECTOR}")
-    rig, kind = training_windows(args, listed)
+    rig, kind, rows = training_windows(args, listed)
     print(rig.DESCR)
     chosen = _choose_speed(args, rig)
     conditions, reason = _conditions(args, kind, rig, chosen)
@@ -150,7 +150,6 @@ def run(args: Any) -> Any:
     y = None if kind == DETECTOR else rig.target[chosen]
     diagnoser.set_params(decide__false_alarm_rate=args.false_alarm_rate)
     set_threads(diagnoser, args.n_jobs)
-    rows = "stretches" if kind == STRETCHES else "windows"
     started = perf_counter()
     if not args.quiet:
         print(f"{len(X)} {rows}: fitting", file=sys.stderr, flush=True)
@@ -186,13 +185,13 @@ def run(args: Any) -> Any:
         )
     if args.verbose:
         print(f"fitted in {perf_counter() - started:.1f} s", file=sys.stderr)
-    print(_length_line(kind, X.shape[-1], rig, chosen))
+    print(_length_line(kind, rows, X.shape[-1], rig, chosen))
     for name, n_own_recordings, n_own in zip(conditions, n_recordings, n_windows, strict=True):
         print(f"{name}: {n_own_recordings} recordings, {n_own} {rows}")
     print(f"Healthy: {conditions[0]} ({reason})")
     for warning in warned:
         print(f"warning: {warning.message}", file=sys.stderr)
-    print(_calibration(diagnoser[-1], args.false_alarm_rate))
+    print(_calibration(diagnoser[-1], args.false_alarm_rate, rows))
     if kind != DETECTOR:
         for sentence in held_rate(n_windows[0], args.false_alarm_rate):
             print(sentence)
@@ -202,12 +201,12 @@ def run(args: Any) -> Any:
     return 0
 
 
-def _calibration(decide, rate):
+def _calibration(decide, rate, rows):
     """What the alarm rests on, in one line."""
     if hasattr(decide, "detection_threshold_"):
         threshold = decide.detection_threshold_
         return f"Detection threshold {threshold:.4g} at a false-alarm rate of {rate:g}"
-    line = f"Limits for a false-alarm rate of {rate:g} from {decide.n_rows_} healthy windows"
+    line = f"Limits for a false-alarm rate of {rate:g} from {decide.n_rows_} healthy {rows}"
     if len(decide.left_out_rates_) == 0:
         return line
     shares = zip(decide.speeds_, decide.left_out_rates_, strict=True)
@@ -215,13 +214,14 @@ def _calibration(decide, rate):
     return f"{line}; false alarms at speeds that were left out: {listed}"
 
 
-def _length_line(kind, length, rig, chosen):
+def _length_line(kind, rows, length, rig, chosen):
     """What a verdict will rest on."""
     text = f"of {length} samples, {length / rig.sampling_rate:.3g} s at {rig.sampling_rate:g} Hz"
-    if kind != STRETCHES:
+    if rows != STRETCHES:
         return f"Windows {text}"
     if rig.rpm is None:
-        return f"Stretches {text}; the table states no speed: the pattern of strikes is used"
+        pattern = "; the table states no speed: the pattern of strikes is used"
+        return f"Stretches {text}{pattern if kind == STRETCHES else ''}"
     slowest = rig.rpm[chosen].min()
     turns = length / rig.sampling_rate * slowest / 60
     return f"Stretches {text}, {turns:.3g} turns at {slowest:g} rpm"

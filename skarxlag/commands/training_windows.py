@@ -20,8 +20,11 @@ _DETECTOR_LENGTH = 4800
 MOST_SAMPLES = 2**25
 
 
-def training_windows(args: Any, listed: list[Any]) -> tuple[Bunch, str]:
+def training_windows(args: Any, listed: list[Any]) -> tuple[Bunch, str, str]:
     """Windows or stretches of the recordings, and which diagnoser they are for.
+
+    A detector takes stretches, too, where the recordings are long enough: in rows of a second faults
+    are found that windows miss.
 
     Parameters
     ----------
@@ -36,6 +39,8 @@ def training_windows(args: Any, listed: list[Any]) -> tuple[Bunch, str]:
         As `load_recordings` returns it.
     kind : str
         Name of the diagnoser.
+    rows : {"windows", "stretches"}
+        What the rows of the rig are.
 
     Raises
     ------
@@ -43,24 +48,27 @@ def training_windows(args: Any, listed: list[Any]) -> tuple[Bunch, str]:
         If a recording cannot be read, or stretches are asked for and it is too short.
     """
     kind = args.diagnoser
-    default = _DETECTOR_LENGTH if kind == DETECTOR else _WINDOW_LENGTH
-    rig = _cut(args, listed, args.window_length or default)
     is_cut = (args.window_length, args.hop, args.max_windows) != (None, None, None)
-    if is_cut or kind not in (None, STRETCHES):
-        return rig, kind or "diagnoser"
+    if is_cut or kind not in (None, STRETCHES, DETECTOR):
+        default = _DETECTOR_LENGTH if kind == DETECTOR else _WINDOW_LENGTH
+        rig = _cut(args, listed, args.window_length or default)
+        return rig, kind or "diagnoser", STRETCHES if kind == STRETCHES else "windows"
+    rig = _cut(args, listed, _WINDOW_LENGTH)
     n_windows = stretch_windows(rig)
     if n_windows is not None:
         if rig.available.sum() == len(rig.data):
-            return join_windows(rig, n_windows), STRETCHES
+            return join_windows(rig, n_windows), kind or STRETCHES, STRETCHES
         # Windows that were left out cannot be joined.
         del rig["data"]
-        return _cut(args, listed, n_windows * _WINDOW_LENGTH), STRETCHES
+        return _cut(args, listed, n_windows * _WINDOW_LENGTH), kind or STRETCHES, STRETCHES
     if kind == STRETCHES:
         raise CommandError(
             f"{args.table}: the shortest recording is too short for two stretches of a second, or "
             "of ten turns; use --diagnoser diagnoser"
         )
-    return rig, "diagnoser"
+    if kind == DETECTOR:
+        return _cut(args, listed, _DETECTOR_LENGTH), kind, "windows"
+    return rig, "diagnoser", "windows"
 
 
 def _cut(args, listed, window_length):

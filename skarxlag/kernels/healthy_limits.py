@@ -104,6 +104,34 @@ def time_blocks(at: NDArray[Any]) -> NDArray[Any]:
     return block
 
 
+def parts_of_rows(at: NDArray[Any], n_windows: int) -> int:
+    """Choose into how many parts long rows are cut, so that few of them make enough blocks of time.
+
+    Two rows at one speed are two blocks. Student's t over two blocks has one degree of freedom, and
+    its limits for a rate of 1 % lie 32 deviations out. A row of many windows is long enough to be
+    several blocks itself.
+
+    Parameters
+    ----------
+    at : ndarray of int of shape (n_rows,)
+        Speed of each row.
+    n_windows : int
+        Windows in a row.
+
+    Returns
+    -------
+    int
+        At most `n_windows`; 1 where rows are many, or have one window.
+
+    Examples
+    --------
+    >>> parts_of_rows(np.array([0, 0]), 10), parts_of_rows(np.array([0, 0]), 1)
+    (3, 1)
+    """
+    fewest = int(np.bincount(at).min())
+    return min(-(-FEWEST_BLOCKS // fewest), n_windows)
+
+
 def calibrate(
     rows: Any, known: NDArray[Any], at: NDArray[Any], weights: NDArray[Any] | None = None
 ) -> Limits:

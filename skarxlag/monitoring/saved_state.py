@@ -39,10 +39,11 @@ def save_monitor_state(monitor: Any, path: str | os.PathLike[str], /, **facts: A
 
     Examples
     --------
-    >>> import os, tempfile
+    >>> import os, tempfile, warnings
     >>> from skarxlag import ConditionMonitor, make_detector
     >>> X = np.random.default_rng(0).normal(size=(100, 1200))
-    >>> detector = make_detector().fit(X)
+    >>> with warnings.catch_warnings(action="ignore"):  # the speed is not known
+    ...     detector = make_detector().fit(X)
     >>> monitor = ConditionMonitor(None, 20e3, detector=detector)
     >>> _ = monitor.update(X[0, :700])
     >>> with tempfile.TemporaryDirectory() as folder:

@@ -6,6 +6,8 @@ from scipy.signal import lfilter
 
 from skarxlag import make_alpio, make_detector, save_diagnoser
 
+pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
+
 WINDOW = 200
 
 

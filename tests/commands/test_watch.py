@@ -24,6 +24,8 @@ from skarxlag.commands.live_sources import Patience, from_folder, from_growing_f
 from skarxlag.commands.sample_parsers import RawSamples, TextSamples
 from skarxlag.commands.stopping import Stopping, StopRequestedError
 
+pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
+
 WINDOW, RATE = 200, 1000.0
 COLOURS = {"good": [1.0, -0.9], "worn": [1.0, 0.9]}
 IDLE = ("--idle", 0.06, "--poll", 0.005, "--settle", 0.01)

@@ -7,6 +7,7 @@ from skarxlag.kernels.healthy_limits import (
     calibrate,
     drift_scale,
     log_p_values,
+    parts_of_rows,
     time_blocks,
 )
 from skarxlag.kernels.healthy_rows import measure_rows
@@ -25,6 +26,14 @@ def test_blocks_of_time_are_equal_and_in_order():
     np.testing.assert_array_equal(block[23:26], [0, 1, 2])
     np.testing.assert_array_equal(np.bincount(block[26:]), [40] * 10)
     assert np.all(np.diff(block[:23]) >= 0)
+
+
+def test_few_rows_of_many_windows_are_cut():
+    assert parts_of_rows(np.zeros(2, int), 52) == 3
+    assert parts_of_rows(np.zeros(1, int), 4) == 4
+    assert parts_of_rows(np.zeros(5, int), 52) == 1
+    # The speed that has fewest rows decides.
+    assert parts_of_rows(np.repeat([0, 1], [50, 2]), 10) == 3
 
 
 def test_p_values_are_those_of_the_equations():

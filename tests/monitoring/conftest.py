@@ -1,4 +1,5 @@
 import functools
+import warnings
 
 import numpy as np
 import pytest
@@ -35,4 +36,6 @@ def diagnoser(diagnoser_of):
 @pytest.fixture(scope="session")
 def detector():
     detector = make_detector(false_alarm_rate=0.05, fixed_gain=True)
-    return detector.fit(make_windows(sound("good", 24_000, 2), WINDOW))
+    with warnings.catch_warnings(action="ignore"):
+        # The speed is not known.
+        return detector.fit(make_windows(sound("good", 24_000, 2), WINDOW))

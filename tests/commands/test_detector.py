@@ -1,0 +1,120 @@
+"""A detector from a table of healthy recordings, in diagnose and in watch."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.signal import lfilter
+
+from skarxlag.persistence import load_diagnoser
+
+from ..test_orders import ORDERS, RATE, strikes
+
+SPEEDS = (600, 750, 900)
+
+
+def healthy(rpm, seed, n_samples):
+    """Noise of the machine, whose colour changes a little with speed."""
+    noise = np.random.default_rng([seed, rpm]).normal(size=n_samples)
+    return lfilter([1], [1, -0.5 - rpm / 1e4], noise)
+
+
+@pytest.fixture(scope="module")
+def plant(tmp_path_factory):
+    """Healthy recordings of 6 s at three speeds with their table, and recordings to diagnose."""
+    folder = tmp_path_factory.mktemp("plant")
+    lines = ["path,rpm,sampling_rate"]
+    for rpm in SPEEDS:
+        np.save(folder / f"{rpm}.npy", healthy(rpm, 0, 6 * RATE))
+        lines.append(f"{rpm}.npy,{rpm},{RATE}")
+    (folder / "healthy.csv").write_text("\n".join(lines))
+    lines = ["path,rpm,sampling_rate"]
+    for name in ("well", "worn"):
+        signal = healthy(680, 1, 4 * RATE)
+        if name == "worn":
+            signal += strikes(ORDERS["inner"], 680, 2, 4 * RATE)
+        np.save(folder / f"{name}.npy", signal)
+        lines.append(f"{name}.npy,680,{RATE}")
+    (folder / "new.csv").write_text("\n".join(lines))
+    return folder
+
+
+@pytest.fixture
+def model(run, plant):
+    path = plant / "detector.skops"
+    code, out, _ = run("fit", plant / "healthy.csv", "-o", path, "--diagnoser", "detector")
+    assert code == 0 and "Stretches of 8400 samples, 1.05 s at 8000 Hz, 10.5 turns" in out
+    assert "healthy: 3 recordings, 15 stretches" in out
+    assert "from 15 healthy stretches; false alarms at speeds that were left out" in out
+    return path
+
+
+def test_recordings_at_a_speed_between_are_told(run, plant, model):
+    detector, facts = load_diagnoser(model)
+    assert facts["window_length"] == 8400
+    np.testing.assert_allclose(detector[-1].speeds_, SPEEDS)
+    output = plant / "v.csv"
+    code, out, _ = run("diagnose", model, "--table", plant / "new.csv", "-o", output)
+    rows = pd.read_csv(output)
+    assert code == 0 and rows["verdict"].tolist() == ["healthy", "faulty"]
+    assert rows["alarms"].tolist() == [0, 1] and "of 8400 samples" in out
+
+
+def test_the_alarm_of_a_running_sensor(run, plant, model):
+    arguments = ("--rpm", 680, "--idle", 0.03, "--poll", 0.005, "--sampling-rate", RATE)
+    alarms = {}
+    for name in ("well", "worn"):
+        lines = plant / f"{name}.txt"
+        np.savetxt(lines, np.load(plant / f"{name}.npy"))
+        code, out, err = run("watch", model, lines, *arguments)
+        found = [json.loads(line) for line in out.splitlines()]
+        assert code == 0 and len(found) == 3, err
+        alarms[name] = found[-1]["alarm_level"]
+    assert alarms["well"] < 0.1 < alarms["worn"]
+
+
+def test_the_detector_beside_a_diagnoser(run, plant, model):
+    lines = ["path,condition,rpm,sampling_rate"]
+    for condition, order in ORDERS.items():
+        signal = healthy(750, 3, 6 * RATE) + strikes(order, 750, 4, 6 * RATE)
+        np.save(plant / f"{condition}.npy", signal)
+        lines.append(f"{condition}.npy,{condition},750,{RATE}")
+    (plant / "faults.csv").write_text("\n".join(lines))
+    bearing, text = plant / "bearing.skops", plant / "outer.txt"
+    assert run("fit", plant / "faults.csv", "-o", bearing)[0] == 0
+    np.savetxt(text, np.load(plant / "outer.npy")[: 3 * RATE])
+    code, out, err = run(
+        *("watch", bearing, text, "--detector", model, "--rpm", 750),
+        *("--idle", 0.03, "--poll", 0.005),
+    )
+    last = json.loads(out.splitlines()[-1])
+    assert code == 0 and last["verdict"] == "outer", err
+    # One stretch more is a part of the way to an alarm; a well bearing makes none.
+    np.savetxt(text, np.load(plant / "750.npy")[: 3 * RATE])
+    _, out, _ = run(
+        *("watch", bearing, text, "--detector", model, "--rpm", 750),
+        *("--idle", 0.03, "--poll", 0.005),
+    )
+    well = json.loads(out.splitlines()[-1])
+    assert last["alarm_level"] > 0.1 > 0.01 > well["alarm_level"]
+
+
+@pytest.mark.parametrize("options", [("--window-length", 4800), ("--max-windows", 5)])
+def test_options_that_cut_choose_windows(run, plant, options):
+    path = plant / "cut.skops"
+    arguments = ("fit", plant / "healthy.csv", "-o", path, "--diagnoser", "detector")
+    code, out, _ = run(*arguments, *options)
+    assert code == 0 and "Windows of 4800 samples" in out and "Stretches" not in out
+
+
+def test_short_recordings_are_cut_into_windows(run, plant):
+    lines = ["path,rpm,sampling_rate"]
+    # Ten turns take two seconds at 300 rpm, which 1.2 s cannot hold twice, not even half of it.
+    for rpm in (300, 330):
+        np.save(plant / f"short_{rpm}.npy", healthy(rpm, 0, 9_700))
+        lines.append(f"short_{rpm}.npy,{rpm},{RATE}")
+    (plant / "short.csv").write_text("\n".join(lines))
+    path = plant / "short.skops"
+    code, out, _ = run("fit", plant / "short.csv", "-o", path, "--diagnoser", "detector")
+    assert code == 0 and "Windows of 4800 samples" in out and "4 windows" in out
