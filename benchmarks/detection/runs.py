@@ -14,6 +14,7 @@ import pandas as pd
 from sklearn.datasets import get_data_home
 
 from benchmarks.pages.blocks import markdown, page_parser, publish
+from benchmarks.pages.svg_figures import BLUE, GREY, ORANGE, legend_below, saved_figure
 from skarxlag import make_detector
 
 #: What the 13 to 23 rows of a first tenth can hold by themselves, roughly.
@@ -37,16 +38,21 @@ def first_alarm(flagged):
     return int(places[0]) if len(places) else None
 
 
+def calibrated(run, fixed_gain):
+    """Detector of the healthy start of a run."""
+    X, seconds, rpm = run
+    detector = make_detector(false_alarm_rate=RATE, fixed_gain=fixed_gain)
+    return detector.fit(X[seconds <= HEALTHY * seconds[-1]], rpm=rpm)
+
+
 def alarm_times(runs, fixed_gain):
     """One row for each run and each bearing whose healthy start calibrates the detector."""
     rows = []
-    for calibration, (X, seconds, rpm) in runs.items():
-        healthy = seconds <= HEALTHY * seconds[-1]
+    for calibration, run in runs.items():
         with warnings.catch_warnings():
             # One speed and few rows: both are said in the table.
             warnings.simplefilter("ignore", UserWarning)
-            detector = make_detector(false_alarm_rate=RATE, fixed_gain=fixed_gain)
-            detector.fit(X[healthy], rpm=rpm)
+            detector = calibrated(run, fixed_gain)
             for name, (own, times, speed) in runs.items():
                 flagged = detector.predict(own, rpm=speed) < 0
                 start = times <= HEALTHY * times[-1]
@@ -58,7 +64,7 @@ def alarm_times(runs, fixed_gain):
                         "run": name,
                         "rpm": speed,
                         "calibrated on": "itself" if name == calibration else calibration,
-                        "healthy rows": int(healthy.sum()),
+                        "healthy rows": detector[-1].n_rows_,
                         "level counts": "yes" if fixed_gain else "no",
                         "flagged in its first tenth, %": 100 * flagged[start].mean(),
                         "first alarm, minutes before the end": np.nan
@@ -74,8 +80,32 @@ def alarm_times(runs, fixed_gain):
     return pd.DataFrame(rows).sort_values(["run", "level counts"], kind="stable")
 
 
+def draw(runs, path):
+    """p-values over each run, of detectors of its own healthy start, and their first alarms."""
+    kinds = {False: (BLUE, "without the level"), True: (ORANGE, "with the level")}
+    with saved_figure(path, len(runs), size=(7.0, 1.6 * len(runs) + 0.6), sharey=True) as axes:
+        for ax, (name, run) in zip(axes[:, 0], runs.items(), strict=True):
+            X, seconds, rpm = run
+            left = (seconds[-1] - seconds) / 60
+            start = seconds <= HEALTHY * seconds[-1]
+            ax.axvspan(left[0], left[start][-1], color=GREY, alpha=0.2, lw=0)
+            ax.axhline(RATE, color=GREY, linestyle=":")
+            for fixed_gain, (colour, label) in kinds.items():
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", UserWarning)
+                    p_values = calibrated(run, fixed_gain).p_values(X, rpm=rpm)
+                ax.plot(left, p_values, color=colour, linewidth=0.8, label=label)
+                place = first_alarm((p_values < RATE) & ~start)
+                if place is not None:
+                    ax.axvline(left[place], color=colour, linestyle="--", linewidth=1)
+            ax.set(yscale="log", title=f"{name}, {rpm:g} rpm", xlim=(left[0], 0), ylabel="p-value")
+        axes[-1, 0].set_xlabel("minutes before the end of the run")
+        legend_below(axes)
+
+
 def main(arguments=None):
     parser = page_parser(__doc__, "detection-runs")
+    parser.add_argument("--figure", type=Path, metavar="FILE", help="where to draw the p-values")
     parser.add_argument("--data-home", help="folder that holds femto")
     chosen = parser.parse_args(arguments)
     chosen.output.mkdir(parents=True, exist_ok=True)
@@ -89,4 +119,6 @@ def main(arguments=None):
         f"bench; stated rate {RATE:.0%}, rows of 0.1 s. The first tenth of a run is taken for "
         f"healthy. An alarm is raised when {SOME} of {OF} rows in a row are flagged.\n\n"
     )
+    if chosen.figure is not None:
+        draw(runs, chosen.figure)
     publish(chosen, {"runs": text + markdown(found, digits=2)})

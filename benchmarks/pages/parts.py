@@ -97,9 +97,11 @@ PARTS = {
         downloads=True,
     ),
     "detection-runs": Part(
-        "-m benchmarks.detection runs --write docs/detection.md",
-        ("benchmarks/detection/runs.py",),
+        "-m benchmarks.detection runs --figure docs/images/detection_runs.svg "
+        "--write docs/detection.md",
+        ("benchmarks/detection/runs.py", "benchmarks/pages/svg_figures.py"),
         {"docs/detection.md": ("runs",)},
+        ("docs/images/detection_runs.svg",),
         downloads=True,
     ),
     "speed-effects": Part(

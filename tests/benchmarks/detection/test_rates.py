@@ -62,7 +62,10 @@ def test_alarm_times_of_runs(tmp_path, capsys):
         path = tmp_path / "femto" / f"{name}.npz"
         path.parent.mkdir(exist_ok=True)
         np.savez(path, acceleration_g=signal, seconds=60.0 * np.arange(200), rpm=1000)
-    runs.main(["--data-home", str(tmp_path), "--output", str(tmp_path / "out")])
+    figure = tmp_path / "runs.svg"
+    options = ["--data-home", str(tmp_path), "--output", str(tmp_path / "out")]
+    runs.main([*options, "--figure", str(figure)])
+    assert "minutes before the end of the run" in figure.read_text()
     assert "Made by `python -m benchmarks.detection runs`" in capsys.readouterr().out
     found = pd.read_csv(tmp_path / "out" / "runs.csv")
     assert len(found) == 8
