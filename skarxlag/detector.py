@@ -90,7 +90,7 @@ class FaultDetector(RowOutlierDetector):
         Healthy rows in `fit`, and windows in each.
     n_blocks_ : int
         Blocks of time that the limits rest on.
-    axes_ : ndarray of shape (n_cepstra, n_cepstra)
+    axes_ : ndarray of float32 of shape (n_cepstra, n_cepstra)
         Coordinates of cepstra in which D is the identity and the scatter is diagonal.
     variances_ : ndarray of shape (n_cepstra,)
         The scatter of rows in these coordinates.
@@ -240,6 +240,8 @@ class FaultDetector(RowOutlierDetector):
             self.drift_scale_, self.left_out_rates_ = drift_scale(
                 rows, known, at, limits, self.false_alarm_rate, weights
             )
+        # Most of a saved detector; seven digits are more than the scatter of rows leaves.
+        self.axes_ = limits.axes.astype(np.float32)
         # The mean of more windows scatters less.
         self.variances_ = limits.variances * (n_windows / self.n_windows_)
         remember_parameters(self)

@@ -50,6 +50,15 @@ def test_rate_holds_at_a_speed_that_was_left_out():
     assert alarms <= stats.binom.isf(1e-3, n_seeds * n_rows, RATE)
 
 
+def test_rate_of_one_speed_holds_at_another():
+    n_seeds, n_rows, alarms = 12, 25, 0
+    for seed in range(n_seeds):
+        with pytest.warns(UserWarning, match="one speed, 1000 rpm"):
+            detector = FaultDetector(false_alarm_rate=RATE).fit(healthy(50, 1000, seed), rpm=1000)
+        alarms += np.sum(detector.predict(healthy(n_rows, 1200, 100 + seed), rpm=1200) == -1)
+    assert alarms <= stats.binom.isf(1e-3, n_seeds * n_rows, RATE)
+
+
 def test_rate_holds_at_the_speeds_of_fit():
     n_seeds, n_rows, alarms = 12, 25, 0
     for seed in range(n_seeds):
@@ -126,6 +135,7 @@ def test_what_calibration_found_is_kept(fitted):
     assert fitted.left_out_rates_.max() <= RATE
     assert fitted.drift_scale_ >= 0.25
     assert (fitted.n_rows_, fitted.n_windows_, fitted.n_blocks_) == (80, 1, 10)
+    assert fitted.axes_.dtype == np.float32
 
 
 def test_long_rows_are_cut_into_windows():

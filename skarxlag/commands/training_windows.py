@@ -23,8 +23,8 @@ MOST_SAMPLES = 2**25
 def training_windows(args: Any, listed: list[Any]) -> tuple[Bunch, str, str]:
     """Windows or stretches of the recordings, and which diagnoser they are for.
 
-    A detector takes stretches, too, where the recordings are long enough: in rows of a second faults
-    are found that windows miss.
+    A detector takes stretches, too, where the recordings are long enough: rows of a second show
+    faults that windows miss.
 
     Parameters
     ----------
