@@ -6,6 +6,7 @@ code that it depends on has changed since it was written.
 """
 
 import argparse
+import shlex
 import subprocess
 import sys
 
@@ -29,7 +30,7 @@ def main(arguments=None):
         return len(outdated)
     for name in options.part or outdated:
         for arguments in PARTS[name].command.split(" && "):
-            command = [sys.executable, *arguments.split()]
+            command = [sys.executable, *shlex.split(arguments)]
             if options.data_home and PARTS[name].downloads:
                 command += ["--data-home", options.data_home]
             print(" ".join(command), file=sys.stderr, flush=True)

@@ -135,10 +135,28 @@ PARTS = {
         downloads=True,
     ),
     "stretches": Part(
-        "-m benchmarks.stretches --write docs/stretches.md README.md",
+        "-m benchmarks.stretches --rig hit_sm --seconds 0.5 --method "
+        "'MultiRocketHydra, windows of 1200 vote' && -m benchmarks.stretches "
+        "--write docs/stretches.md README.md",
         (*_CROSS_SPEED, "benchmarks/stretches/*.py"),
-        {name: ("stretches overview",) for name in ("README.md", "docs/stretches.md")},
+        {
+            "README.md": ("stretches overview",),
+            "docs/stretches.md": ("stretches overview", "stretches training"),
+        },
         downloads=True,
+    ),
+    "stretches-simulated": Part(
+        "-m benchmarks.stretches --rig simulated --seconds 1 2 --seed 21 22 23 "
+        "--method 'make_stretch_diagnoser, nominal rpm' 'no rpm' "
+        "'make_diagnoser, windows of 4800 vote' --output skarxlag-results/stretches-simulated "
+        "--write docs/stretches.md",
+        (*_SIMULATED, "benchmarks/stretches/*.py"),
+        {"docs/stretches.md": ("stretches simulated",)},
+    ),
+    "stretch-constants": Part(
+        "-m benchmarks.recipe stretches --write docs/stretches.md",
+        ("benchmarks/recipe/stretches.py", "benchmarks/recipe/random_rigs.py"),
+        {"docs/stretches.md": ("stretch constants",)},
     ),
     "speed": Part(
         "-m benchmarks.speed --write benchmarks/README.md",

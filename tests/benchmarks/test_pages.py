@@ -105,7 +105,7 @@ def test_blocks_of_every_part_are_recorded(sources, monkeypatch):
 
 def test_what_is_stale_is_run(sources, monkeypatch):
     monkeypatch.setattr(
-        parts, "PARTS", {"only": parts.PARTS["only"]._replace(command="-c open('ran','w')")}
+        parts, "PARTS", {"only": parts.PARTS["only"]._replace(command="-c \"open('ran','w')\"")}
     )
     monkeypatch.setattr(command, "PARTS", parts.PARTS)
     assert command.main([]) == 0
