@@ -70,7 +70,8 @@ def estimators_within(value: Any) -> Iterator[Any]:
         parts = value
     elif type(value).__module__.split(".")[0] in ("sklearn", "skarxlag"):
         yield value
-        parts = vars(value).values()
+        # Compiled objects of scikit-learn, such as a loss, have no attributes to look into.
+        parts = getattr(value, "__dict__", {}).values()
     for part in parts:
         yield from estimators_within(part)
 

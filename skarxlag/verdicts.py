@@ -49,7 +49,8 @@ def window_verdicts(
     Returns
     -------
     DataFrame
-        ``verdict``; ``alarm``, whether the detection threshold is exceeded; ``quality``, as
+        ``verdict``; ``alarm``, whether the detection threshold is exceeded, NaN of a diagnoser that
+        has none; ``quality``, as
         :func:`skarxlag.signal_quality` names it; then ``probability of`` each condition, or
         ``score`` of a detector: the logarithm of the p-value over the false-alarm rate; and, with
         `known`, ``p-value`` of the nearest condition. Without a signal these are NaN, and the alarm
@@ -73,7 +74,7 @@ def window_verdicts(
     has_score = not hasattr(diagnoser[-1], "predict_proba")
     names = ["score"] if has_score else [f"probability of {name}" for name in conditions]
     verdict = np.full(len(quality), NO_SIGNAL, dtype=object)
-    alarm = np.zeros(len(quality), dtype=bool)
+    alarm = np.zeros(len(quality), dtype=bool if _detects(diagnoser) else float)
     values = np.full((len(quality), len(names)), np.nan)
     if is_good.any():
         of_good = _scored if has_score else _classified
@@ -83,6 +84,8 @@ def window_verdicts(
             params["rpm"] = np.broadcast_to(rpm, is_good.shape)[is_good]
         found = of_good(diagnoser, X, conditions, params)
         verdict[is_good], alarm[is_good], values[is_good] = found
+    if not _detects(diagnoser):
+        alarm[:] = np.nan
     columns = dict(zip(names, values.T, strict=True))
     if known is not None:
         p_value = np.full(len(quality), np.nan)
@@ -100,6 +103,11 @@ def takes_rpm(diagnoser: Any) -> Any:
     return was_known and bool(get_routing_for_object(diagnoser).consumes("predict", ["rpm"]))
 
 
+def _detects(diagnoser):
+    """Whether windows raise an alarm: not where a classifier of others has the last word."""
+    return hasattr(diagnoser[-1], "detect") or not hasattr(diagnoser[-1], "classes_")
+
+
 def _scored(diagnoser, X, conditions, params):
     """Verdicts, alarms and scores of a detector."""
     score = diagnoser.decision_function(X, **params)
@@ -110,11 +118,11 @@ def _classified(diagnoser, X, conditions, params):
     """Verdicts, alarms and probabilities of a diagnoser."""
     if hasattr(diagnoser, "diagnose"):
         found = diagnoser.diagnose(X, **params)
-        verdict, alarm, probability = found.verdict, found.alarm, found.probability
+        verdict, alarm, probability = found.verdict, found.get("alarm", np.nan), found.probability
     else:
         levels, decide = diagnoser[:-1].transform(X), diagnoser[-1]
-        verdict, alarm = decide.predict(levels), decide.detect(levels)
-        probability = decide.predict_proba(levels)
+        verdict, probability = decide.predict(levels), decide.predict_proba(levels)
+        alarm = decide.detect(levels) if _detects(diagnoser) else np.nan
     places = [diagnoser[-1].classes_.tolist().index(name) for name in conditions]
     return verdict, alarm, probability[:, places]
 

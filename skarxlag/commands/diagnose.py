@@ -101,6 +101,11 @@ def run(args: Any) -> Any:
     """Run the command."""
     _check_arguments(args)
     model = load_model(args.model)
+    if args.fail_on is not None and model.healthy is None:
+        raise UsageError(
+            f"argument --fail-on: {args.model} does not state which condition is healthy; save it "
+            "with save_diagnoser(..., conditions=[...]), the healthy one first"
+        )
     if args.resample and model.sampling_rate is None:
         raise UsageError(f"argument --resample: {args.model} does not state a sampling rate")
     if args.bearing is not None:
@@ -204,7 +209,7 @@ def _report(args, model, diagnoses, rows):
         )
     if takes_rpm(model.diagnoser):
         lines.append(_speed_line(found))
-    if found["confidence"].notna().any():
+    if found[["confidence", "alarms"]].notna().all(axis=1).any():
         lines.append("Alarms depend on the speed; for detection across speeds fit a detector.")
     if "p-value" in found and found["p-value"].notna().any():
         lines.append(_known_line(model, found))

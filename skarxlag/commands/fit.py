@@ -25,7 +25,7 @@ from .arguments import (
 from .diagnosers import DIAGNOSERS, set_threads
 from .errors import CommandError, UsageError, as_command_error
 from .known import fit_known_conditions
-from .models import held_rate, is_model_file
+from .models import calibration_basis, held_rate, is_model_file
 from .progress import add_progress_arguments
 from .results import check_output
 from .sources import add_source_arguments, stated
@@ -177,6 +177,7 @@ def run(args: Any) -> Any:
             sampling_rate=float(rig.sampling_rate),
             n_channels=1 if X.ndim == 2 else X.shape[1],
             window_length=X.shape[-1],
+            rows=rows,
             channels=_channel_names(listed[0]),
             n_windows=n_windows,
             n_recordings=n_recordings,
@@ -206,12 +207,7 @@ def _calibration(decide, rate, rows):
     if hasattr(decide, "detection_threshold_"):
         threshold = decide.detection_threshold_
         return f"Detection threshold {threshold:.4g} at a false-alarm rate of {rate:g}"
-    line = f"Limits for a false-alarm rate of {rate:g} from {decide.n_rows_} healthy {rows}"
-    if len(decide.left_out_rates_) == 0:
-        return line
-    shares = zip(decide.speeds_, decide.left_out_rates_, strict=True)
-    listed = ", ".join(f"{share:.1%} at {speed:g} rpm" for speed, share in shares)
-    return f"{line}; false alarms at speeds that were left out: {listed}"
+    return f"Limits for a false-alarm rate of {rate:g} from {calibration_basis(decide, rows)}"
 
 
 def _length_line(kind, rows, length, rig, chosen):

@@ -36,7 +36,7 @@ def timeline(
         An svg element.
     """
     groups = np.array_split(np.arange(len(windows)), min(len(windows), _MOST_COLUMNS))
-    verdict, alarm = windows["verdict"].to_numpy(), windows["alarm"].to_numpy()
+    verdict, alarm = windows["verdict"].to_numpy(), windows["alarm"].to_numpy(dtype=float)
     bad = windows["quality"].to_numpy() != "good"
     confidence = _confidence(windows, conditions)
     width = (WIDTH - LEFT) / len(groups)
@@ -122,7 +122,8 @@ def _confidence(windows, conditions):
 
 
 def _bar(x, y, width, height, colour, opacity=1.0):
-    if opacity == 0 or height == 0:
+    # Not a number: the diagnoser raises no alarms.
+    if opacity == 0 or height == 0 or np.isnan(opacity):
         return ""
     # A little wider than its column, or hairlines show between neighbours.
     size = f'x="{x:.2f}" y="{y:.1f}" width="{width + 0.3:.2f}" height="{height:.1f}"'

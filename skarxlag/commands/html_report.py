@@ -181,12 +181,13 @@ def _section(number, row, diagnosis, model, colour_of, faults):
     ]
     confidence = _percent(row["confidence"])
     certain = f", confidence {confidence}" if confidence else ""
+    usable = f"{row['windows'] - row['no signal']} windows"
+    alarms = usable if pd.isna(row["alarms"]) else f"alarm in {row['alarms']:.0%} of {usable}"
     rate = diagnosis.sampling_rate or model.sampling_rate
     seconds = None if rate is None else model.window_length / rate
     parts = [
         title,
-        f"<p><b>{_verdict(row, colour_of)}</b>{certain}; alarm in {_percent(row['alarms']) or 'no'}"
-        f" of {row['windows'] - row['no signal']} windows"
+        f"<p><b>{_verdict(row, colour_of)}</b>{certain}; {alarms}"
         f"{f'; p-value {_p_value(row)}' if _p_value(row) else ''}</p>",
         f'<p class="soft">{escape("; ".join(stated))}</p>' if stated else "",
         *(f'<p class="remark">{escape(remark)}</p>' for remark in diagnosis.remarks),

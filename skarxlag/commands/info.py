@@ -5,9 +5,12 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
+from sklearn.pipeline import Pipeline
+
+from .._state import estimators_within
 from .._version import __version__
 from ..verdicts import rejection_rate
-from .models import held_rate, load_model, stated_facts
+from .models import calibration_basis, held_rate, load_model, stated_facts
 
 _DESCRIPTION = """\
 Say what a saved model is: its conditions, speeds, windows, sampling rate and channels, the versions
@@ -31,8 +34,10 @@ def run(args: Any) -> Any:
         return 0
     card = model_card(model)
     width = max(map(len, card))
+    layout = {"break_long_words": False, "break_on_hyphens": False}
     for name, text in card.items():
-        print(f"{name:<{width}}  {text}")
+        first, further = f"{name:<{width}}  ", " " * (width + 2)
+        print(textwrap.fill(text, 100, initial_indent=first, subsequent_indent=further, **layout))
     print("Limits")
     for sentence in limits(model):
         print(textwrap.fill(sentence, 100, initial_indent="  - ", subsequent_indent="    "))
@@ -60,7 +65,7 @@ def model_card(model: Any) -> dict[str, str]:
         "Model": str(model.path),
         "Diagnoser": f"{model.kind}: {_steps(model.diagnoser)}",
         "Conditions": ", ".join(_with_counts(model)),
-        "Healthy": str(model.conditions[0]),
+        "Healthy": _or_unknown(model.healthy, "{}"),
         "Speeds": _listed_speeds(model.train_rpm),
         "Window": f"{model.window_length} samples{seconds}",
         "Sampling rate": _or_unknown(model.sampling_rate, "{:g} Hz"),
@@ -74,6 +79,8 @@ def model_card(model: Any) -> dict[str, str]:
     threshold = getattr(decide, "detection_threshold_", None)
     if threshold is not None:
         card["Threshold"] = f"{threshold:.4g}"
+    if hasattr(decide, "left_out_rates_"):
+        card["Calibration"] = calibration_basis(decide, facts.get("rows", "windows"))
     versions = [f"{name} {facts[name]}" for name in ("skarxlag", "scikit-learn") if name in facts]
     card["Saved by"] = ", ".join(versions) + (f" on {facts['saved']}" if "saved" in facts else "")
     return card
@@ -113,6 +120,13 @@ def limits(model: Any) -> list[str]:
             f"Conditions may be told at other speeds than {_listed_speeds(model.train_rpm)}; its "
             "confidence and its detection threshold hold at these only."
         )
+    if not is_detector and not hasattr(model.diagnoser[-1], "detect"):
+        sentences.append("It has no detection threshold, so it raises no alarm.")
+    if is_detector and len(getattr(model.diagnoser[-1], "speeds_", ())) < 2:
+        sentences.append(
+            "It was calibrated at one speed, or at speeds that nobody stated: at others healthy "
+            "windows may raise alarms."
+        )
     if "n_windows" in model.facts and "false_alarm_rate" in model.facts:
         sentences += held_rate(model.facts["n_windows"][0], model.facts["false_alarm_rate"])
     if model.sampling_rate is None:
@@ -123,7 +137,13 @@ def limits(model: Any) -> list[str]:
 
 
 def _steps(diagnoser):
-    return " -> ".join(type(step).__name__ for _, step in diagnoser.steps)
+    # A CalibratedClassifierCV holds the pipelines of its folds, which have the same steps.
+    last = diagnoser[-1]
+    inner = next((part for part in estimators_within(last) if isinstance(part, Pipeline)), None)
+    names = [type(step).__name__ for _, step in diagnoser.steps]
+    if inner is not None:
+        names[-1] += f" of {_steps(inner)}"
+    return " -> ".join(names)
 
 
 def _with_counts(model):
@@ -131,8 +151,9 @@ def _with_counts(model):
     if not counts:
         return map(str, model.conditions)
     recordings = model.facts["n_recordings"]
+    rows = model.facts.get("rows", "windows")
     return [
-        f"{name} ({n_recordings} recordings, {n_windows} windows)"
+        f"{name} ({n_recordings} recordings, {n_windows} {rows})"
         for name, n_recordings, n_windows in zip(model.conditions, recordings, counts, strict=True)
     ]
 

@@ -7,9 +7,12 @@ from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
 
+import numpy as np
 from sklearn.pipeline import Pipeline
 
+from .._state import estimators_within
 from ..channels import ChannelRows
+from ..monitoring.opinions import in_one_pass
 from ..persistence import load_diagnoser
 from ..verdicts import rejection_rate
 from .diagnosers import set_threads
@@ -32,6 +35,8 @@ class SavedModel:
         Name of the diagnoser in the commands, or of its class.
     conditions : list of str
         The healthy one first.
+    healthy : str or None
+        The healthy one; None if nobody has stated which that is.
     n_channels : int
         Of the windows.
     window_length : int
@@ -49,6 +54,7 @@ class SavedModel:
     facts: dict[str, Any]
     kind: str
     conditions: list[Any]
+    healthy: str | None
     n_channels: int
     window_length: int
     sampling_rate: float | None
@@ -85,7 +91,7 @@ def load_model(path: Path, n_jobs: int | None = None) -> SavedModel:
     for each in (diagnoser, known_conditions):
         if each is not None:
             set_threads(each, n_jobs)
-    known = _of_steps(diagnoser) | facts
+    known = _of_steps(path, diagnoser) | facts
     if "window_length" not in known:
         raise CommandError(
             f"{path}: does not state the length of its windows; save it with "
@@ -93,10 +99,11 @@ def load_model(path: Path, n_jobs: int | None = None) -> SavedModel:
         )
     return SavedModel(
         path=path,
-        diagnoser=diagnoser,
+        diagnoser=in_one_pass(diagnoser),
         facts=facts,
         kind=known["diagnoser"],
         conditions=known["conditions"],
+        healthy=known["conditions"][0] if "conditions" in facts else known["healthy"],
         n_channels=known["n_channels"],
         window_length=known["window_length"],
         sampling_rate=known.get("sampling_rate"),
@@ -186,15 +193,46 @@ def held_rate(n_windows: int, rate: float) -> list[str]:
     ]
 
 
-def _of_steps(diagnoser):
-    first, decide = diagnoser[0], diagnoser[-1]
-    known = {"diagnoser": type(diagnoser).__name__}
-    if hasattr(decide, "classes_"):
-        conditions = decide.classes_.tolist()
-        healthy = conditions[decide.healthy_index_] if hasattr(decide, "healthy_index_") else None
-        known["conditions"] = sorted(conditions, key=lambda name: name != healthy)
+def calibration_basis(decide: Any, rows: str = "windows") -> str:
+    """What the limits of a fitted detector rest on.
+
+    Parameters
+    ----------
+    decide : FaultDetector
+        The last step.
+    rows : str, default="windows"
+        What its rows are called.
+
+    Returns
+    -------
+    str
+        For a line of text.
+    """
+    text = f"{decide.n_rows_} healthy {rows}"
+    if len(decide.left_out_rates_) == 0:
+        return text
+    shares = zip(decide.speeds_, decide.left_out_rates_, strict=True)
+    listed = ", ".join(f"{share:.1%} at {speed:g} rpm" for speed, share in shares)
+    return f"{text}; false alarms at speeds that were left out: {listed}"
+
+
+def _of_steps(path, diagnoser):
+    # A CalibratedClassifierCV holds the pipelines of its folds.
+    pipeline = next(part for part in estimators_within(diagnoser) if isinstance(part, Pipeline))
+    first, decide = pipeline[0], pipeline[-1]
+    known = {"diagnoser": type(diagnoser).__name__, "healthy": None}
+    if hasattr(diagnoser, "classes_"):
+        if not hasattr(diagnoser, "predict_proba"):
+            raise CommandError(
+                f"{path}: {type(decide).__name__} states no probabilities, which verdicts rest on; "
+                "fit it within CalibratedClassifierCV"
+            )
+        conditions = np.asarray(diagnoser.classes_).tolist()
+        if hasattr(decide, "healthy_index_"):
+            known["healthy"] = conditions[decide.healthy_index_]
+        known["conditions"] = sorted(conditions, key=lambda name: name != known["healthy"])
     else:
-        known["conditions"] = ["healthy"]
+        known["healthy"], known["conditions"] = "healthy", ["healthy"]
     shape = getattr(first, "window_shape_", None)
     if shape is not None:
         known["window_length"] = int(shape[-1])

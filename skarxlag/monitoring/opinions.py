@@ -74,8 +74,8 @@ class WindowOpinions:
                 f"diagnoser: {type(diagnoser).__name__} states no probabilities, expected a "
                 "classifier with predict_proba; a detector goes to the parameter detector"
             )
-        self._diagnoser = _in_one_pass(diagnoser)
-        self._detector = _in_one_pass(detector) if detects else None
+        self._diagnoser = in_one_pass(diagnoser)
+        self._detector = in_one_pass(detector) if detects else None
         self.conditions = [] if diagnoser is None else np.asarray(diagnoser.classes_).tolist()
         flagging = self._diagnoser if self._detector is None else self._detector
         last = flagging.steps[-1][1]
@@ -110,8 +110,8 @@ class WindowOpinions:
         return found
 
 
-def _in_one_pass(estimator):
-    """The estimator as a pipeline that gives all it has to say in one pass."""
+def in_one_pass(estimator: Any) -> DiagnosisPipeline | None:
+    """The estimator as a pipeline that gives all it has to say in one pass; None for None."""
     if estimator is None or isinstance(estimator, DiagnosisPipeline):
         return estimator
     return DiagnosisPipeline(getattr(estimator, "steps", [("decide", estimator)]))

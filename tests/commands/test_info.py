@@ -1,10 +1,16 @@
 import json
+from io import BytesIO, TextIOWrapper
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from sklearn.calibration import CalibratedClassifierCV
+from sklearn.linear_model import LogisticRegression, SGDClassifier
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import StandardScaler
+from sklearn.svm import LinearSVC
 
-from skarxlag import make_alpio, make_detector, save_diagnoser
+from skarxlag import ARXLaguerre, PIObserver, make_alpio, make_detector, save_diagnoser
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 
@@ -64,3 +70,67 @@ def test_what_save_diagnoser_saved_is_told_as_far_as_it_is_known(run, tmp_path, 
     save_diagnoser(make_detector(false_alarm_rate=0.1).fit(X[:20]), tmp_path / "d.skops")
     rows, limits = card(run("info", tmp_path / "d.skops")[1])
     assert rows["Healthy"] == "healthy" and "names no fault" in limits
+    assert "at one speed, or at speeds that nobody stated" in limits
+    detector = make_detector(false_alarm_rate=0.1)
+    detector.fit(X[:20], rpm=np.repeat([300.0, 600.0], 10))
+    save_diagnoser(detector, tmp_path / "d.skops")
+    rows, limits = card(run("info", tmp_path / "d.skops")[1])
+    assert rows["Calibration"].startswith("20 healthy windows; false alarms at speeds that were")
+    assert "nobody stated: at" not in limits
+
+
+def ended_by(classifier):
+    return make_pipeline(ARXLaguerre(order=4), PIObserver(), StandardScaler(), classifier)
+
+
+@pytest.fixture(scope="module")
+def classifiers(windows, tmp_path_factory):
+    """Models that end with a classifier of scikit-learn, saved."""
+    folder = tmp_path_factory.mktemp("classifiers")
+    X, y = windows
+    calibrated = CalibratedClassifierCV(make_alpio(healthy="good"), cv=2).fit(X, y)
+    facts = {"window_length": WINDOW, "conditions": ["good", "worn"], "sampling_rate": 1e3}
+    save_diagnoser(calibrated, folder / "calibrated.skops", **facts)
+    save_diagnoser(ended_by(LogisticRegression()).fit(X, y), folder / "logistic.skops")
+    save_diagnoser(ended_by(LinearSVC()).fit(X, y), folder / "svc.skops")
+    for name in ("good", "worn"):
+        np.save(folder / f"{name}.npy", X[y == name].ravel())
+    return folder
+
+
+def test_classifiers_of_others_in_all_commands(run, classifiers, windows, monkeypatch):
+    folder = classifiers
+    model = folder / "calibrated.skops"
+    rows, limits = card(run("info", model)[1])
+    assert "CalibratedClassifierCV of ARXLaguerre -> PIObserver" in " ".join(
+        rows["Diagnoser"].split()
+    )
+    assert rows["Healthy"] == "good" and "raises no alarm" in limits
+    files = folder / "good.npy", folder / "worn.npy"
+    for name in ("calibrated", "logistic"):
+        model, output = folder / f"{name}.skops", folder / f"{name}.json"
+        code, out, _ = run("diagnose", model, *files, "-o", output)
+        found = json.loads(output.read_text())["recordings"]
+        assert code == 0 and [row["verdict"] for row in found] == ["good", "worn"]
+        assert found[0]["alarms"] is None and found[0]["remark"] == ""
+        assert found[0]["window_rows"][0]["alarm"] is None and "Alarms" not in out
+        code, _, _ = run("diagnose", model, *files, "-o", folder / f"{name}.html")
+        assert code == 0 and "nan" not in (folder / f"{name}.html").read_text().lower()
+    monkeypatch.setattr("sys.stdin", TextIOWrapper(BytesIO(windows[0][0].tobytes())))
+    code, out, _ = run("watch", folder / "calibrated.skops", "-", "--dtype", "<f8")
+    assert json.loads(out)["verdict"] == "worn" and json.loads(out)["alarm"] is None
+
+
+def test_what_nobody_stated_is_asked_for(run, classifiers):
+    logistic, file = classifiers / "logistic.skops", classifiers / "worn.npy"
+    assert card(run("info", logistic)[1])[0]["Healthy"] == "not stated"
+    code, _, err = run("diagnose", logistic, file, "--fail-on", "alarm")
+    assert code == 2 and "does not state which condition is healthy" in err
+    assert run("diagnose", classifiers / "calibrated.skops", file, "--fail-on", "alarm")[0] == 3
+    code, _, err = run("info", classifiers / "svc.skops")
+    assert code == 1 and "LinearSVC states no probabilities" in err
+
+
+def test_a_model_that_cannot_be_saved_is_named(tmp_path, windows):
+    with pytest.raises(TypeError, match=r"holds a .*, which load_diagnoser would refuse"):
+        save_diagnoser(ended_by(SGDClassifier()).fit(*windows), tmp_path / "m.skops")

@@ -51,7 +51,11 @@ class _Parquet:
 
     def batches(self, columns: Any, n_samples: Any) -> Iterator[Any]:
         if n_samples is not None:
-            yield from self._file.iter_batches(n_samples, columns=columns, use_threads=False)
+            # Over several groups of rows pyarrow keeps all of them until the last is read.
+            for group in range(self._file.num_row_groups):
+                yield from self._file.iter_batches(
+                    n_samples, row_groups=[group], columns=columns, use_threads=False
+                )
             return
         # Blocks are bounded by themselves, but constants take no space in a file.
         check_unpacked(self._path, self._file.metadata.num_rows * 8 * len(columns))

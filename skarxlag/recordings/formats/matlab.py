@@ -21,6 +21,7 @@ IN_PARTS = False  # Version 7.3 is read in parts.
 STATES = "the rate, in a number named `fs` or alike"
 
 _COMPRESSED = 15
+_HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
 def contents(path: Any) -> Any:
@@ -31,7 +32,8 @@ def contents(path: Any) -> Any:
     """
     with path.open("rb") as file:
         head = file.read(520)
-    if head.startswith(b"MATLAB 7.3") and len(head) >= 512:
+    # What early versions of MATLAB wrote as HDF5 does not call itself 7.3.
+    if (head.startswith(b"MATLAB 7.3") and len(head) >= 512) or head[512:] == _HDF5:
         return hdf5.contents(path, separator=".")
     check_unpacked(path, _unpacked_size(path))
     with warnings.catch_warnings():

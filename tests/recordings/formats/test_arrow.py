@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from skarxlag.recordings import list_channels, read_recording
+from skarxlag.recordings import iter_windows, list_channels, read_recording
 from skarxlag.recordings.files import recording_blocks
 
 Y, U = np.random.default_rng(0).normal(size=(2, 103))
@@ -41,3 +41,12 @@ def test_a_constant_of_gigabytes_is_read_in_parts_only(tmp_path):
         read_recording(tmp_path / "run.parquet")
     signal, _ = next(recording_blocks(tmp_path / "run.parquet", 1000))
     assert len(signal) == 1000
+
+
+def test_parquet_is_read_one_group_of_rows_after_another(tmp_path):
+    path, signal = tmp_path / "a.parquet", np.arange(25.0)
+    pd.DataFrame({"acc": signal}).to_parquet(path, row_group_size=10)
+    blocks = [block for block, _ in recording_blocks(path, 7)]
+    assert [len(block) for block in blocks] == [7, 3, 7, 3, 5]
+    np.testing.assert_array_equal(np.concatenate(blocks), signal)
+    np.testing.assert_array_equal(np.concatenate(list(iter_windows(path, 4))).ravel(), signal[:24])

@@ -1,7 +1,10 @@
 """HDF5 files, MATLAB 7.3 among them, as h5py writes them."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import scipy.io
 
 from skarxlag.recordings import list_channels, read_recording
 from skarxlag.recordings.files import recording_blocks
@@ -95,3 +98,12 @@ def test_truncated_files(path, kept):
     path.write_bytes(path.read_bytes()[:kept])
     with pytest.raises(ValueError, match=r"run.h5: .*damaged"):
         read_recording(path, channel=0)
+
+
+def test_a_file_of_matlab_itself():
+    """In SciPy's own test data; an early version that does not call itself 7.3."""
+    path = Path(scipy.io.matlab.__file__).parent / "tests" / "data" / "testhdf5_7.4_GLNX86.mat"
+    if not path.is_file():
+        pytest.skip("SciPy was installed without its test data")
+    signal, _ = read_recording(path)
+    np.testing.assert_allclose(signal, np.arange(9) * np.pi / 4)
