@@ -297,21 +297,27 @@ class FaultDetector(RowOutlierDetector):
         rows = measure(X, self.n_windows_, with_level=with_level, n_jobs=self.n_jobs)
         return self._log_p_values_of(rows, log_speed)
 
-    def _log_p_values_of(self, rows, log_speed):
+    def _log_p_values_of(self, rows, log_speed, two_sided=False):
         """Log p-values of measured rows; where speeds are not known, the largest of some speeds."""
         limits, n_rows = self._limits(), len(rows.values)
         if len(self.speeds_) == 0:
-            return log_p_values(limits, rows, np.full(n_rows, UNIT_DISTANCE), self.drift_scale_)
-        if log_speed is not None:
-            return log_p_values(limits, rows, log_speed, self.drift_scale_)
-        ends = limits.known[0] - UNIT_DISTANCE, limits.known[-1] + UNIT_DISTANCE
-        return np.max(
-            [
-                log_p_values(limits, rows, np.full(n_rows, speed), self.drift_scale_)
-                for speed in (*limits.known, *ends)
-            ],
-            axis=0,
-        )
+            tried = [UNIT_DISTANCE]
+        elif log_speed is None:
+            ends = limits.known[0] - UNIT_DISTANCE, limits.known[-1] + UNIT_DISTANCE
+            tried = [*limits.known, *ends]
+        else:
+            tried = [log_speed]
+        found = [
+            log_p_values(
+                limits,
+                rows,
+                np.broadcast_to(speed, n_rows),
+                self.drift_scale_,
+                two_sided=two_sided,
+            )
+            for speed in tried
+        ]
+        return np.max(found, axis=0)
 
     def _distant_speeds(self, rpm, n_rows):
         """Log speeds of rows, or None where `fit` had none."""

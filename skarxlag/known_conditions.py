@@ -31,9 +31,11 @@ class KnownConditions(RowOutlierDetector):
 
         p = \max_c p_c
 
-    where :math:`p_c` is the probability that a row of condition c is at least as far off. A row is
-    "none of these" where p is below the stated rate. A row of a known condition c is then rejected
-    with a probability of at most that rate, as far as the limits of c hold it: :math:`p \ge p_c`.
+    where :math:`p_c` is the probability that a row of condition c is at least as far off. Other
+    than in detection, less unsteadiness than is expected counts as well as more: a row without
+    strikes is no row of a fault. A row is "none of these" where p is below the stated rate. A row
+    of a known condition c is then rejected with a probability of at most that rate, as far as the
+    limits of c hold it: :math:`p \ge p_c`.
 
     How many unknown conditions are rejected is another matter. It was measured at the training
     speed and at others, see docs/detection.md: at other speeds most are taken for a known one.
@@ -275,7 +277,10 @@ class KnownConditions(RowOutlierDetector):
         rows = measure(
             X, first.n_windows_, with_level=first.means_.shape[1] > 1, n_jobs=self.n_jobs
         )
-        found = [detector._log_p_values_of(rows, log_speed) for detector in self.detectors_]
+        found = [
+            detector._log_p_values_of(rows, log_speed, two_sided=True)
+            for detector in self.detectors_
+        ]
         return np.stack(found, axis=1)
 
     def _check_state(self):

@@ -18,6 +18,7 @@ from skarxlag import (
     make_known_conditions,
     save_diagnoser,
 )
+from skarxlag._calibration import measure
 
 LENGTH, RATE = 1200, 0.05
 COLOURS = {"good": -0.8, "inner": 0.0, "outer": 0.8}
@@ -56,13 +57,35 @@ def test_each_condition_has_the_p_values_of_its_detector(fitted):
     for place, name in enumerate(fitted.classes_):
         own = y == name
         alone = fit(FaultDetector(false_alarm_rate=RATE), X[own], rpm=rpm[own])
-        np.testing.assert_array_equal(found[:, place], alone.p_values(fresh, rpm=1000))
+        # Of the unsteadiness both sides count, so a p-value may be twice as large, or smaller.
+        one_sided = alone.p_values(fresh, rpm=1000)
+        assert np.all(found[:, place] <= 2 * one_sided * (1 + 1e-9))
+        measured = measure(fresh[:, np.newaxis], 1, with_level=False, n_jobs=None)
+        both = alone._log_p_values_of(measured, np.full(5, np.log(1000)), two_sided=True)
+        np.testing.assert_allclose(found[:, place], np.exp(both), rtol=1e-9)
     assert found.shape == (5, 2) and fitted.classes_.tolist() == ["good", "inner"]
     scores = fitted.score_samples(fresh, rpm=1000)
     np.testing.assert_allclose(scores, np.log(found.max(axis=1)))
     np.testing.assert_allclose(fitted.decision_function(fresh, rpm=1000), scores - np.log(RATE))
     verdicts = fitted.predict(fresh, rpm=1000)
     np.testing.assert_array_equal(verdicts, np.where(found.max(axis=1) < RATE, -1, 1))
+
+
+def test_rows_without_strikes_are_not_of_a_fault():
+    def struck(n, seed, height):
+        noise = np.random.default_rng(seed).normal(size=(n, LENGTH))
+        noise[:, ::150] += height
+        return noise
+
+    X = struck(60, 0, 20.0)
+    known = fit(KnownConditions(false_rejection_rate=RATE), X, rpm=1000)
+    detector = fit(FaultDetector(false_alarm_rate=RATE), X, rpm=1000)
+    assert (known.predict(struck(20, 1, 20.0), rpm=1000) == 1).mean() > 0.8
+    without = struck(20, 3, 0.0)
+    assert np.all(known.predict(without, rpm=1000) == -1)
+    assert np.all(
+        known.score_samples(without, rpm=1000) < detector.score_samples(without, rpm=1000)
+    )
 
 
 def test_a_condition_that_was_not_trained_is_rejected(fitted):

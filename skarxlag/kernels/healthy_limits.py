@@ -239,7 +239,14 @@ def _cepstral_score(limits, rows, expected, variance):
     return np.log(np.mean(gone**2 / spread, axis=1) + 1e-3)
 
 
-def log_p_values(limits: Limits, rows: Any, log_speed: NDArray[Any], scale: float) -> NDArray[Any]:
+def log_p_values(
+    limits: Limits,
+    rows: Any,
+    log_speed: NDArray[Any],
+    scale: float,
+    *,
+    two_sided: bool = False,
+) -> NDArray[Any]:
     r"""Compute log p-values: the probability that a healthy row deviates at least as much.
 
     .. math::
@@ -263,6 +270,9 @@ def log_p_values(limits: Limits, rows: Any, log_speed: NDArray[Any], scale: floa
         Their log speeds.
     scale : float
         Scale of the drift.
+    two_sided : bool, default=False
+        Whether less than the expected unsteadiness counts as well: a row without strikes is no row
+        of a fault.
 
     Returns
     -------
@@ -283,10 +293,16 @@ def log_p_values(limits: Limits, rows: Any, log_speed: NDArray[Any], scale: floa
             + scale * slope_variance * at.beyond**2
         )
         scores.append((rows.values[:, j] - expected) / np.sqrt(spread))
-    tails = stdtr(limits.n_blocks - 1, -np.stack(scores[:2]))
-    if len(scores) > 2:
-        level = 2 * stdtr(limits.n_blocks - 1, -np.abs(scores[2]))
-        tails = np.concatenate([tails, level[np.newaxis]])
+    # Of the cepstra the distance counts, of unsteadiness more, of the level both directions.
+    is_one_sided = [True, not two_sided, False][: len(scores)]
+    tails = np.stack(
+        [
+            stdtr(limits.n_blocks - 1, -score)
+            if one_sided
+            else 2 * stdtr(limits.n_blocks - 1, -np.abs(score))
+            for score, one_sided in zip(scores, is_one_sided, strict=True)
+        ]
+    )
     least = np.maximum(tails.min(axis=0), _TINY)
     return np.minimum(np.log(least) + np.log(len(tails)), 0.0)
 

@@ -65,6 +65,9 @@ def test_p_values_are_those_of_the_equations():
             z = (fresh.values[row, j] - expected) / np.sqrt(spread)
             tails.append(stats.t.sf(z, freedom) if j == 0 else 2 * stats.t.sf(abs(z), freedom))
         np.testing.assert_allclose(np.exp(found[row]), min(3 * min(tails), 1), rtol=1e-6)
+        tails[1] = 2 * min(tails[1], 1 - tails[1])
+        both = log_p_values(limits, fresh, np.full(5, speed), scale, two_sided=True)
+        np.testing.assert_allclose(np.exp(both[row]), min(3 * min(tails), 1), rtol=1e-6)
 
 
 def test_blocks_are_compared_with_the_others_only():

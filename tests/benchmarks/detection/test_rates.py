@@ -81,13 +81,16 @@ def test_alarm_needs_three_of_five():
     assert runs.first_alarm(np.zeros(9, dtype=bool)) is None
 
 
-@pytest.mark.filterwarnings("ignore::UserWarning")
-def test_conditions_that_were_left_out_are_rejected_at_the_training_speed():
-    rig = row_rig()
-    found = unknown.rejection_rates(rig, LENGTH)
-    assert len(found) == len(unknown.RATES) * 3 * 2 * 2
-    own = found[(found["split"] == "training speed") & (found["stated"] == 0.05)]
+def test_what_is_not_known_is_rejected_at_the_training_speed():
+    foreign = np.cumsum(np.random.default_rng(0).normal(size=(30, LENGTH)), axis=1)
+    rates, kinds = unknown.rejection_rates(row_rig(), LENGTH, foreign)
+    assert len(rates) == len(unknown.RATES) * 3 * 2 * 2
+    own = rates[(rates["split"] == "training speed") & (rates["stated"] == 0.05)]
     assert own["unknown rejected"].mean() > 0.9 > 0.1 > own["known rejected"].mean()
     assert (own["auc"] > 0.9).all()
-    printed = unknown.table(found.assign(rig="r"))
-    assert printed.count("| r | rows of ") == 3
+    printed = unknown.table(rates.assign(rig="r", row="400"))
+    assert printed.count("| r | 400 | rows of ") == 3
+    assert set(kinds["kind"]) == {"white noise", "sine", "ramp", "other rig"}
+    own = kinds[(kinds["split"] == "training speed") & (kinds["stated"] == 0.05)]
+    assert own.groupby("kind")["rejected"].mean().min() > 0.9
+    assert unknown.kinds_table(kinds.assign(rig="r", row="400")).count("| r | 400 | rows of ") == 3
