@@ -211,11 +211,12 @@ def at_orders(
     spectra = np.moveaxis(spectra, 0, 1)
     if inside.all():
         return spectra - np.median(spectra, axis=2, keepdims=True), inside
-    for spectrum, counts in zip(spectra, inside, strict=True):
-        if counts.any():
-            spectrum -= np.median(spectrum[:, counts], axis=1, keepdims=True)
-        spectrum[:, ~counts] = 0.0
-    return spectra, inside
+    # Medians of rows of different lengths: what does not count is sorted to the end.
+    counts = inside[:, np.newaxis]
+    ascending = np.sort(np.where(counts, spectra, np.inf), axis=2)
+    last = np.maximum(counts.sum(axis=2, keepdims=True) - 1, 0)
+    middle = [np.take_along_axis(ascending, (last + odd) // 2, axis=2) for odd in (0, 1)]
+    return np.where(counts, spectra - np.mean(middle, axis=0), 0.0), inside
 
 
 def distances(

@@ -103,6 +103,19 @@ def test_orders_above_the_spectrum_are_outside(rng):
     assert not none.any()
 
 
+def test_each_factor_has_the_median_of_its_own_orders(rng):
+    log_power, orders = rng.normal(size=(3, 60)), np.arange(0.5, 9, 0.5)
+    factors = np.array([0.5, 0.8, 1.1, 1.7, 90.0])
+    spectra, inside = at_orders(log_power, 0.1, orders, factors)
+    assert inside.sum(axis=1).tolist() == [17, 14, 10, 6, 0]
+    for factor, found, counts in zip(factors, spectra, inside, strict=True):
+        np.testing.assert_array_equal(found[:, ~counts], 0)
+        for curve, row in zip(log_power, found, strict=True):
+            values = np.interp(orders[counts] * factor / 0.1, np.arange(60), curve)
+            expected = values - np.median(values) if counts.any() else []
+            np.testing.assert_allclose(row[counts], expected, atol=1e-12)
+
+
 def test_distances_are_literal_sums(rng):
     spectra, references = rng.normal(size=(3, 2, 5)), rng.normal(size=(4, 2, 5))
     variances, inside = rng.uniform(1, 2, size=(2, 5)), np.ones((3, 5), dtype=bool)
