@@ -135,7 +135,7 @@ PARTS = {
         downloads=True,
     ),
     "stretches": Part(
-        "-m benchmarks.stretches --rig hit_sm --seconds 0.5 --method "
+        "-m benchmarks.stretches --rig hit_sm --seconds 0.5 1 --method "
         "'MultiRocketHydra, windows of 1200 vote' && -m benchmarks.stretches "
         "--write docs/stretches.md README.md",
         (*_CROSS_SPEED, "benchmarks/stretches/*.py"),
@@ -146,7 +146,7 @@ PARTS = {
         downloads=True,
     ),
     "stretches-simulated": Part(
-        "-m benchmarks.stretches --rig simulated --seconds 1 2 --seed 21 22 23 "
+        "-m benchmarks.stretches --rig simulated --seconds 1 2 --seed 21 22 23 24 "
         "--method 'make_stretch_diagnoser, nominal rpm' 'no rpm' "
         "'make_diagnoser, windows of 4800 vote' --output skarxlag-results/stretches-simulated "
         "--write docs/stretches.md",

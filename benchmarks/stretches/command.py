@@ -151,7 +151,8 @@ def blocks(pairs):
     found = {}
 
     def add(name, rows, methods, text, cell):
-        own = rows[rows["method"].isin(list(methods))]
+        # In the order of the methods, in which order ever they were run.
+        own = pd.concat([rows[rows["method"] == method] for method in methods])
         if len(own):
             said = command_line(own, DEFAULTS, "stretches")
             found[BLOCK.format(name)] = f"Made by `{said}`. {text}\n\n{table(own, methods, cell)}"
