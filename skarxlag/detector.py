@@ -142,6 +142,7 @@ class FaultDetector(RowOutlierDetector):
     True
     """
 
+    offset_: float
     speeds_: NDArray[Any]
     drift_scale_: float
     left_out_rates_: NDArray[Any]

@@ -101,6 +101,7 @@ class KnownConditions(RowOutlierDetector):
 
     classes_: NDArray[Any]
     detectors_: list[FaultDetector]
+    offset_: float
 
     #: Metadata routing hands these over without a call of `set_fit_request` and its like.
     __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}

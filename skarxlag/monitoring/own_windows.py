@@ -23,7 +23,8 @@ class DetectorOnOwnWindows:
     """
 
     def __init__(self, monitor: Any, length: int) -> None:
-        self.monitor, self.length = monitor, length
+        self.monitor: Any = monitor
+        self.length: int = length
         self.start_afresh()
 
     def start_afresh(self) -> None:

@@ -87,7 +87,7 @@ def test_a_cluster_that_loses_a_worker_during_the_run_changes_nothing(
     victim = next(iter(cluster.workers.values())).pid
     seen = []
 
-    def step_and_kill(progress, line):
+    def step_and_kill(progress, line, *details):
         seen.append(line)
         if len(seen) == 4:
             os.kill(victim, KILL)

@@ -1,0 +1,28 @@
+"""What a type checker says of scripts that use the package; `checks.sh` runs one on this file.
+
+A comment that ignores an error is an error itself where there is none.
+"""
+
+import numpy as np
+from sklearn.utils import Bunch
+
+from skarxlag import ChannelRows, SpeedSplit, make_diagnoser, make_windows, read_recording
+
+
+def right() -> tuple[float, int]:
+    """What is right passes, and types of results are known."""
+    signal, _ = read_recording("run.npy")
+    windows = make_windows(signal, 1200, hop=600)
+    diagnoser = make_diagnoser(healthy="Normal", verbose=True).fit(windows, sample_weight=[1.0])
+    found: Bunch = diagnoser.diagnose(windows, rpm=500)
+    rows = ChannelRows(n_channels=2).fit(windows).inverse_transform(windows)
+    return diagnoser.score(windows, found.verdict), rows.ndim
+
+
+def wrong() -> None:
+    """What is wrong does not."""
+    make_windows(np.zeros(10_000), "1200")  # type: ignore[arg-type]
+    make_diagnoser(helthy="Normal")  # type: ignore[call-arg]
+    ChannelRows(2)  # type: ignore[call-arg]
+    SpeedSplit(train_rpm="500")  # type: ignore[arg-type]
+    make_windows(np.zeros(10_000), 1200).lower()  # type: ignore[attr-defined]
