@@ -122,6 +122,17 @@ PARTS = {
         ("skarxlag/recordings/formats/*.py", "benchmarks/pages/formats.py"),
         {"docs/recordings.md": ("file formats",)},
     ),
+    "recordings-figure": Part(
+        "-m benchmarks.pages.recordings_figure",
+        (
+            "skarxlag/recordings/r*.py",
+            "skarxlag/recordings/windows.py",
+            "benchmarks/pages/recordings_figure.py",
+            "benchmarks/pages/svg_figures.py",
+        ),
+        {},
+        ("docs/images/recordings.svg",),
+    ),
     "battery": Part(
         "-m benchmarks.recipe battery --write docs/cross_speed.md",
         (*_CROSS_SPEED, "benchmarks/recipe/battery*.py"),

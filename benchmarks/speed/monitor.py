@@ -4,11 +4,13 @@ import time
 
 import numpy as np
 
+from benchmarks.speed.peers import is_installed
 from benchmarks.speed.rows import coloured_windows, rate
 from benchmarks.speed.timing import ratio, take_turns
 from skarxlag import ConditionMonitor, make_diagnoser, make_windows
 
 _RATE = 25_600.0
+_BANDS = 16
 
 
 def monitor(n_rounds=9, n_seconds=10):
@@ -19,19 +21,19 @@ def monitor(n_rounds=9, n_seconds=10):
     blocks = np.split(signal, n_seconds)
     windows = make_windows(signal)
     running = ConditionMonitor(diagnoser, _RATE)
-    seconds = take_turns(
-        {
-            "monitor": lambda: [running.update(block) for block in blocks],
-            "block": lambda: running.update(blocks[0]),
-            "windows": lambda: diagnoser.diagnose(windows),
-        },
-        n_rounds,
-        clock=time.perf_counter,
-    )
+    turns = {
+        "monitor": lambda: [running.update(block) for block in blocks],
+        "block": lambda: running.update(blocks[0]),
+        "windows": lambda: diagnoser.diagnose(windows),
+    }
+    if is_installed("river"):
+        stream = river_models(X, y)
+        turns["river"] = lambda: [stream(block) for block in blocks]
+    seconds = take_turns(turns, n_rounds, clock=time.perf_counter)
     times, differs = ratio(seconds["monitor"], seconds["windows"])
     latency = np.median(seconds["block"])
     what = "`ConditionMonitor.update`, one channel of 25.6 kHz, blocks of 1 s"
-    return [
+    found = [
         {
             "what": f"{what}: time over `diagnose` on the same windows",
             "ours": rate(signal.size, seconds["monitor"]),
@@ -45,3 +47,45 @@ def monitor(n_rounds=9, n_seconds=10):
             "reached": 1 / latency,
         },
     ]
+    if "river" in seconds:
+        times, differs = ratio(seconds["monitor"], seconds["river"])
+        found.append(
+            {
+                "what": f"{what}: time over river's classifier and detector on {_BANDS} band "
+                "energies of each window",
+                "ours": rate(signal.size, seconds["monitor"]),
+                "beside": f"river and NumPy: {rate(signal.size, seconds['river'])}",
+                "reached": times,
+                "spread": differs,
+            }
+        )
+    return found
+
+
+def river_models(X, y):
+    """What a user of river would build: a function of a block, which judges its windows.
+
+    river takes a dict of features for each sample, so windows and features are the user's work:
+    here the logarithms of the energy in bands, by NumPy, for all windows of a block at once.
+    """
+    from river import anomaly, linear_model, preprocessing
+
+    classifier = preprocessing.StandardScaler() | linear_model.LogisticRegression()
+    detector = preprocessing.MinMaxScaler() | anomaly.HalfSpaceTrees(seed=0)
+    for features, label in zip(_features(X), y, strict=True):
+        classifier.learn_one(features, bool(label == y[0]))
+        detector.learn_one(features)
+
+    def judge(block):
+        return [
+            (classifier.predict_proba_one(features), detector.score_one(features))
+            for features in _features(make_windows(block))
+        ]
+
+    return judge
+
+
+def _features(windows):
+    power = np.abs(np.fft.rfft(windows, axis=1)[:, 1:]) ** 2
+    energies = np.log([band.sum(axis=1) for band in np.array_split(power, _BANDS, axis=1)])
+    return [dict(enumerate(row)) for row in energies.T.tolist()]

@@ -149,4 +149,6 @@ def identification_peers():
 
 def missing_libraries():
     """Libraries that the benchmark knows and does not find."""
-    return [name for name in ("aeon", "filterpy", *_IDENTIFICATION) if not is_installed(name)]
+    return [
+        name for name in ("aeon", "filterpy", "river", *_IDENTIFICATION) if not is_installed(name)
+    ]

@@ -18,7 +18,8 @@ _STYLE = """
 * { box-sizing: border-box; }
 body { margin: 0 auto; max-width: 60rem; padding: 1rem; color: #1b1d21; background: #fff;
   font: 16px/1.45 system-ui, "Segoe UI", Roboto, "DejaVu Sans", sans-serif; }
-h1 { font-size: 1.5rem; margin: .2em 0; } h2 { font-size: 1.15rem; margin: 1.6em 0 .4em; }
+h1 { font-size: 1.5rem; margin: .2em 0; } h2 { font-size: 1.15rem; margin: 1.6em 0 .4em;
+  break-after: avoid; }
 h3 { font-size: 1rem; margin: 0; overflow-wrap: anywhere; }
 p { margin: .4em 0; } .soft { color: var(--soft); font-size: .9rem; overflow-wrap: anywhere; }
 .counts { display: flex; flex-wrap: wrap; gap: .5rem; padding: 0; list-style: none; }
@@ -29,6 +30,7 @@ table { border-collapse: collapse; width: 100%; font-size: .92rem; }
 th, td { text-align: left; padding: .3rem .6rem; border-bottom: 1px solid var(--line); }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 td.name { overflow-wrap: anywhere; min-width: 9rem; } a { color: inherit; }
+.short { white-space: nowrap; }
 table.matrix { width: auto; } table.matrix td.hit { background: #dcefe9; font-weight: 600; }
 .mark { display: inline-block; width: .8em; height: .8em; border-radius: .15em;
   background: var(--c); margin-right: .35em; }
@@ -43,6 +45,10 @@ svg text { font-size: 8px; fill: var(--soft); } .axis { stroke: var(--line); }
 @media print { body { max-width: none; padding: 0; font-size: 11pt; }
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; } a { text-decoration: none; } }
 """
+
+
+#: Letters of a condition that are kept on the line of its colour.
+_SHORT = 16
 
 
 def html_report(
@@ -88,11 +94,16 @@ def html_report(
         f"<title>Diagnosis of {len(rows)} recordings</title><style>{_STYLE}</style></head><body>"
         f"<h1>Diagnosis of {len(rows)} recordings</h1>"
         f'<p class="soft">{escape(heading)}</p>'
-        f"{_counts(rows, colour_of)}{_accuracy(rows)}"
+        f"{_counts(rows, colour_of)}{_accuracy(rows, colour_of)}"
         f"<h2>Recordings</h2>{_overview(rows, colour_of)}"
         f"<h2>Each recording</h2>{''.join(sections)}"
         "</body></html>\n"
     )
+
+
+def _sorted(names, order):
+    places = {name: place for place, name in enumerate(order)}
+    return sorted(names, key=lambda name: places.get(name, len(places)))
 
 
 def _counts(rows, colour_of):
@@ -108,7 +119,7 @@ def _count(colour, count, name):
     return f'<li style="--c:{colour}"><b>{count}</b>{escape(name)}</li>'
 
 
-def _accuracy(rows):
+def _accuracy(rows, order):
     """Share of right verdicts and confusion matrix, where conditions are stated."""
     if "condition" not in rows:
         return ""
@@ -118,6 +129,8 @@ def _accuracy(rows):
         return ""
     right = int((known["condition"] == known["verdict"]).sum())
     table = pd.crosstab(known["condition"], known["verdict"])
+    # As the model lists its conditions: the healthy one first.
+    table = table.reindex(index=_sorted(table.index, order), columns=_sorted(table.columns, order))
     head = "".join(f'<th class="n">{escape(str(name))}</th>' for name in table.columns)
     body = "".join(
         f"<tr><th>{escape(str(true))}</th>"
@@ -242,7 +255,9 @@ def _verdict(row, colour_of):
     if pd.isna(row["verdict"]):
         return "failed"
     colour = colour_of[row["verdict"]]
-    return f'<span class="mark" style="--c:{colour}"></span>{escape(str(row["verdict"]))}'
+    name = str(row["verdict"])
+    said = f'<span class="mark" style="--c:{colour}"></span>{escape(name)}'
+    return f'<span class="short">{said}</span>' if len(name) < _SHORT else said
 
 
 def _p_value(row):

@@ -2,10 +2,12 @@ import re
 from html.parser import HTMLParser
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.signal import lfilter
 
 from skarxlag import make_diagnoser, make_windows, save_diagnoser
+from skarxlag.commands.html_report import _accuracy
 from skarxlag.commands.models import load_model
 from skarxlag.commands.spectrum_view import SpectrumView
 from skarxlag.kernels.spectra import cepstrum
@@ -120,3 +122,12 @@ def test_the_spectrum_lies_on_the_reference_of_its_condition(plant):
     orders = np.arange(1, len(mean) + 1)[:, np.newaxis]
     expected = 10 / np.log(10) * mean @ np.cos(orders * 2 * np.pi * np.array(drawn["frequency"]))
     np.testing.assert_allclose(curves[1], expected, atol=0.006)
+
+
+def test_conditions_stand_in_the_order_of_the_model():
+    rows = pd.DataFrame(
+        {"condition": ["ball", "normal", "unheard"], "verdict": ["normal", "normal", "ball"]}
+    )
+    texts = Document(_accuracy(rows, ["normal", "inner", "ball", "no signal"])).texts
+    names = [text for text in texts if text in ("normal", "ball", "unheard")]
+    assert names == ["normal", "ball", "normal", "ball", "unheard"]
