@@ -37,19 +37,24 @@ def samples_a_turn(
     ------
     ValueError
         If there is no sampling rate; if a speed is not above 0 or the shape is another; or if a
-        stretch has less than 3 turns.
+        stretch has less than 3 turns, or a turn less than two samples.
     """
     if sampling_rate is None:
         raise ValueError("rpm was given, but sampling_rate is None; expected a number in Hz.")
     speeds = check_speeds(rpm, n_stretches, n_samples)
+    if speeds.max() > 30 * sampling_rate:
+        raise ValueError(
+            f"rpm holds {speeds.max():g}, expected at most {30 * sampling_rate:g}: a turn of the "
+            f"shaft must take two samples at {sampling_rate:g} Hz."
+        )
     mean = speeds if speeds.ndim == 1 else speeds.mean(axis=1)
     turns = n_samples * mean / (60 * sampling_rate)
     if turns.min() < LEAST_TURNS:
-        needed = int(np.ceil(LEAST_TURNS * 60 * sampling_rate / mean.min()))
+        needed = np.ceil(LEAST_TURNS * 60 * sampling_rate / mean.min())
         raise ValueError(
             f"X has stretches of {n_samples} samples, which are {turns.min():.3g} turns at "
             f"{mean.min():g} rpm and {sampling_rate:g} Hz; expected at least {LEAST_TURNS} turns, "
-            f"{needed} samples."
+            f"{needed:g} samples."
         )
     return 60 * sampling_rate / speeds
 
@@ -122,7 +127,7 @@ def estimate_shaft_speed(
 
     Strong strikes of a bearing fault have harmonics, too, and may pull the estimate to a frequency
     of which theirs is nearly a multiple: by up to 3 % at the outer race of a bearing 6205. A row
-    without harmonics of the shaft gives an arbitrary value.
+    without harmonics of the shaft gives an arbitrary value, a constant one the nominal speed.
 
     Parameters
     ----------

@@ -81,3 +81,15 @@ def test_bad_input(arguments, message):
     defaults = {"sampling_rate": RATE, "rpm": 600}
     with pytest.raises(ValueError, match=message):
         estimate_shaft_speed(vibration(600)[np.newaxis], **(defaults | arguments))
+
+
+@pytest.mark.parametrize("rpm", [30 * RATE + 1, 1e12, 1e300])
+def test_a_turn_takes_two_samples_at_least(rpm):
+    with pytest.raises(ValueError, match=r"rpm holds .*, expected at most 300000"):
+        estimate_shaft_speed(vibration(600)[np.newaxis], RATE, rpm)
+
+
+def test_harmonics_without_number_are_those_that_there_are():
+    X = vibration(6000)[np.newaxis]
+    expected = estimate_shaft_speed(X, RATE, 6100, n_harmonics=60)
+    np.testing.assert_array_equal(estimate_shaft_speed(X, RATE, 6100, n_harmonics=10**9), expected)

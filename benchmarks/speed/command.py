@@ -19,7 +19,16 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from benchmarks.pages.blocks import markdown, write_blocks
-from benchmarks.speed import fleet, identification, monitor, peers, processes, rows, stretches
+from benchmarks.speed import (
+    checks,
+    fleet,
+    identification,
+    monitor,
+    peers,
+    processes,
+    rows,
+    stretches,
+)
 from benchmarks.speed.timing import matrix_product, ratio, take_turns
 
 ROWS = {
@@ -27,6 +36,7 @@ ROWS = {
     "extended-state-predict": rows.extended_state_predict,
     "diagnoser-predict": rows.diagnoser_predict,
     "diagnoser-fit": rows.diagnoser_fit,
+    "checks": checks.checks,
     "monitor": monitor.monitor,
     "stretches": stretches.stretches,
     "identification": identification.identification,

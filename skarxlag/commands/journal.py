@@ -40,6 +40,7 @@ class Journal:
         lines = self._whole_lines()
         if not lines or lines[0] != self._head:
             lines = [self._head]
+        lines = lines[:1] + [line for line in lines[1:] if _is_whole(line)]
         self._finished = {_key(line["recording"]): line["result"] for line in lines[1:]}
         # Without the line that was being written when the earlier run ended.
         write_atomically(self.path, b"".join(map(_encoded, lines)))
@@ -83,6 +84,16 @@ def _identity(recording):
     stated = [recording.channel, recording.sampling_rate, recording.rpm, recording.dtype]
     path = str(recording.path)
     return [recording.name, path, status.st_size, status.st_mtime_ns, json.dumps(stated)]
+
+
+def _is_whole(line):
+    """Whether a line holds a result; what is damaged is computed once more."""
+    try:
+        hash(_key(line["recording"]))
+        found = _diagnosis(line["result"])
+    except (KeyError, TypeError, ValueError, AttributeError):
+        return False
+    return isinstance(found.verdict, dict) and "verdict" in found.verdict and len(found.windows) > 0
 
 
 def _encoded(line):

@@ -40,6 +40,8 @@ def comb_frequency(
     float
         In cycles a sample.
     """
+    # Multiples that are above the spectrum at every candidate need no finer steps.
+    n_harmonics = max(min(n_harmonics, int(0.5 / fundamental * np.exp(tolerance))), 1)
     rows, _ = centred(samples[np.newaxis])
     n_fft = fft.next_fast_len(_PADDING * len(samples), real=True)
     power = np.abs(fft.rfft(rows[0] * np.hanning(len(samples)), n_fft)) ** 2
@@ -55,4 +57,6 @@ def comb_frequency(
     for harmonic in range(1, n_harmonics + 1):
         position = harmonic * candidates * n_fft
         score += np.interp(position, np.arange(len(contrast)), contrast, right=0.0)
-    return candidates[score.argmax()]
+    # Of equals the nominal one, so that a signal without harmonics moves nothing.
+    best = np.flatnonzero(score == score.max())
+    return candidates[best[np.abs(best - n_steps).argmin()]]

@@ -73,7 +73,7 @@ class FadingEvidence:
         """
         sums = np.asarray(state["sums"], dtype=np.float64)
         if sums.shape != self._sums.shape or not (
-            np.all(np.isfinite(sums)) and state["weight"] >= 0 and state["age"] >= 0
+            np.all(np.isfinite(sums)) and 0 <= state["weight"] < np.inf and state["age"] >= 0
         ):
             raise ValueError(
                 f"state: evidence {state!r}, expected finite sums for {len(self._sums)} conditions"

@@ -13,12 +13,15 @@ from .evidence import FadingEvidence
 from .memory import VerdictMemory
 from .opinions import WindowOpinions
 from .own_windows import DetectorOnOwnWindows
-from .settings import checked_memory, checked_windowing
+from .settings import check_count, checked_memory, checked_windowing
 from .verdict import MonitorVerdict
 from .windowing import WindowStream
 
 #: Windows that are diagnosed together: many blocks bring fewer, and a long one is cut.
 _BATCH = 256
+
+#: What a state raises that is none.
+_DAMAGED = (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError)
 
 
 class ConditionMonitor:
@@ -386,21 +389,43 @@ class ConditionMonitor:
             If the state is of other settings or conditions, or is damaged; the monitor is then as
             after its construction.
         """
+        settings = state.get("settings") if isinstance(state, dict) else None
+        if not isinstance(settings, dict):
+            raise ValueError(f"state is a {type(state).__name__}, expected what `state` gave")
         for name, value in self._settings().items():
-            if state["settings"].get(name) != value:
-                raise ValueError(
-                    f"state: {name} is {state['settings'].get(name)!r}, expected {value!r}"
-                )
-        self._healthy, self._seen = dict(state["healthy"]), Counter(state["seen"])
-        self._start_afresh()
+            if settings.get(name) != value:
+                raise ValueError(f"state: {name} is {settings.get(name)!r}, expected {value!r}")
+        before = self._healthy, self._seen, self._n_channels
         try:
-            self._stream.restore(state["stream"])
-            self._memory.restore(state["memory"])
-            if self._own is not None:
-                self._own.restore(state["own"])
-        except (ValueError, KeyError, TypeError) as error:
+            self._take_over(state)
+        except _DAMAGED as error:
+            self._healthy, self._seen, self._n_channels = before
             self._start_afresh()
             raise ValueError(f"state is damaged: {error}") from error
-        self._n_channels, self._last_start = state["n_channels"], state["last_start"]
-        self._speeds = [tuple(change) for change in state["speeds"]]
         return self
+
+    def _take_over(self, state):
+        """Set all that `state` gives; whatever is wrong with it is an error."""
+        if self._opinions.detects:
+            for name in self._healthy:
+                value = state["healthy"][name]
+                check_real(value, name, min_val=0, max_val=1, include_boundaries="neither")
+        self._healthy = {name: state["healthy"][name] for name in self._healthy}
+        self._seen = Counter({str(name): check_count(n) for name, n in state["seen"].items()})
+        self._start_afresh()
+        self._stream.restore(state["stream"])
+        self._memory.restore(state["memory"])
+        if self._own is not None:
+            self._own.restore(state["own"])
+        n_channels, last_start = state["n_channels"], state["last_start"]
+        self._n_channels = None if n_channels is None else check_count(n_channels, least=1)
+        self._last_start = None if last_start is None else check_count(last_start)
+        rest = state["stream"]["rest"]
+        if rest is not None and len(rest) != self._n_channels:
+            raise ValueError(f"state: {len(rest)} channels wait, expected {self._n_channels}")
+        speeds = [(check_count(sample), rpm) for sample, rpm in state["speeds"]]
+        for _, rpm in speeds:
+            check_real(rpm, "rpm", min_val=0, include_boundaries="neither")
+        if speeds != sorted(speeds, key=lambda change: change[0]):
+            raise ValueError("state: changes of speed are not in the order of time")
+        self._speeds = speeds

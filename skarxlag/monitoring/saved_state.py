@@ -5,7 +5,7 @@ import json
 import os
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
@@ -90,6 +90,10 @@ def load_monitor_state(path: str | os.PathLike[str]) -> tuple[dict[str, Any], di
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
     try:
+        with ZipFile(path) as archive:
+            # What `save_monitor_state` writes is not compressed.
+            if sum(member.file_size for member in archive.infolist()) > path.stat().st_size:
+                raise ValueError("it is compressed")
         with np.load(path, allow_pickle=False) as archive:
             state = json.loads(str(archive["state"]))
             if state.pop("format") != _FORMAT:
@@ -105,6 +109,7 @@ def load_monitor_state(path: str | os.PathLike[str]) -> tuple[dict[str, Any], di
         AttributeError,
         EOFError,
         OSError,
+        NotImplementedError,
         BadZipFile,
     ) as error:
         raise ValueError(f"{path}: no state of a monitor ({error})") from error

@@ -37,3 +37,33 @@ def checked_memory(
     check_real(persistence, "persistence", min_val=0, max_val=1, include_boundaries="neither")
     check_real(faulty_rate, "faulty_rate", min_val=0, max_val=1, include_boundaries="neither")
     return {"half_life": float(half_life), "faulty_rate": float(faulty_rate)}
+
+
+def check_count(value: Any, least: int = 0) -> int:
+    """Check that a number of a saved state counts something.
+
+    Parameters
+    ----------
+    value : object
+        The number.
+    least : int, default=0
+        Smallest number that can be.
+
+    Returns
+    -------
+    int
+        The number.
+
+    Raises
+    ------
+    ValueError
+        If it is no integer, or too small, or larger than any count of samples.
+
+    Examples
+    --------
+    >>> check_count(7)
+    7
+    """
+    if type(value) is not int or not least <= value < 2**62:
+        raise ValueError(f"state: {value!r}, expected an integer of at least {least}")
+    return value

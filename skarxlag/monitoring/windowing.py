@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .settings import check_count
+
 
 class WindowStream:
     """Cuts blocks of any lengths into windows, as if they came as one recording.
@@ -126,12 +128,16 @@ class WindowStream:
             If the state cannot be that of a stream of such windows.
         """
         rest = state["rest"]
+        for name in ("n_samples", "n_gaps", "n_steps_back", "next_start"):
+            check_count(state[name])
+        check_count(state["reference"][0])
         first = state["n_samples"] - (0 if rest is None else rest.shape[1])
         numbers = [state["missing_seconds"], state["gap_ahead"], *state["reference"]]
         fits = (
             (rest is None or (rest.ndim == 2 and rest.dtype == np.float64))
             and 0 <= first == min(state["next_start"], state["n_samples"])
             and state["next_start"] + self.window_length > state["n_samples"]
+            and len(numbers) == 4
             and all(map(math.isfinite, numbers))
             and 0 <= state["reference"][0] <= state["n_samples"]
         )

@@ -193,3 +193,36 @@ def test_a_dask_array_is_refused_with_a_recipe_that_works(fleet):
         diagnoser.predict(lazy)
     verdicts = lazy.map_blocks(diagnoser.predict, dtype=diagnoser.classes_.dtype, drop_axis=1)
     np.testing.assert_array_equal(verdicts.compute(scheduler="sync"), diagnoser.predict(X))
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda line: 123,
+        lambda line: [],
+        lambda line: {},
+        lambda line: line | {"recording": 5},
+        lambda line: line | {"recording": [[1]]},
+        lambda line: line | {"result": None},
+        lambda line: line | {"result": {}},
+        lambda line: line | {"result": line["result"] | {"verdict": []}},
+        lambda line: line | {"result": line["result"] | {"windows": {}}},
+        lambda line: line | {"result": line["result"] | {"windows": {"a": [1], "b": [1, 2]}}},
+    ],
+)
+def test_a_damaged_line_of_a_journal_is_computed_once_more(fleet, tmp_path, damage):
+    journal = Journal(tmp_path / "out.csv", fleet / "m.skops", [])
+    recording = ListedRecording(where=None, name="1", path=fleet / "table.csv")
+    verdict = {"verdict": "a", "windows": 2}
+    windows = pd.DataFrame({"verdict": ["a", "a"], "quality": ["good", "good"]})
+    with pytest.raises(KeyboardInterrupt), journal:
+        journal.add(recording, Diagnosis(verdict, windows, 1.0, ()))
+        raise KeyboardInterrupt
+    head, line = journal.path.read_text().splitlines()
+    with pytest.raises(KeyboardInterrupt), journal:
+        assert journal.result(recording).verdict == verdict
+        raise KeyboardInterrupt
+    journal.path.write_text(head + "\n" + json.dumps(damage(json.loads(line))) + "\n")
+    with pytest.raises(KeyboardInterrupt), journal:
+        assert journal.result(recording) is None
+        raise KeyboardInterrupt

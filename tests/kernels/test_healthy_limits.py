@@ -42,6 +42,10 @@ def test_p_values_are_those_of_the_equations():
     limits = calibrate(rows, known, at)
     speed, scale = np.log(1500.0), 0.7
     fresh = noise_rows(5, seed=1)
+    # One row each that is odd in its colour, too unsteady, too quiet, and too loud.
+    fresh.cepstra[1] += 1.0
+    fresh.values[2, 0] += 3.0
+    fresh.values[3:, 1] += [-3.0, 4.0]
     found = log_p_values(limits, fresh, np.full(5, speed), scale)
     # The equations, row by row, from the covariances themselves.
     beyond = speed - known[1]
@@ -49,6 +53,7 @@ def test_p_values_are_those_of_the_equations():
     back = np.linalg.inv(limits.axes)
     covariance = back.T @ np.diag(limits.variances + variance + 0.02) @ back
     freedom, more = limits.n_blocks - 1, 1 + 1 / limits.n_blocks
+    least = []
     for row in range(5):
         away = fresh.cepstra[row].mean(axis=0) - limits.references[1] @ back
         score = np.log(away @ np.linalg.solve(covariance, away) / len(away) + 1e-3)
@@ -65,9 +70,11 @@ def test_p_values_are_those_of_the_equations():
             z = (fresh.values[row, j] - expected) / np.sqrt(spread)
             tails.append(stats.t.sf(z, freedom) if j == 0 else 2 * stats.t.sf(abs(z), freedom))
         np.testing.assert_allclose(np.exp(found[row]), min(3 * min(tails), 1), rtol=1e-6)
+        least.append(int(np.argmin(tails)))
         tails[1] = 2 * min(tails[1], 1 - tails[1])
         both = log_p_values(limits, fresh, np.full(5, speed), scale, two_sided=True)
         np.testing.assert_allclose(np.exp(both[row]), min(3 * min(tails), 1), rtol=1e-6)
+    assert least[1:] == [0, 1, 2, 2] and np.all(found[1:] < -1)
 
 
 def test_blocks_are_compared_with_the_others_only():
@@ -79,6 +86,12 @@ def test_blocks_are_compared_with_the_others_only():
     usual = calibrate(noise_rows(50, with_level=False), np.zeros(1), np.zeros(50, int))
     assert odd.n_blocks == usual.n_blocks == 5
     assert odd.score_deviation > 4 * usual.score_deviation
+
+
+def test_blocks_of_many_speeds_are_told_apart():
+    at = np.repeat(np.arange(12), 2)
+    limits = calibrate(noise_rows(24), np.log(500.0 + 50 * np.arange(12)), at)
+    assert limits.n_blocks == 24
 
 
 def test_rows_of_many_windows_scatter_less():

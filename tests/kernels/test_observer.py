@@ -191,6 +191,10 @@ def test_equal_ends_need_only_a_stable_loop():
     stable, unstable = loop_matrix(0.3, 0.1, 0.05), loop_matrix(0.3, 0.1, 3.0)
     assert common_lyapunov(stable, stable) is not None
     assert common_lyapunov(unstable, unstable) is None
+    # An integral that nothing feeds stays where it is: stable, but not asymptotically.
+    idle = loop_matrix(0.3, 0.1, 0.0)
+    np.testing.assert_array_equal(idle, [[0.3 - 0.1, 1.0], [0.0, 1.0]])
+    assert common_lyapunov(idle, idle) is None
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,12 @@
 import numpy as np
 import pytest
 
-from skarxlag.kernels.scaling import centred, root_mean_square, unit_rms_windows
+from skarxlag.kernels.scaling import (
+    centred,
+    fit_percentage,
+    root_mean_square,
+    unit_rms_windows,
+)
 
 
 @pytest.fixture
@@ -63,3 +68,13 @@ def test_arguments_are_not_written(windows):
 def test_root_mean_square(factor):
     signals = factor * np.array([[3.0, 4.0, 0.0, 0.0], [0, 0, 0, 0]])
     np.testing.assert_allclose(root_mean_square(signals), [2.5 * factor, 0], rtol=1e-14)
+
+
+@pytest.mark.parametrize("factor", [1.0, 7.0, 1e200])
+def test_fit_is_one_minus_the_normalised_error(windows, factor):
+    output, predicted = windows[:, 0], windows[:, 0] + 0.3 * windows[:, 1]
+    error = np.sqrt(np.sum((output - predicted) ** 2, axis=1))
+    spread = np.sqrt(np.sum((output - output.mean(axis=1, keepdims=True)) ** 2, axis=1))
+    found = fit_percentage(factor * output, factor * predicted)
+    np.testing.assert_allclose(found, 100 - 100 * error / spread, rtol=1e-9)
+    assert fit_percentage(np.full(5, 3.0), np.arange(5.0)) == 100

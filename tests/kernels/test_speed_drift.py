@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 from scipy import linalg
 
+from skarxlag.kernels.drift import raised_noise, scaled_frequency
 from skarxlag.kernels.speed_drift import (
+    SAME_LOG_SPEED,
     UNIT_DISTANCE,
     along_axes,
     drift_covariance,
@@ -104,3 +106,40 @@ def test_drift_of_flat_spectra_is_smooth_and_rough_drift_alone():
     moved = drift_covariance(tilted, steadiness[:1], **given | {"noise": 5.0})
     assert np.linalg.eigvalsh(moved - found).min() > -1e-10
     assert np.trace(moved) > 1.1 * np.trace(found)
+
+
+def test_a_group_spans_as_much_as_is_stated():
+    _, at = group_speeds(np.array([0.0, SAME_LOG_SPEED]))
+    assert at.tolist() == [0, 0]
+    _, at = group_speeds(np.array([0.0, np.nextafter(SAME_LOG_SPEED, 1)]))
+    assert at.tolist() == [0, 1]
+
+
+@pytest.mark.parametrize("n_frequencies", [256, 40])
+def test_drift_covariance_is_the_mean_square_of_the_changes(n_frequencies):
+    rng = np.random.default_rng(0)
+    colour = rng.normal(size=(3, n_frequencies)).cumsum(axis=1) / 10
+    steadiness = rng.normal(size=(3, 20))
+    found = drift_covariance(colour, steadiness, smooth=0.4, rough=0.01, frequency=0.3, noise=0.7)
+    n_colour = min(48, n_frequencies - 1)
+
+    def coefficients(change):
+        """Cosine coefficients of a log spectrum, without the first, as explicit sums."""
+        size = len(change)
+        angles = np.pi * (np.arange(size) + 0.5) / size
+        return [change @ np.cos(n * angles) * 2 / size for n in range(1, size)]
+
+    def features(of_colour, of_steadiness):
+        return np.array(coefficients(of_colour)[:n_colour] + coefficients(of_steadiness))
+
+    scaled = [
+        features(*changes)
+        for changes in zip(scaled_frequency(colour), scaled_frequency(steadiness), strict=True)
+    ]
+    raised = [features(change, np.zeros(20)) for change in raised_noise(colour)]
+    n = np.concatenate([np.arange(1, n_colour + 1), np.arange(1, 20)])
+    expected = np.diag(0.4 / n**2 + 0.01)
+    for weight, rows in ((0.3, scaled), (0.7, raised)):
+        for row in rows:
+            expected = expected + weight * np.outer(row, row) / len(rows)
+    np.testing.assert_allclose(found, expected, atol=1e-9)

@@ -302,6 +302,21 @@ def test_state_of_a_calibrated_monitor_keeps_the_calibration(make):
         (lambda s: s["memory"]["alarm"].update(sum=10**6), "expected a sum from 0 to"),
         (lambda s: s["stream"].update(rest=np.zeros((1, 5))), "do not fit"),
         (lambda s: s["stream"].pop("next_start"), "next_start"),
+        (lambda s: s["stream"].update(n_gaps="x"), "'x', expected an integer of at least 0"),
+        (lambda s: s["stream"].update(rest=[1.0]), "damaged"),
+        (lambda s: s["stream"].update(reference=[]), "damaged"),
+        (lambda s: s["memory"]["evidence"].update(weight=np.inf), "finite sums"),
+        (lambda s: s["healthy"].update(rate=None), "rate"),
+        (lambda s: s["healthy"].update(persistence=-1.0), "persistence"),
+        (lambda s: s.pop("healthy"), "healthy"),
+        (lambda s: s["seen"].update(windows=-1), "-1, expected an integer"),
+        (lambda s: s.update(n_channels=-1), "-1, expected an integer of at least 1"),
+        (lambda s: s.update(n_channels=3), "1 channels wait, expected 3"),
+        (lambda s: s.update(last_start=0.5), "0.5, expected an integer"),
+        (lambda s: s.update(speeds=[[1]]), "damaged"),
+        (lambda s: s.update(speeds=[[5, 100.0], [1, 90.0]]), "order of time"),
+        (lambda s: s.update(speeds=[[5, -100.0]]), "rpm"),
+        (lambda s: s.clear(), "state is a dict, expected what `state` gave"),
     ],
 )
 def test_a_state_that_does_not_fit_is_refused(make, change, message):
@@ -313,6 +328,21 @@ def test_a_state_that_does_not_fit_is_refused(make, change, message):
     with pytest.raises(ValueError, match=message):
         other.restore(state)
     assert other.counts["samples"] == 0
+    # What was refused has left nothing behind.
+    assert other.state() == make().state()
+
+
+@pytest.mark.parametrize("state", [None, [], "state", 5])
+def test_what_is_no_state_is_refused(make, state):
+    with pytest.raises(ValueError, match="expected what `state` gave"):
+        make().restore(state)
+
+
+def test_a_compressed_state_is_refused_before_it_is_unpacked(tmp_path):
+    path = tmp_path / "monitor.npz"
+    np.savez_compressed(path, state=np.array("x" * 10**6), rest=np.zeros(3))
+    with pytest.raises(ValueError, match=r"monitor\.npz: no state of a monitor .it is compressed"):
+        load_monitor_state(path)
 
 
 def test_files_that_hold_no_state_are_refused(make, tmp_path):

@@ -44,8 +44,8 @@ ROOT = Path(__file__).parents[2]
 KERNELS = ROOT / "skarxlag" / "kernels"
 #: Tests of a kernel that do not stand in the file of its name.
 FURTHER_TESTS = {
-    "comb": ["tests/test_speeds.py"],
     "ladder": ["tests/kernels/test_ladder_thresholds.py", "tests/test_ladder.py"],
+    "laguerre": ["tests/kernels/test_arx_laguerre.py"],
     "lanes": ["tests/kernels/test_observer.py", "tests/kernels/test_arx_laguerre.py"],
 }
 #: Compiled loops, not what they compute.

@@ -1,7 +1,6 @@
 """Small changes of a program, one at a time."""
 
 import ast
-import copy
 from pathlib import Path
 
 _COMPARISONS = {
@@ -66,7 +65,7 @@ def mutants(source):
     change : str
         The function, a colon and the line as it reads with the error.
     program : ast.Module
-        The module with the error.
+        The module with the error, which is taken back before the next one is yielded.
 
     Examples
     --------
@@ -74,22 +73,22 @@ def mutants(source):
     ['f: a <= 2', 'f: a >= 2', 'f: a < 3', 'f: b = +a']
     """
     tree = ast.parse(source)
-    places = [node for node in ast.walk(tree) if hasattr(node, "lineno") and _changes(node)]
+    parents = {id(c): p for p in ast.walk(tree) for c in ast.iter_child_nodes(p)}
     documentation = {id(n.value) for n in ast.walk(tree) if isinstance(n, ast.Expr)}
+    places = [node for node in ast.walk(tree) if hasattr(node, "lineno")]
     for place in sorted(places, key=lambda node: (node.lineno, node.col_offset)):
         if id(place) in documentation:
             continue
-        for number in range(len(_changes(place))):
-            program = copy.deepcopy(tree)
-            changed = _same_place(program, place)
-            parents = {id(c): p for p in ast.walk(program) for c in ast.iter_child_nodes(p)}
-            _changes(changed)[number]()
-            shown = changed
+        for name, value in _changes(place):
+            right = getattr(place, name)
+            setattr(place, name, value)
+            shown = place
             while not isinstance(shown, ast.stmt | ast.Compare) and id(shown) in parents:
                 shown = parents[id(shown)]
             line = ast.unparse(shown).split("\n")[0]
             inside = next(_functions(shown, parents), "")
-            yield place.lineno, f"{inside}: {line}", ast.fix_missing_locations(program)
+            yield place.lineno, f"{inside}: {line}", tree
+            setattr(place, name, right)
 
 
 def _functions(node, parents):
@@ -100,37 +99,21 @@ def _functions(node, parents):
             yield node.name
 
 
-def _same_place(program, place):
-    for node in ast.walk(program):
-        at = (getattr(node, "lineno", None), getattr(node, "col_offset", None))
-        end = (getattr(node, "end_lineno", None), getattr(node, "end_col_offset", None))
-        if (
-            type(node) is type(place)
-            and at == (place.lineno, place.col_offset)
-            and end == (place.end_lineno, place.end_col_offset)
-        ):
-            return node
-    raise LookupError(ast.dump(place))
-
-
 def _changes(node):
-    """Functions that put one error each into a node."""
-
-    def put(name, value):
-        return lambda: setattr(node, name, value)
-
+    """Attributes of a node and other values of them, one error each."""
     if isinstance(node, ast.Compare):
-        return [put("ops", [op(), *node.ops[1:]]) for op in _COMPARISONS.get(type(node.ops[0]), ())]
+        others = _COMPARISONS.get(type(node.ops[0]), ())
+        return [("ops", [other(), *node.ops[1:]]) for other in others]
     if isinstance(node, ast.BinOp | ast.AugAssign | ast.BoolOp) and type(node.op) in _OPERATORS:
-        return [put("op", _OPERATORS[type(node.op)]())]
+        return [("op", _OPERATORS[type(node.op)]())]
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-        return [put("op", ast.UAdd())]
+        return [("op", ast.UAdd())]
     if isinstance(node, ast.Constant) and type(node.value) is int:
-        return [put("value", node.value + 1)]
+        return [("value", node.value + 1)]
     if isinstance(node, ast.Constant) and type(node.value) is float:
-        return [put("value", node.value * 1.1 or 1.0)]
+        return [("value", node.value * 1.1 or 1.0)]
     if isinstance(node, ast.Name) and node.id in _NAMES:
-        return [put("id", _NAMES[node.id])]
+        return [("id", _NAMES[node.id])]
     if isinstance(node, ast.Attribute) and node.attr in _NAMES:
-        return [put("attr", _NAMES[node.attr])]
+        return [("attr", _NAMES[node.attr])]
     return []

@@ -3,11 +3,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.speed import children, identification, monitor, peers, processes, rows, stretches
+from benchmarks.speed import (
+    checks,
+    children,
+    identification,
+    monitor,
+    peers,
+    processes,
+    rows,
+    stretches,
+)
 from benchmarks.speed import command as speed
 from benchmarks.speed.counts import multiply_adds
 from benchmarks.speed.timing import MATRIX_SIDE, matrix_product, ratio, spread, take_turns
-from skarxlag import ARXLaguerre
+from skarxlag import ARXLaguerre, LogSpectra
+from skarxlag import _state as state_checks
+from skarxlag import _validation as validation
 from skarxlag.kernels.scaling import root_mean_square
 
 README = Path(speed.__file__).parents[1] / "README.md"
@@ -147,6 +158,26 @@ def test_rows_with_tiny_sizes(row, sizes):
     assert len(speed.table(lines)) == len(lines)
     if row is rows.grid_search:
         assert lines[1]["reached"] == 1  # one identification a fold
+
+
+def test_rows_of_checks():
+    lines = checks.checks(n_rounds=2, n_windows=16, n_samples=200)
+    assert len(lines) == len(speed.table(lines)) == 8
+    for state, whole in zip(lines[::2], lines[1::2], strict=True):
+        assert 0 < state["reached"] < whole["reached"] < 1
+    assert [line.get("target") for line in lines] == [0.02, None, None, None] * 2
+
+
+def test_timed_functions_are_put_back_and_count_once():
+    original = validation.validate_innovations
+    X = np.random.default_rng(0).normal(size=(8, 100))
+    residual = LogSpectra().fit(X)
+    with checks.timed({"validate_innovations": validation, "check_state": state_checks}) as seconds:
+        assert validation.validate_innovations is not original
+        residual.transform(X)
+        residual.transform(X)
+    assert len(seconds) == 2 and min(seconds) > 0
+    assert validation.validate_innovations is original
 
 
 def test_rows_of_the_monitor():

@@ -1,0 +1,119 @@
+"""Rows of the speed benchmark on what the checks of input and state cost."""
+
+import sys
+import time
+from contextlib import contextmanager
+from unittest import mock
+
+import numpy as np
+
+import skarxlag._state
+import skarxlag._validation
+from benchmarks.speed.rows import coloured_windows
+from skarxlag import make_diagnoser, make_extended_state_pio
+
+_TARGET = 0.02
+#: What looks at fitted attributes, and what looks at them and at every number that is given.
+_STATE = {"check_state": skarxlag._state}
+_ALL = _STATE | {"validate_data": skarxlag._validation, "validate_signals": skarxlag._validation}
+
+
+@contextmanager
+def timed(names):
+    """Seconds that functions of the package take, wherever they have been imported to.
+
+    Parameters
+    ----------
+    names : dict of str to module
+        Functions, by name, and the module that has them.
+
+    Yields
+    ------
+    list of float
+        Seconds of each call from outside of these functions; calls of one by another count once.
+    """
+    seconds, inside = [], []
+
+    def wrapped(function):
+        def call(*args, **kwargs):
+            if inside:
+                return function(*args, **kwargs)
+            inside.append(True)
+            start = time.process_time()
+            try:
+                return function(*args, **kwargs)
+            finally:
+                seconds.append(time.process_time() - start)
+                inside.pop()
+
+        return call
+
+    modules = [m for name, m in list(sys.modules.items()) if name.partition(".")[0] == "skarxlag"]
+    wrappers = {name: wrapped(getattr(module, name)) for name, module in names.items()}
+    originals = {name: getattr(module, name) for name, module in names.items()}
+    patches = [
+        mock.patch.object(module, name, wrappers[name])
+        for module in modules
+        for name, original in originals.items()
+        if vars(module).get(name) is original
+    ]
+    for patch in patches:
+        patch.start()
+    try:
+        yield seconds
+    finally:
+        for patch in patches:
+            patch.stop()
+
+
+def share(function, names):
+    """Share of a call that goes into checks, and the seconds of the call.
+
+    Parameters
+    ----------
+    function : callable
+        What is called, once.
+    names : dict of str to module
+        As in `timed`.
+
+    Returns
+    -------
+    share, seconds : float
+        Both in processor time and of this call, so that a machine that is slow for a while, or
+        has other work, slows both.
+    """
+    with timed(names) as seconds:
+        start = time.process_time()
+        function()
+        whole = time.process_time() - start
+    return sum(seconds) / whole, whole
+
+
+def checks(n_rounds=15, n_windows=800, n_samples=1200):
+    """Share of `predict` that is spent in checks, for one window and for many."""
+    lines = []
+    for make in (make_diagnoser, make_extended_state_pio):
+        X, y = coloured_windows(n_windows, n_samples)
+        diagnoser = make().fit(X, y)
+        for some, n_calls in ((X, 1), (X[:1], 50)):
+            for names, what in ((_STATE, "fitted state"), (_ALL, "input and fitted state")):
+
+                def calls(some=some, n_calls=n_calls, predict=diagnoser.predict):
+                    for _ in range(n_calls):
+                        predict(some)
+
+                calls()
+                found = np.array([share(calls, names) for _ in range(n_rounds)])
+                quarter, middle, three = np.quantile(found[:, 0], [0.25, 0.5, 0.75])
+                per_window = np.median(found[:, 1]) / n_calls / len(some) * 1e6
+                line = {
+                    "what": f"`{make.__name__}().predict`, {len(some)} x {n_samples}: "
+                    f"share of the checks of {what}",
+                    "ours": f"{per_window:.3g} us a window",
+                    "reached": middle,
+                    "spread": (three - quarter) / 2 / middle,
+                }
+                # Most of the checks of input are scikit-learn's, which every estimator has.
+                is_ours = names is _STATE and n_calls == 1
+                lines.append(line | ({"target": _TARGET, "at_most": True} if is_ours else {}))
+    return lines

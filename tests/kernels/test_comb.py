@@ -1,0 +1,59 @@
+import numpy as np
+import pytest
+
+from skarxlag.kernels.comb import comb_frequency
+
+
+def literal_frequency(samples, fundamental, tolerance, n_harmonics):
+    """The largest sum over harmonics of what stands out, one frequency after another."""
+    n_samples = len(samples)
+    n_fft = 4 * n_samples
+    windowed = (samples - samples.mean()) * np.hanning(n_samples)
+    level = np.log(np.abs(np.fft.rfft(windowed, n_fft)) ** 2)
+    half = int(0.4 * fundamental * n_fft)
+    # A thousandth, or a quarter of a cell at the highest harmonic.
+    step = min(1e-3, 0.25 / (n_harmonics * fundamental * n_fft))
+    scores, most = {}, int(np.floor(tolerance / step + 1e-6))
+    for number in range(-most, most + 1):
+        frequency, score = fundamental * np.exp(step * number), 0.0
+        for harmonic in range(1, n_harmonics + 1):
+            place = harmonic * frequency * n_fft
+            below = int(place)
+            if below + 1 >= len(level):
+                continue
+            around = [
+                max(level[k] - np.median(level[k - half : k + half + 1]), 0)
+                for k in (below, below + 1)
+            ]
+            score += around[0] + (place - below) * (around[1] - around[0])
+        scores[frequency] = score
+    return max(scores, key=scores.get)
+
+
+@pytest.mark.parametrize("n_harmonics", [1, 2, 5])
+@pytest.mark.parametrize("seed", range(8))
+def test_frequency_is_that_of_the_largest_literal_sum(seed, n_harmonics):
+    rng = np.random.default_rng(seed)
+    samples = rng.normal(size=1024)
+    nominal = 1 / 37.3
+    # 0.04 is a whole number of steps of a thousandth, but for rounding.
+    found = comb_frequency(samples, nominal, 0.04, n_harmonics)
+    assert found == pytest.approx(literal_frequency(samples, nominal, 0.04, n_harmonics), rel=1e-9)
+
+
+def test_harmonics_above_the_spectrum_do_not_count():
+    samples = np.random.default_rng(0).normal(size=1024)
+    expected = comb_frequency(samples, 0.23, 0.02, 2)
+    assert comb_frequency(samples, 0.23, 0.02, 3) == expected
+    assert comb_frequency(samples, 0.23, 0.02, 10**12) == expected
+
+
+def test_a_tone_is_found():
+    k = np.arange(2048)
+    tone = np.cos(2 * np.pi * 0.0301 * k) + np.cos(2 * np.pi * 0.0602 * k + 1)
+    assert comb_frequency(tone, 0.029, 0.1, 2) == pytest.approx(0.0301, rel=2e-3)
+
+
+@pytest.mark.parametrize("value", [0.0, 7.0])
+def test_a_constant_leaves_the_nominal_frequency(value):
+    assert comb_frequency(np.full(2048, value), 0.03, 0.1, 2) == 0.03
