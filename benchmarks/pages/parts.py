@@ -174,6 +174,11 @@ PARTS = {
         ("benchmarks/speed/*.py",),
         {"benchmarks/README.md": ("speed",)},
     ),
+    "fleet": Part(
+        "-m benchmarks.speed.fleet --write docs/fleet.md",
+        ("skarxlag/commands/r*.py", "benchmarks/speed/fleet.py", "benchmarks/speed/timing.py"),
+        {"docs/fleet.md": ("fleet",)},
+    ),
     "paper-tables": Part(
         "-m benchmarks.paper tables --write docs/paper/tables.md",
         (*_SIMULATED, "skarxlag/paper/*", "benchmarks/paper/tables*.py"),

@@ -1,54 +1,176 @@
-"""Row of the speed benchmark about many recordings: one worker process next to two."""
+"""Many recordings: what a core diagnoses in a second, two worker processes next to one.
 
-import argparse
+    python -m benchmarks.speed --only fleet
+    python -m benchmarks.speed.fleet --write docs/fleet.md
+
+One and two worker processes take turns on the same recordings, reading of the files included. All
+workers have been started and have loaded the model before the clock runs. In the same rounds one
+and two processes multiply matrices, which tells what the machine has left for a second process.
+"""
+
+import os
+import pickle
 import tempfile
 import time
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
+from joblib.externals.loky import ProcessPoolExecutor
 
+from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.speed.rows import coloured_windows, rate
-from benchmarks.speed.timing import spread
+from benchmarks.speed.timing import matrix_product, ratio, take_turns
 from skarxlag import make_diagnoser, save_diagnoser
-from skarxlag.commands.batch import diagnose_all
+from skarxlag.commands.recording_task import Task
+from skarxlag.commands.runner import WorkerDied, run_tasks
 from skarxlag.recordings.listing import list_files
 
+WINDOW_LENGTH = 1200
+#: The fleet of the example: sensors, their sampling rate in Hz, and the length of a recording in s.
+SENSORS, SAMPLING_RATE, SECONDS = 10_000, 25_600, 1.0
 
-def fleet(n_rounds=5, n_recordings=24, n_windows=400, window_length=1200):
-    """`diagnose --processes` over files, reading included: wall time of one worker over two.
 
-    The worker processes have been started, and have loaded the model, before the clock runs.
+def _place_after(task):
+    """Process that did a task."""
+    task()
+    return os.getpid()
+
+
+def _products(n):
+    product, _ = matrix_product()
+    for _ in range(n):
+        product()
+
+
+@contextmanager
+def _warm_workers(n_workers, tasks):
+    """An executor of which every process has done one of the tasks."""
+    with ProcessPoolExecutor(n_workers) as executor:
+        places = set()
+        while len(places) < n_workers:
+            places.update(executor.map(_place_after, tasks))
+        yield executor
+
+
+def _run(executor, tasks, n_workers):
+    for _, outcome in run_tasks(tasks, lambda: executor, n_workers):
+        if isinstance(outcome, WorkerDied) or getattr(outcome, "error", None):
+            raise RuntimeError(f"a task failed: {outcome}")
+
+
+def measure(n_rounds=9, n_recordings=24, n_windows=400):
+    """Seconds of one and two workers, and bytes between them and the process that asks.
+
+    Parameters
+    ----------
+    n_rounds : int, default=9
+        Rounds, in each of which all sides run once.
+    n_recordings : int, default=24
+        Recordings in a run.
+    n_windows : int, default=400
+        Windows in a recording.
+
+    Returns
+    -------
+    dict
+        ``seconds`` by side and round; ``n_samples`` in a run; ``bytes_out`` of the task of a
+        recording and ``bytes_back`` of its results, a window.
     """
-    X, y = coloured_windows(n_windows, window_length)
-    n_samples = n_recordings * X.size
-    seconds = {}
+    X, y = coloured_windows(n_windows, WINDOW_LENGTH)
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
-        save_diagnoser(make_diagnoser().fit(X, y), folder / "model.skops")
+        model = folder / "model.skops"
+        save_diagnoser(make_diagnoser().fit(X, y), model)
         for number in range(n_recordings):
-            np.save(folder / f"{number}.npy", X.ravel())
-        recordings = list_files(folder)
-        for n_jobs in (1, 2):
-            args = argparse.Namespace(
-                model=folder / "model.skops", output=None, resample=False, n_jobs=n_jobs,
-                processes=True, dask=None, quiet=True,
-            )  # fmt: skip
-            for _ in range(2):
-                # Every worker has imported the package and loaded the model after this.
-                diagnose_all(args, recordings)
-            for _ in range(n_rounds):
-                started = time.perf_counter()
-                diagnose_all(args, recordings)
-                seconds.setdefault(n_jobs, []).append(time.perf_counter() - started)
-    ratios = [one / two for one, two in zip(seconds[1], seconds[2], strict=True)]
+            np.save(folder / f"{number}.npy", X.ravel().astype(np.float32))
+        settings = str(model), model.stat().st_mtime_ns, 1
+        tasks = [Task(recording, settings) for recording in list_files(folder)]
+        products = [partial(_products, 10)] * 8
+        with _warm_workers(1, tasks[:2]) as one, _warm_workers(2, tasks[:4]) as two:
+            seconds = take_turns(
+                {
+                    "one": lambda: _run(one, tasks, 1),
+                    "two": lambda: _run(two, tasks, 2),
+                    "product": lambda: _run(one, products, 1),
+                    "products": lambda: _run(two, products, 2),
+                },
+                n_rounds,
+                clock=time.perf_counter,
+            )
+        return {
+            "seconds": seconds,
+            "n_samples": n_recordings * X.size,
+            "bytes_out": len(pickle.dumps(tasks[0])),
+            "bytes_back": len(pickle.dumps(tasks[0]())) / n_windows,
+        }
+
+
+def fleet(**settings):
+    """Row of the speed benchmark: two worker processes over one."""
+    found = measure(**settings)
+    seconds, n_samples = found["seconds"], found["n_samples"]
+    faster, differs = ratio(seconds["one"], seconds["two"])
+    possible, noise = ratio(seconds["product"], seconds["products"])
     return [
         {
-            "what": f"`skarxlag diagnose --processes`, {n_recordings} recordings of {n_windows} "
-            "windows, reading included: two worker processes over one",
-            "ours": rate(n_samples, seconds[2]),
-            "beside": f"one worker: {rate(n_samples, seconds[1])}",
-            "reached": float(np.median(ratios)),
+            "what": "recordings on worker processes, reading included: two workers over one",
+            "ours": rate(n_samples, seconds["two"]),
+            "beside": f"one worker: {rate(n_samples, seconds['one'])}; matrix products in two "
+            f"processes over one, in the same rounds: {possible:.3g} (spread {noise:.0%})",
+            "reached": faster,
             "target": None,
-            "spread": spread(ratios),
+            "spread": differs,
         }
     ]
+
+
+def costs(found):
+    """What a fleet costs, as a data frame: measured values first, then what follows from them."""
+    seconds, n_samples = found["seconds"], found["n_samples"]
+    samples_a_second = n_samples / float(np.median(seconds["one"]))
+    faster, differs = ratio(seconds["one"], seconds["two"])
+    possible, noise = ratio(seconds["product"], seconds["products"])
+    lines = [
+        ("samples that one worker process diagnoses in a second, R", f"{samples_a_second:,.0f}"),
+        ("two worker processes over one (spread)", f"{faster:.2f} ({differs:.0%})"),
+        ("matrix products in two processes over one (spread)", f"{possible:.2f} ({noise:.0%})"),
+        ("bytes to a worker for a recording, b", f"{found['bytes_out']:,}"),
+        ("bytes from a worker for a window, w", f"{found['bytes_back']:.0f}"),
+    ]
+    for what, share in (("one recording a minute", SECONDS / 60), ("no pause", 1.0)):
+        samples = SENSORS * SAMPLING_RATE * share
+        recordings = SENSORS * share / SECONDS
+        network = recordings * found["bytes_out"] + samples / WINDOW_LENGTH * found["bytes_back"]
+        lines += [
+            (f"example, {what}: cores", f"{samples / samples_a_second:,.1f}"),
+            (f"example, {what}: MB/s over the network", f"{network / 1e6:.2f}"),
+        ]
+    return pd.DataFrame(lines, columns=["what", "value"])
+
+
+def main(arguments=None):
+    """Measure, print and write the table."""
+    parser = page_parser(__doc__, "fleet")
+    parser.add_argument("--rounds", type=int, default=9, metavar="N", help="default: 9")
+    options = parser.parse_args(arguments)
+    load = os.getloadavg()[0]
+    found = measure(options.rounds)
+    frame = costs(found)
+    options.output.mkdir(parents=True, exist_ok=True)
+    frame.to_csv(options.output / "costs.csv", index=False)
+    n_rounds = len(found["seconds"]["one"])
+    about = (
+        "Made by `python -m benchmarks.speed.fleet`: `make_diagnoser`, windows of "
+        f"{WINDOW_LENGTH}, recordings of 400 windows in float32, median of {n_rounds} rounds in "
+        f"which all sides take turns. The example: {SENSORS:,} sensors, each with recordings of "
+        f"{SECONDS:g} s at {SAMPLING_RATE:,} Hz. When it began, {load:.1f} "
+        f"processes were at work on {os.cpu_count()} processors."
+    )
+    publish(options, {"fleet": f"{about}\n\n{markdown(frame)}"})
+
+
+if __name__ == "__main__":
+    main()

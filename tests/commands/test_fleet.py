@@ -1,5 +1,6 @@
 import json
 import os
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 
 import dask
@@ -117,6 +118,26 @@ def test_a_death_costs_a_retry_and_a_second_one_that_task_alone(tmp_path):
     assert isinstance(results.pop(3), WorkerDied)
     assert results.pop(1) == "survived"
     assert results == {place: place for place in (0, 2, 4, 5, 6, 7, 8)}
+
+
+def test_a_result_that_is_lost_is_asked_for_once_more():
+    class Losing(ThreadPoolExecutor):
+        asked = 0
+
+        def submit(self, task):
+            Losing.asked += 1
+            if Losing.asked <= n_lost:
+                future = Future()
+                future.set_exception(TypeError("cannot unpack non-iterable int object"))
+                return future
+            return super().submit(task)
+
+    with Losing(1) as executor:
+        n_lost = 1
+        assert dict(run_tasks([Harmless(5)], lambda: executor, 1)) == {0: 5}
+        Losing.asked, n_lost = 0, 2
+        with pytest.raises(TypeError, match="cannot unpack"):
+            dict(run_tasks([Harmless(5)], lambda: executor, 1))
 
 
 def test_an_interrupted_run_goes_on_where_it_stopped(run, fleet, tmp_path, monkeypatch, diagnose):

@@ -6,6 +6,7 @@ import pytest
 from benchmarks.speed import (
     checks,
     children,
+    fleet,
     identification,
     monitor,
     peers,
@@ -192,6 +193,20 @@ def test_features_for_river_hold_all_of_the_power_but_the_mean():
     X = np.random.default_rng(0).normal(size=(3, 1201)) + 5
     energies = [sum(map(np.exp, row.values())) for row in monitor._features(X)]
     np.testing.assert_allclose(energies, X.var(axis=1) * 1201**2 / 2)
+
+
+def test_costs_of_a_fleet_follow_from_what_was_measured():
+    seconds = {"one": [2.0, 2.0], "two": [1.0, 1.25], "product": [3.0, 3.0], "products": [1.5, 1.5]}
+    seconds = {side: np.array(each) for side, each in seconds.items()}
+    found = {"seconds": seconds, "n_samples": 2_000_000, "bytes_out": 400, "bytes_back": 60.0}
+    values = fleet.costs(found).set_index("what")["value"]
+    assert values.iloc[0] == "1,000,000"
+    assert values["matrix products in two processes over one (spread)"] == "2.00 (0%)"
+    # 10 000 sensors of 25 600 Hz at a million samples a second.
+    assert values["example, no pause: cores"] == "256.0"
+    assert values["example, one recording a minute: cores"] == "4.3"
+    # 10 000 recordings of 400 bytes, and 213 333 windows of 60 bytes.
+    assert values["example, no pause: MB/s over the network"] == "16.80"
 
 
 def test_rows_of_stretches():
