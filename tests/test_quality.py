@@ -164,18 +164,20 @@ def test_window_without_a_signal_has_the_probabilities_from_before_it_was_seen(m
 @pytest.mark.parametrize("fixed_gain", [False, True])
 def test_detector_does_not_call_a_dead_sensor_healthy(fixed_gain):
     X = np.random.default_rng(0).normal(size=(40, 1200))
-    detector = make_detector(fixed_gain=fixed_gain, false_alarm_rate=0.05).fit(X)
+    detector = make_detector(fixed_gain=fixed_gain, false_alarm_rate=0.05)
+    with pytest.warns(UserWarning, match="of one speed"):
+        detector.fit(X, rpm=1000)
     silent = silent_windows()
     mixed = np.concatenate([X[:1], silent])
-    assert detector.predict(mixed).tolist() == [1, -1, -1, -1, -1, -1]
-    p_values = detector.p_values(mixed)
+    assert detector.predict(mixed, rpm=1000).tolist() == [1, -1, -1, -1, -1, -1]
+    p_values = detector.p_values(mixed, rpm=1000)
     assert p_values[0] > 0.05 and np.all(p_values[1:] < 1e-30) and np.all(p_values > 0)
-    np.testing.assert_allclose(detector.score_samples(mixed), np.log(p_values))
-    score = detector.score_samples(mixed) - np.log(0.05)
-    np.testing.assert_allclose(detector.decision_function(mixed), score)
-    found = detector.diagnose(mixed)
+    np.testing.assert_allclose(detector.score_samples(mixed, rpm=1000), np.log(p_values))
+    score = detector.score_samples(mixed, rpm=1000) - np.log(0.05)
+    np.testing.assert_allclose(detector.decision_function(mixed, rpm=1000), score)
+    found = detector.diagnose(mixed, rpm=1000)
     np.testing.assert_allclose(found.score, score)
-    assert found.verdict.tolist() == detector.predict(mixed).tolist()
+    assert found.verdict.tolist() == detector.predict(mixed, rpm=1000).tolist()
 
 
 def test_channels_after_the_first_may_be_constant():
