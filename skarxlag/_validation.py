@@ -55,6 +55,9 @@ def validate_signals(
         classes or missing where it is required, or the estimator is not consistent.
     """
     check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
+    # scikit-learn makes float64 of big-endian float32; both byte orders are to give the same.
+    if isinstance(X, np.ndarray) and not X.dtype.isnative:
+        X = X.astype(X.dtype.newbyteorder("="))
     if not reset:
         check_is_fitted(estimator)
         check_state(estimator)

@@ -8,7 +8,7 @@ import os
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
@@ -78,6 +78,7 @@ def test_window_alone_gets_the_verdict_that_it_gets_among_others(fitted, seed, r
 
 
 @some_examples
+@example(0, ">f4", "C")
 @given(
     seeds,
     st.sampled_from(["<f8", ">f8", "<f4", ">f4"]),
