@@ -40,6 +40,7 @@ Y = np.repeat(["good", "worn"], 6)
     ],
 )
 @pytest.mark.filterwarnings("ignore:.* rows, which hold a rate of false rej:UserWarning")
+@pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 @pytest.mark.filterwarnings("ignore:Some conditions have rows of one speed:UserWarning")
 @pytest.mark.filterwarnings("ignore:.* healthy rows hold:UserWarning")
 def test_verbose_prints_the_time_of_each_step(make, capsys):

@@ -31,6 +31,7 @@ def verdict_remarks(
 
     Examples
     --------
+    >>> from skarxlag.verdicts import recording_verdict
     >>> windows = pd.DataFrame({
     ...     "verdict": ["good"], "alarm": [True], "quality": ["good"],
     ...     "probability of good": [0.9], "probability of worn": [0.1],
