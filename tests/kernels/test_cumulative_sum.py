@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from skarxlag.kernels import cumulative_sum
 from skarxlag.kernels.cumulative_sum import alarm_limit, mean_run_length, reference_step
 
 
@@ -77,3 +78,22 @@ def test_a_limit_that_just_holds_is_enough(limit):
     just = mean_run_length(limit, 7, 0.01, 0.05)
     assert alarm_limit(just, 7, 0.01, 0.05) == limit
     assert alarm_limit(np.nextafter(just, np.inf), 7, 0.01, 0.05) > limit
+
+
+@pytest.mark.parametrize("healthy", [0.01, 0.05, 0.1, 0.2, 0.25, 0.28, 0.3, 0.4, 0.45])
+def test_step_from_the_steps_of_the_likelihood_ratio(healthy):
+    # Rates next to the healthy one would lead to a step of 1 / healthy, which is out of range.
+    below = max(m for m in range(1, 101) if m * healthy < 1)
+    for faulty in (*np.linspace(healthy, 1, 50)[1:-1], healthy + 1e-3):
+        up = np.log(faulty / healthy)
+        down = np.log((1 - healthy) / (1 - faulty))
+        expected = min(max(round(1 + up / down), 2), below)
+        assert reference_step(healthy, faulty) == expected
+
+
+def test_the_largest_limit_is_still_tried(monkeypatch):
+    monkeypatch.setattr(cumulative_sum, "_LARGEST_LIMIT", 8)
+    just = mean_run_length(8, 7, 0.01, 0.05)
+    assert alarm_limit(just, 7, 0.01, 0.05) == 8
+    with pytest.raises(ValueError, match="allow no alarm"):
+        alarm_limit(np.nextafter(just, np.inf), 7, 0.01, 0.05)

@@ -10,8 +10,8 @@ from skarxlag.kernels.healthy_limits import (
     parts_of_rows,
     time_blocks,
 )
-from skarxlag.kernels.healthy_rows import measure_rows
-from skarxlag.kernels.speed_drift import UNIT_DISTANCE
+from skarxlag.kernels.healthy_rows import Rows, measure_rows
+from skarxlag.kernels.speed_drift import UNIT_DISTANCE, drift_covariance
 
 
 def noise_rows(n_rows, seed=0, n_windows=1, with_level=True):
@@ -26,6 +26,11 @@ def test_blocks_of_time_are_equal_and_in_order():
     np.testing.assert_array_equal(block[23:26], [0, 1, 2])
     np.testing.assert_array_equal(np.bincount(block[26:]), [40] * 10)
     assert np.all(np.diff(block[:23]) >= 0)
+
+
+def test_there_are_more_blocks_from_30_rows_a_block_on():
+    n_blocks = [time_blocks(np.zeros(n, int)).max() + 1 for n in (179, 180, 299, 300)]
+    assert n_blocks == [5, 6, 9, 10]
 
 
 def test_few_rows_of_many_windows_are_cut():
@@ -157,3 +162,69 @@ def test_limits_are_named_arrays():
     limits = calibrate(noise_rows(10), np.zeros(1), np.zeros(10, int))
     assert isinstance(limits, Limits)
     assert all(np.all(np.isfinite(part)) for part in limits)
+
+
+def test_rows_that_are_all_alike_leave_the_least_deviations():
+    one = noise_rows(1)
+    rows = Rows(*(np.repeat(part, 10, axis=0) for part in one))
+    limits = calibrate(rows, np.zeros(1), np.zeros(10, int))
+    np.testing.assert_allclose(limits.deviations, 0.02)
+    assert limits.score_deviation == 0.05
+    np.testing.assert_allclose(limits.score_mean, np.log(1e-3), atol=1e-9)
+    np.testing.assert_allclose(limits.variances, 0, atol=1e-20)
+
+
+def test_drift_and_slopes_are_those_that_are_stated():
+    rows = noise_rows(10)
+    limits = calibrate(rows, np.zeros(1), np.zeros(10, int))
+    # One speed tells nothing of the slopes: what was assumed beforehand remains.
+    np.testing.assert_allclose(limits.slopes, [[-0.7, 0.7**2], [1.5, 0.75**2]])
+    stated = {"smooth": 0.1, "rough": 0.01, "frequency": 0.1, "noise": 0.5}
+    mean = (part.mean(axis=0, keepdims=True) for part in (rows.colour, rows.steadiness))
+    drift = limits.axes.T @ drift_covariance(*mean, **stated) @ limits.axes
+    np.testing.assert_allclose(drift, np.eye(len(drift)), atol=1e-9)
+
+
+def test_two_rows_have_the_scatter_of_two_rows():
+    rows = noise_rows(2)
+    limits = calibrate(rows, np.zeros(1), np.zeros(2, int))
+    back = np.linalg.inv(limits.axes)
+    variances = np.diag(back.T @ np.diag(limits.variances) @ back)
+    # The unbiased variance of two values is half the square of their difference.
+    np.testing.assert_allclose(variances, np.diff(rows.cepstra[:, 0], axis=0)[0] ** 2 / 2)
+
+
+def test_only_ratios_of_weights_count():
+    rows, at = noise_rows(20), np.zeros(20, int)
+    weights = np.linspace(1, 2, 20)
+    plain, large = (calibrate(rows, np.zeros(1), at, w) for w in (weights, 1e200 * weights))
+    np.testing.assert_allclose(large.variances, plain.variances, atol=1e-12)
+    np.testing.assert_allclose(large.deviations, plain.deviations)
+
+
+def test_p_values_are_between_the_smallest_number_and_one():
+    rows = noise_rows(20)
+    limits = calibrate(rows, np.zeros(1), np.zeros(20, int))
+    limits = limits._replace(n_blocks=1000)
+    usual = Rows(*(np.mean(part, axis=0, keepdims=True) for part in rows))
+    assert log_p_values(limits, usual, np.zeros(1), 1.0)[0] == 0
+    odd = usual._replace(values=usual.values + 1e6)
+    least = np.log(np.finfo(float).tiny) + np.log(3)
+    np.testing.assert_allclose(log_p_values(limits, odd, np.zeros(1), 1.0), least)
+
+
+def test_scales_go_from_an_eighth_to_64():
+    scales = healthy_limits.SCALES
+    np.testing.assert_allclose(scales[[0, -1]], [1 / 8, 64])
+    np.testing.assert_allclose(scales[1:] / scales[:-1], np.sqrt(2))
+
+
+def test_a_scale_at_which_the_rate_is_just_kept_holds():
+    rows, known, at = noise_rows(60), np.log([800.0, 1000.0]), np.repeat([0, 1], 30)
+    # One row is flagged at any scale.
+    rows.values[5, 1] += 1000
+    limits = calibrate(rows, known, at)
+    for rate, at_end in ((1 / 30, 0), (np.nextafter(1 / 30, 0), -1)):
+        scale, rates = drift_scale(rows, known, at, limits, rate)
+        assert scale == 2 * healthy_limits.SCALES[at_end]
+        assert rates.tolist() == [1 / 30, 0]

@@ -10,7 +10,7 @@ from skarxlag.kernels.healthy_rows import (
 from skarxlag.kernels.spectra import autoregressive_log_spectrum, short_time_log_spectra
 
 
-@pytest.mark.parametrize(("n_windows", "length"), [(1, 300), (3, 200), (4, 100)])
+@pytest.mark.parametrize(("n_windows", "length"), [(1, 300), (3, 200), (4, 100), (1, 1100)])
 def test_rows_are_means_over_their_windows(n_windows, length):
     rng = np.random.default_rng(0)
     # Two samples at the end of each row belong to no window.
@@ -44,3 +44,8 @@ def test_level_is_left_out_on_request_and_finite_for_silence():
 def test_unsteadiness_by_hand():
     found = log_unsteadiness(np.array([[-0.36, -0.36], [-1.0, -0.72], [0.0, 0.0]]))
     np.testing.assert_allclose(found, np.log([0.02, 0.52, 0.02]))
+
+
+def test_windows_of_a_few_samples_have_no_features_of_steadiness():
+    rows = measure_rows(np.random.default_rng(0).normal(size=(2, 8)), 2, with_level=False)
+    assert rows.cepstra.shape[2] == number_of_cepstra(4) == 48

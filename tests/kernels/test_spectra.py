@@ -171,3 +171,30 @@ def test_bands_that_hold_nothing_but_rounding_are_steady():
     tone = np.sin(2 * np.pi * 8 / 64 * np.arange(6400))[np.newaxis]
     mean, median = spectra.short_time_log_spectra(tone, 64, 32)
     np.testing.assert_allclose(median - mean, 0, atol=0.05)
+
+
+def test_segments_of_four_samples_by_hand():
+    signal_ = np.random.default_rng(6).normal(size=(1, 12))
+    mean, median = spectra.short_time_log_spectra(signal_, 4, 4)
+    w = np.sin(np.arange(1, 5) * np.pi / 5) ** 2
+    x = signal_[0].reshape(3, 4) * w
+    # The one band of four samples between 0 and the Nyquist frequency is that of a quarter.
+    power = (x[:, 0] - x[:, 2]) ** 2 + (x[:, 1] - x[:, 3]) ** 2
+    assert mean.shape == median.shape == (1, 1)
+    expected = np.log(np.median(power) / power.mean())
+    np.testing.assert_allclose((median - mean)[0, 0], expected, rtol=1e-9)
+
+
+def test_signals_of_zeros_have_levels_of_0():
+    for levels in spectra.short_time_log_spectra(np.zeros((2, 100)), 64, 8):
+        np.testing.assert_allclose(levels, 0, atol=1e-12)
+
+
+def test_ridge_parameter_is_1e_9_by_default():
+    signals = ar2(1, 200)
+    found, given, larger = (
+        spectra.autoregressive_log_spectrum(signals, 8, 32, *alpha)
+        for alpha in ((), (1e-9,), (1e-8,))
+    )
+    np.testing.assert_array_equal(found, given)
+    assert np.all(found != larger)

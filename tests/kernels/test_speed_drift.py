@@ -3,6 +3,8 @@ import pytest
 from scipy import linalg
 
 from skarxlag.kernels.drift import raised_noise, scaled_frequency
+from skarxlag.kernels.healthy_limits import Limits, log_p_values
+from skarxlag.kernels.healthy_rows import Rows
 from skarxlag.kernels.speed_drift import (
     SAME_LOG_SPEED,
     UNIT_DISTANCE,
@@ -59,7 +61,7 @@ def test_speeds_that_hardly_differ_are_one():
 def test_slope_is_that_of_a_regression_on_increments():
     # Increments of Brownian motion are independent: generalised least squares with a prior.
     rng = np.random.default_rng(0)
-    known, values = np.array([0.0, 0.1, 0.5, 0.9]), rng.normal(size=4)
+    known, values = np.array([0.3, 0.4, 0.8, 1.2]), rng.normal(size=4)
     mean, deviation, drift = 1.5, 0.75, 0.3
     steps = np.diff(known)
     noise = drift**2 * steps / UNIT_DISTANCE
@@ -86,7 +88,7 @@ def test_joint_axes_make_both_diagonal():
 
 def test_product_does_not_depend_on_the_number_of_rows():
     rng = np.random.default_rng(0)
-    rows, axes = rng.normal(size=(300, 40)), rng.normal(size=(40, 40))
+    rows, axes = rng.normal(size=(300, 40)), rng.normal(size=(40, 30))
     product = along_axes(rows, axes)
     np.testing.assert_allclose(product, rows @ axes, rtol=1e-10)
     np.testing.assert_array_equal(along_axes(rows[7:8], axes)[0], product[7])
@@ -143,3 +145,15 @@ def test_drift_covariance_is_the_mean_square_of_the_changes(n_frequencies):
         for row in rows:
             expected = expected + weight * np.outer(row, row) / len(rows)
     np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_drift_at_one_speed_is_2_percent_of_that_over_the_unit_distance():
+    one, none = np.ones(1), np.zeros((1, 0))
+    cepstra, no_scatter = np.zeros((1, 1)), np.zeros(1)
+    limits = Limits(no_scatter, np.eye(1), no_scatter, cepstra, none, none, none[0], 0.0, 1.0, 5)
+    # Changes of the deviation that each of the two is expected to have are equally probable.
+    changes = np.sqrt([0.02, 1.02]).reshape(2, 1, 1)
+    rows = Rows(one, one, changes, np.zeros((2, 0)))
+    found = log_p_values(limits, rows, np.array([0.0, np.log(1.3)]), 1.0)
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-10)
+    assert found[0] < 0
