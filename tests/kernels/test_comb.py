@@ -57,3 +57,41 @@ def test_a_tone_is_found():
 @pytest.mark.parametrize("value", [0.0, 7.0])
 def test_a_constant_leaves_the_nominal_frequency(value):
     assert comb_frequency(np.full(2048, value), 0.03, 0.1, 2) == 0.03
+
+
+def test_harmonics_that_only_slow_candidates_have_below_half_a_cycle_count():
+    k = np.arange(2048)
+    tones = np.cos(2 * np.pi * 0.24 * k) + np.cos(2 * np.pi * 0.48 * k + 1)
+    found = comb_frequency(tones + 2 * np.cos(2 * np.pi * 0.275 * k), 0.26, 0.1, 2)
+    assert found == pytest.approx(0.24, rel=1e-3)
+
+
+def test_harmonics_above_the_spectrum_need_no_finer_steps():
+    samples = np.random.default_rng(0).normal(size=1024)
+    assert comb_frequency(samples, 0.18, 0.02, 3) == comb_frequency(samples, 0.18, 0.02, 2)
+
+
+def test_a_harmonic_at_half_a_cycle_a_sample_counts():
+    alternating = (-1.0) ** np.arange(1024)
+    assert comb_frequency(alternating, 0.251, 0.01, 2) == pytest.approx(0.25, rel=2e-4)
+
+
+def test_what_lies_above_the_spectrum_adds_nothing():
+    assert comb_frequency(np.zeros(1024), 0.24, 0.1, 2) == 0.24
+
+
+def test_a_tone_is_found_at_the_end_of_a_wide_range():
+    tone = np.cos(2 * np.pi * 0.045 * np.arange(4096))
+    assert comb_frequency(tone, 0.03, 0.45, 1) == pytest.approx(0.045, rel=2e-3)
+
+
+# The loud tone has a mean power of which a share of 1e-12 is an amplitude of some 2e-8.
+@pytest.mark.parametrize(
+    ("pair", "single", "expected"), [(1e-6, 1e-5, 0.0202), (1e-8, 3e-8, 0.0212)]
+)
+def test_power_below_a_share_of_the_mean_power_does_not_stand_out(pair, single, expected):
+    k = np.arange(8192)
+    samples = np.cos(2 * np.pi * 0.45 * k)
+    samples += pair * (np.cos(2 * np.pi * 0.0202 * k) + np.cos(2 * np.pi * 0.0404 * k))
+    samples += single * np.cos(2 * np.pi * 0.0212 * k)
+    assert comb_frequency(samples, 0.0207, 0.05, 2) == pytest.approx(expected, rel=2e-3)

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.signal import welch
 
 from skarxlag.kernels.order_spectra import (
     at_orders,
@@ -156,7 +157,17 @@ def test_steps_between_two_frames_are_the_whole_way():
 # A turn of 1000 samples and frames of 64: half a cycle a hop of 32 is order 15.6.
 @pytest.mark.parametrize(
     ("frame", "max_order", "hop"),
-    [(64, 15, 32), (64, 16, 16), (64, 31, 16), (64, 32, 8), (64, 1e6, 8), (8, 1e6, 1), (6, 1e6, 1)],
+    [
+        (64, 1, 32),
+        (64, 15, 32),
+        (64, 15.625, 32),
+        (64, 16, 16),
+        (64, 31, 16),
+        (64, 32, 8),
+        (64, 1e6, 8),
+        (8, 1e6, 1),
+        (6, 1e6, 1),
+    ],
 )
 def test_frames_overlap_as_much_as_the_highest_order_needs(rng, frame, max_order, hop):
     samples = rng.normal(size=2000)
@@ -198,7 +209,7 @@ def test_segments_hold_so_many_turns_as_far_as_there_are_values(rng, n_turns, n_
     assert order_spectrum(envelopes[:, :2], 0.2, n_turns)[0].shape[1] > 1
 
 
-@pytest.mark.parametrize("deviation", [0.0, 0.03, 0.3])
+@pytest.mark.parametrize("deviation", [0.0, 0.03, 0.21, 0.3])
 def test_match_is_the_least_of_all_factors_within_two_deviations(rng, deviation):
     orders, step, n_turns = np.arange(1.0, 9.0, 0.5), 0.04, 6.0
     envelopes = 1 + 0.1 * rng.normal(size=(2, 400))
@@ -208,8 +219,8 @@ def test_match_is_the_least_of_all_factors_within_two_deviations(rng, deviation)
     least = [np.inf] * 3
     factors, closest = [1.0] * 3, [None] * 3
     # Groups that are at most 0.4 wide, and factors that are 2 % apart.
-    centres = {0.0: [0.0], 0.03: [0.0], 0.3: [-0.4, 0.0, 0.4]}[deviation]
-    widths = {0.0: 0, 0.03: 3, 0.3: 10}[deviation]
+    centres = {0.0: [0.0], 0.03: [0.0], 0.21: [-0.28, 0.0, 0.28], 0.3: [-0.4, 0.0, 0.4]}[deviation]
+    widths = {0.0: 0, 0.03: 3, 0.21: 7, 0.3: 10}[deviation]
     for centre in centres:
         log_power, cell = order_spectrum(envelopes, step * np.exp(centre), n_turns)
         for near in range(-widths, widths + 1):
@@ -238,3 +249,48 @@ def test_match_finds_the_factor_of_a_wrong_nominal_speed(rng):
     variances = np.ones((1, len(orders)))
     _, factors, _ = match(true, step / 0.78, n_turns, orders, 0.3, reference, variances)
     assert factors[0] == pytest.approx(0.78, rel=0.011)
+
+
+def test_shortest_frames_have_one_frequency(rng):
+    samples = rng.normal(size=40)
+    centred = samples - samples.mean()
+    hann = np.sin(np.pi * np.arange(1, 5) / 5) ** 2
+    powers = [abs((centred[k : k + 4] * hann) @ [1, -1j, -1, 1j]) ** 2 for k in range(0, 37, 2)]
+    expected = [powers / np.mean(powers)]
+    np.testing.assert_allclose(band_envelopes(samples, 4, 2, 1), expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("n_segment", [10, 11, 60])
+def test_envelope_spectra_are_those_of_welch(rng, n_segment):
+    envelopes = rng.normal(size=(2, 100))
+    log_power, step = envelope_spectra(envelopes, n_segment)
+    assert step == pytest.approx(1 / (4 * n_segment), rel=0.1)
+    # The last frequency is half a cycle a value.
+    assert (log_power.shape[1] - 1) * step == pytest.approx(0.5)
+    window = np.sin(np.pi * np.arange(1, n_segment + 1) / (n_segment + 1)) ** 2
+    overlap = n_segment - int(np.ceil(n_segment / 4))
+    _, power = welch(envelopes, window=window, noverlap=overlap, nfft=round(1 / step))
+    np.testing.assert_allclose(np.exp(log_power) - 1e-9, power, rtol=1e-6, atol=1e-12)
+
+
+def test_orders_within_the_first_cell_are_interpolated():
+    spectra, _ = at_orders(
+        np.array([[0.0, 4.0, 8.0, 0.0]]), 1.0, np.array([0.25, 0.5, 2]), np.ones(1)
+    )
+    np.testing.assert_allclose(spectra, [[[-1.0, 0.0, 6.0]]])
+
+
+def test_a_single_order_inside_is_its_own_median():
+    log_power = np.array([[1.0, 2.0, 5.0]])
+    spectra, inside = at_orders(log_power, 1.0, np.array([2.0, 3.0]), np.ones(1))
+    np.testing.assert_array_equal(inside, [[True, False]])
+    np.testing.assert_array_equal(spectra, np.zeros((1, 1, 2)))
+
+
+def test_distance_of_one_value_and_of_a_reference_from_itself(rng):
+    one = np.full((1, 1, 1), 3.0)
+    found = distances(one, np.ones((1, 1), dtype=bool), np.zeros((1, 1, 1)), np.full((1, 1), 4.0))
+    np.testing.assert_allclose(found, [[1.5]])
+    same = rng.normal(size=(1, 2, 5))
+    found = distances(same, np.ones((1, 5), dtype=bool), same, np.ones((2, 5)))
+    np.testing.assert_allclose(found, 0, atol=1e-6)
