@@ -5,7 +5,7 @@ A name is imported from its module when it is first used, so that ``skarxlag --v
 `_MODULES`.
 """
 
-from importlib import import_module
+import importlib
 from typing import TYPE_CHECKING, Any
 
 from ._version import __version__ as __version__
@@ -102,10 +102,10 @@ _MODULES = {
 __all__ = list(_MODULES)
 
 
-def __getattr__(name: Any) -> Any:
+def __getattr__(name: str) -> Any:
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{_MODULES[name]}", __name__), name)
+    return getattr(importlib.import_module(f".{_MODULES[name]}", __name__), name)
 
 
 def __dir__() -> list[str]:

@@ -148,6 +148,8 @@ class FaultDetector(RowOutlierDetector):
     left_out_rates_: NDArray[Any]
     n_rows_: int
     n_windows_: int
+    axes_: NDArray[np.float32]
+    variances_: NDArray[Any]
 
     #: Metadata routing hands these over without a call of `set_fit_request` and its like.
     __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}

@@ -146,6 +146,7 @@ class OrderResidual(StretchTransformer):
     array([0, 1])
     """
 
+    classes_: NDArray[Any]
     orders_: NDArray[Any]
     references_: NDArray[Any]
     variances_: NDArray[Any]

@@ -134,6 +134,7 @@ class StretchResidual(StretchTransformer):
     array([0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1])
     """
 
+    classes_: NDArray[Any]
     window_residual_: Any
     order_residual_: OrderResidual
 

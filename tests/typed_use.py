@@ -1,7 +1,9 @@
-"""What a type checker says of scripts that use the package; `checks.sh` runs one on this file.
+"""What type checkers say of scripts that use the package; `checks.sh` runs two on this file.
 
 A comment that ignores an error is an error itself where there is none.
 """
+
+# pyright: basic, reportUnnecessaryTypeIgnoreComment=error
 
 import numpy as np
 from sklearn.utils import Bunch
@@ -21,8 +23,9 @@ def right() -> tuple[float, int]:
 
 def wrong() -> None:
     """What is wrong does not."""
-    make_windows(np.zeros(10_000), "1200")  # type: ignore[arg-type]
-    make_diagnoser(helthy="Normal")  # type: ignore[call-arg]
-    ChannelRows(2)  # type: ignore[call-arg]
-    SpeedSplit(train_rpm="500")  # type: ignore[arg-type]
-    make_windows(np.zeros(10_000), 1200).lower()  # type: ignore[attr-defined]
+    make_windows(np.zeros(9), "1200")  # type: ignore[arg-type] # pyright: ignore[reportArgumentType]
+    make_diagnoser(helthy="Normal")  # type: ignore[call-arg] # pyright: ignore[reportCallIssue]
+    ChannelRows(2)  # type: ignore[call-arg] # pyright: ignore[reportCallIssue]
+    SpeedSplit(train_rpm="500")  # type: ignore[arg-type] # pyright: ignore[reportArgumentType]
+    windows = make_windows(np.zeros(9), 3)
+    windows.lower()  # type: ignore[attr-defined] # pyright: ignore[reportAttributeAccessIssue]
