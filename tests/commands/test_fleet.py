@@ -48,7 +48,7 @@ def cluster():
     with (
         dask.config.set(options),
         distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address="localhost:0"
         ) as cluster,
     ):
         yield cluster
