@@ -29,8 +29,12 @@ def first_prediction(maker):
 
 def peak_of_command(folder, n_windows, window_length):
     """Peak memory above the imports while the command diagnoses one long recording."""
+    # The names of the package are imported when they are used, so its root alone imports nothing.
+    import skops.io  # noqa: F401
+
+    import benchmarks.speed.rows  # noqa: F401
     import skarxlag
-    import skarxlag.commands
+    import skarxlag.commands.diagnose
 
     imported = _peak()
     folder, window_length = Path(folder), int(window_length)
@@ -54,14 +58,16 @@ def peak_of_predict(maker, n_windows, window_length):
     """Peak memory above the imports and the windows while a diagnoser predicts all of them."""
     import numpy as np
 
+    import benchmarks.speed.rows  # noqa: F401
     import skarxlag
 
+    make = getattr(skarxlag, maker)
     imported = _peak()
     few, y = _windows(400, int(window_length))
     X = np.empty((int(n_windows), int(window_length)))
     for start in range(0, len(X), len(few)):
         X[start : start + len(few)] = few[: len(X) - start]
-    getattr(skarxlag, maker)().fit(few, y).predict(X)
+    make().fit(few, y).predict(X)
     print("MiB", _peak() - imported - X.nbytes / 2**20)
 
 

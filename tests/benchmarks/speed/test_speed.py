@@ -1,3 +1,5 @@
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -238,6 +240,23 @@ def test_children(tmp_path, capsys):
         first, second = capsys.readouterr().out.split("MiB ")[1:]
         assert float(first.split()[0]) > -1 and float(second) >= 0
         assert np.load(tmp_path / "long.npy").shape == (50_000,)
+
+
+def test_peak_memory_is_counted_from_after_the_imports(tmp_path):
+    # The names of the package are imported when they are used: a fresh process has imported none.
+    program = f"""
+import sys
+from benchmarks.speed import children
+before = []
+children._peak = lambda: before.append(set(sys.modules)) or 0.0
+children.peak_of_predict("make_alpio", 100, 100)
+children.peak_of_command({str(tmp_path)!r}, 100, 100)
+for start, libraries in ((0, ["scipy.signal", "sklearn", "numba"]), (2, ["pandas", "skops.io"])):
+    print("late:", sorted(set(libraries) - before[start]))
+"""
+    done = subprocess.run([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    lines = [line for line in done.stdout.splitlines() if line.startswith("late")]
+    assert lines == ["late: []"] * 2
 
 
 def test_table_and_what_was_missed():
