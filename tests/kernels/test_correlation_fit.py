@@ -128,11 +128,12 @@ def test_an_output_without_power_has_no_error():
     assert np.all(np.isfinite(slopes))
 
 
-# With the second pole the first states of the network are correlated negatively.
-@pytest.mark.parametrize("pole", [0.2, 0.95])
+# With the second pole, and where the sign alternates, neighbouring states of the network are
+# correlated negatively.
+@pytest.mark.parametrize(("pole", "ratio"), [(0.2, 1), (0.95, 1), (0.0, -1)])
 @pytest.mark.parametrize("second", ["silent", "the output again"])
-def test_states_that_others_determine_get_no_coefficients(second, pole):
-    windows = coloured(2, 2, 200)
+def test_states_that_others_determine_get_no_coefficients(second, pole, ratio):
+    windows = coloured(2, 2, 200) * float(ratio) ** np.arange(200)
     windows[:, 1] = 0 if second == "silent" else windows[:, 0]
     coef, error, slopes = fits([windows], [3, 3], [pole, pole], 0.0)
     alone, expected, _ = fits([windows[:, :1]], [3], [pole], 0.0)

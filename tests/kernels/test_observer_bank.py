@@ -35,7 +35,7 @@ def literal_levels(samples, kp, ki, bound):
     return power, 2 * np.mean(path[len(samples) :])
 
 
-@pytest.mark.parametrize("n_samples", [1, 3, 4, 301])
+@pytest.mark.parametrize("n_samples", [1, 3, 4, 5, 301])
 @pytest.mark.parametrize("n_members", [2, 32, 33])
 @pytest.mark.parametrize("share", [0.0, 0.05])
 def test_levels_against_the_literal_recursion(n_samples, n_members, share):
@@ -115,6 +115,14 @@ def test_odd_windows_have_finite_levels():
     power, gain = levels
     np.testing.assert_allclose(power[0], np.log(1e-12), rtol=1e-5)
     np.testing.assert_allclose(gain[0], power[0], atol=0.2)
+
+
+def test_gain_falls_where_the_estimate_is_as_large():
+    # The estimates of zeros are the floor, whose mean over 64 samples is exact. So the gain falls,
+    # rises back, and falls again: one step down in half of the samples.
+    kp, ki = observer_bank.member_gains(POLE, 4, 1.5)
+    power, gain = observer_bank.bank_levels(np.zeros((1, 64)), POLE, kp, ki, np.zeros(4), STEP)
+    np.testing.assert_allclose(gain - power, -STEP, rtol=1e-5)
 
 
 def test_each_window_is_worked_on_by_itself():

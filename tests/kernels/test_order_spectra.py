@@ -55,6 +55,20 @@ def test_a_pure_tone_leaves_no_noise_of_rounding_in_other_bands():
     assert band_envelopes(tone, 64, 32, 4)[3].max() < 1.5
 
 
+def test_envelopes_have_a_floor_of_1e_14_of_the_power_of_the_signal(rng):
+    # A low tone, whose leakage falls below the weak noise far from it.
+    frame, k = 4096, np.arange(16 * 4096)
+    samples = 100 * np.sin(2 * np.pi * 8 / frame * k) + 1e-5 * rng.normal(size=len(k))
+    unit = samples - samples.mean()
+    window = np.sin(np.pi * np.arange(1, frame + 1) / (frame + 1)) ** 2
+    power = np.abs(np.fft.fft(unit.reshape(16, frame) * window)[:, 1 : frame // 2]) ** 2
+    mean, floor = power.mean(axis=0), 1e-14 * frame * np.mean(unit**2)
+    top = np.array_split(np.arange(len(mean)), 4)[3]
+    assert 0.1 < mean[top].mean() / floor < 10
+    expected = (power[:, top] / (mean[top] + floor)).mean(axis=1)
+    np.testing.assert_allclose(band_envelopes(samples, frame, frame, 4)[3], expected, rtol=1e-6)
+
+
 def literal_power(envelope, n_segment, frequency):
     """Welch's method by an explicit Fourier sum at one frequency in cycles a value."""
     hop = int(np.ceil(n_segment / 4))
@@ -294,3 +308,19 @@ def test_distance_of_one_value_and_of_a_reference_from_itself(rng):
     same = rng.normal(size=(1, 2, 5))
     found = distances(same, np.ones((1, 5), dtype=bool), same, np.ones((2, 5)))
     np.testing.assert_allclose(found, 0, atol=1e-6)
+
+
+def test_padded_length_is_even():
+    # 4 x 33 = 132 values; the next length that a transform is fast for is 135 = 27 x 5.
+    log_power, step = envelope_spectra(np.random.default_rng(1).normal(size=(1, 33)), 33)
+    assert step == 1 / 136 and log_power.shape == (1, 69)
+
+
+def test_of_two_factors_that_are_as_good_the_lower_one_is_told(rng):
+    # No order lies within the spectrum, so only the size of the factor counts. Several groups of
+    # segments are tried, the lower factors first.
+    envelopes = 1 + 0.1 * rng.normal(size=(1, 64))
+    references, variances = np.zeros((1, 1, 1)), np.ones((1, 1))
+    arguments = 1.0, 8.0, np.array([1e9]), 0.15, references, variances
+    _, factors, _ = match(envelopes, *arguments)
+    np.testing.assert_allclose(factors, np.exp(-0.01))

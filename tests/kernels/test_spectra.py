@@ -160,10 +160,18 @@ def test_signals_of_any_layout_and_type(change):
 
 def test_a_short_signal_gets_a_model_of_fewer_coefficients():
     signals = ar2(1, 80)
-    np.testing.assert_array_equal(
-        spectra.autoregressive_log_spectrum(signals, 64, 32),
-        spectra.autoregressive_log_spectrum(signals, 10, 32),
+    coef = predictors(signals / np.abs(signals).max(), 10, 1e-9)[0]
+    _, response = signal.freqz([1], np.r_[1, -coef], worN=spectra.frequency_grid(32))
+    np.testing.assert_allclose(
+        spectra.autoregressive_log_spectrum(signals, 64, 32)[0],
+        np.log(np.abs(response) ** 2),
+        rtol=1e-9,
+        atol=1e-12,
     )
+
+
+def test_transforms_of_log_spectra_have_a_power_of_two_of_cells():
+    assert np.log2(spectra.LOG_SPECTRUM_CELLS) % 1 == 0
 
 
 def test_bands_that_hold_nothing_but_rounding_are_steady():
@@ -171,6 +179,22 @@ def test_bands_that_hold_nothing_but_rounding_are_steady():
     tone = np.sin(2 * np.pi * 8 / 64 * np.arange(6400))[np.newaxis]
     mean, median = spectra.short_time_log_spectra(tone, 64, 32)
     np.testing.assert_allclose(median - mean, 0, atol=0.05)
+
+
+def test_floor_of_the_power_is_1e_14_of_the_power_of_the_signal():
+    # More than half of the segments hold noise that is about as weak as the floor.
+    weak = 1e-7 * np.random.default_rng(8).normal(size=(1, 3200))
+    weak[0, 1920:] *= 6e6
+    mean, median = spectra.short_time_log_spectra(weak, 32, 32)
+    unit = weak[0] / np.abs(weak).max()
+    window = np.sin(np.pi * np.arange(1, 33) / 33) ** 2
+    power = np.abs(np.fft.fft(unit.reshape(100, 32) * window)[:, 1:16]) ** 2
+    quiet = np.arange(100) < 60
+    floor = 1e-14 * 32 * np.mean(unit**2)
+    assert 0.1 < power[quiet].mean() / floor < 10
+    literal = np.sort(power + floor, axis=0)
+    np.testing.assert_allclose(mean[0], np.log(literal.mean(axis=0)), rtol=1e-9)
+    np.testing.assert_allclose(median[0], np.log(literal[49:51].mean(axis=0)), rtol=1e-9)
 
 
 def test_segments_of_four_samples_by_hand():

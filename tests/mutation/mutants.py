@@ -1,6 +1,7 @@
 """Small changes of a program, one at a time."""
 
 import ast
+from collections import defaultdict
 from pathlib import Path
 
 _COMPARISONS = {
@@ -40,11 +41,15 @@ def known_equivalent():
 
     Returns
     -------
-    dict of str to str
-        Their reasons.
+    dict of str to list of str
+        Their reasons, one for each place of a function that the changed line could stand in.
     """
-    lines = Path(__file__).with_name("equivalent.txt").read_text().splitlines()
-    return dict(line.split("  # ") for line in lines if not line.startswith("#"))
+    reasons = defaultdict(list)
+    for line in Path(__file__).with_name("equivalent.txt").read_text().splitlines():
+        if not line.startswith("#"):
+            name, reason = line.split("  # ")
+            reasons[name].append(reason)
+    return dict(reasons)
 
 
 def mutants(source):
