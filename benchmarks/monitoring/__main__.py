@@ -1,4 +1,4 @@
-"""``python -m benchmarks.monitoring RUN.npz ...``."""
+"""``python -m benchmarks.monitoring``."""
 
 from benchmarks.monitoring.runs_to_failure import main
 

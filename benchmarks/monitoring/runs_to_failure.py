@@ -1,21 +1,24 @@
 """When the monitor's alarm goes on in runs of a bearing from healthy to failed.
 
-    python -m benchmarks.monitoring Bearing1_2.npz Bearing2_1.npz --write docs/monitoring.md
+    python -m benchmarks.monitoring --data-home FOLDER --write docs/monitoring.md
 
-A run is an ``.npz`` file of snapshots: ``acceleration_g`` of shape (n_snapshots, n_channels,
-n_samples), their times ``seconds``, ``rpm`` and ``sampling_rate``. The first tenth of a run is
-taken for healthy: the detector is fitted on it. The rest goes through `ConditionMonitor` as it
-came.
+FOLDER/femto holds one ``.npz`` file of snapshots for each run: ``acceleration_g`` of shape
+(n_snapshots, n_channels, n_samples), their times ``seconds``, ``rpm`` and ``sampling_rate``. They
+are not downloaded. The first tenth of a run is taken for healthy: the detector is fitted on it.
+The rest goes through `ConditionMonitor` as it came.
 """
 
 import argparse
 import warnings
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from sklearn.datasets import get_data_home
 
 from benchmarks.pages.blocks import markdown, write_blocks
+from benchmarks.pages.svg_figures import BLUE, ORANGE, legend_below, saved_figure
 from skarxlag import ConditionMonitor, make_detector
 
 HEALTHY_SHARE = 0.1
@@ -97,33 +100,34 @@ def alarm_row(verdicts, end):
 
 def draw(runs, path):
     """Level of the alarm over each run, one line for each channel."""
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(len(runs), 1, figsize=(6.4, 1.8 * len(runs)), squeeze=False)
-    for ax, (name, channels) in zip(axes[:, 0], runs.items(), strict=True):
-        for number, verdicts in enumerate(channels):
-            time = [verdict.time for verdict in verdicts]
-            level = [verdict.alarm_level for verdict in verdicts]
-            ax.plot(time, level, label=f"channel {number}")
-        ax.set(ylim=(-0.05, 1.05), ylabel="alarm level", title=name)
-        ax.legend(loc="upper left")
-    axes[-1, 0].set_xlabel("seconds since the start of the run")
-    figure.tight_layout()
-    figure.savefig(path, metadata={"Date": None})
-    plt.close(figure)
+    with saved_figure(path, len(runs), size=(7.0, 1.5 * len(runs) + 0.5), sharey=True) as axes:
+        for ax, (name, channels) in zip(axes[:, 0], runs.items(), strict=True):
+            for number, (verdicts, colour) in enumerate(
+                zip(channels, cycle([BLUE, ORANGE]), strict=False)
+            ):
+                time = [verdict.time for verdict in verdicts]
+                level = [verdict.alarm_level for verdict in verdicts]
+                ax.plot(time, level, color=colour, label=f"channel {number}")
+            ax.set(ylim=(-0.05, 1.05), ylabel="alarm level", title=name)
+        axes[-1, 0].set_xlabel("seconds since the start of the run")
+        legend_below(axes)
 
 
 def main(arguments=None):
     """Watch runs, print the table, write and draw it."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN.npz")
+    parser.add_argument(
+        "runs", nargs="*", type=Path, metavar="RUN.npz", help="default: all of FOLDER/femto"
+    )
+    parser.add_argument("--data-home", metavar="FOLDER", help="default: scikit-learn's")
     parser.add_argument("--write", type=Path, metavar="FILE", help="Markdown file for the table")
     parser.add_argument(
         "--figure", type=Path, metavar="FILE", help="where to draw the alarm levels"
     )
     options = parser.parse_args(arguments)
     rows, runs = [], {}
-    for path in options.runs:
+    folder = Path(get_data_home(options.data_home)) / "femto"
+    for path in options.runs or sorted(folder.glob("*.npz")):
         with np.load(path) as file:
             signal, seconds = file["acceleration_g"].astype(float), file["seconds"]
             rpm, sampling_rate = float(file["rpm"]), float(file["sampling_rate"])

@@ -111,11 +111,12 @@ PARTS = {
         downloads=True,
     ),
     "runs-to-failure": Part(
-        "-m benchmarks.monitoring Bearing1_2.npz Bearing2_1.npz Bearing3_1.npz "
-        "--figure docs/images/runs_to_failure.svg --write docs/monitoring.md",
+        "-m benchmarks.monitoring --figure docs/images/runs_to_failure.svg "
+        "--write docs/monitoring.md",
         ("skarxlag/monitoring/*.py", "benchmarks/monitoring/*.py"),
         {"docs/monitoring.md": ("runs to failure",)},
         ("docs/images/runs_to_failure.svg",),
+        downloads=True,
     ),
     "formats": Part(
         "-m benchmarks.pages.formats --write docs/recordings.md",
@@ -228,11 +229,18 @@ PARTS = {
 
 @cache
 def _code(path):
-    """Return a Python source without comments, docstrings and layout; other files as bytes."""
+    """Return a Python source without what computes nothing; other files as bytes.
+
+    Comments, docstrings, layout and types are left out.
+    """
     if path.suffix != ".py":
         return path.read_bytes()
     tree = ast.parse(path.read_text("utf-8"))
     for node in ast.walk(tree):
+        if getattr(node, "annotation", None):
+            node.annotation = None if isinstance(node, ast.arg) else ast.Name("type")
+        if getattr(node, "returns", None):
+            node.returns = None
         body = getattr(node, "body", None)
         first = getattr(body[0], "value", None) if isinstance(body, list) and body else None
         if isinstance(first, ast.Constant) and isinstance(body[0], ast.Expr):
@@ -241,7 +249,7 @@ def _code(path):
 
 
 def fingerprint(part, root=ROOT):
-    """SHA-256 of the code that a part depends on; comments and docstrings do not count."""
+    """SHA-256 of the code that a part depends on; comments, docstrings and types do not count."""
     digest = hashlib.sha256()
     for pattern in (*CORE, *part.reads):
         for path in sorted(root.glob(pattern)):

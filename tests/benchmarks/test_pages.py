@@ -65,7 +65,7 @@ def test_each_block_tells_its_command():
 def sources(tmp_path, monkeypatch):
     """A tree with one source and one page, and the record beside it."""
     (tmp_path / "skarxlag").mkdir()
-    (tmp_path / "source.py").write_text('"""About."""\nx = 1  # one\n')
+    (tmp_path / "source.py").write_text('"""About."""\nx: int = 1  # one\n')
     page = tmp_path / "page.md"
     page.write_text("<!-- a: begin -->\nold\n<!-- a: end -->\n")
     part = parts.Part("-c pass", ("source.py",), {"page.md": ("a",)})
@@ -89,11 +89,18 @@ def test_a_block_is_stale_until_it_is_written_and_when_code_changes(sources, cap
     assert parts.stale() == {"only": ["page.md: a"]}
     write_blocks(sources / "page.md", {"a": "new"})
     assert parts.stale() == {}
-    edit(sources, '"""Another text."""\n# a comment\nx = 1\n')
+    edit(sources, '"""Another text."""\n# a comment\nx: float = 1\n')
     assert parts.stale() == {} and command.main(["--check"]) == 0
-    edit(sources, "x = 2\n")
+    edit(sources, "x: int = 2\n")
     assert command.main(["--check"]) == 1
     assert capsys.readouterr().out == "only: python -c pass\n    page.md: a\n"
+
+
+def test_types_of_functions_do_not_make_a_block_stale(sources):
+    edit(sources, "def f(x, *y, z=1): return x\n")
+    write_blocks(sources / "page.md", {"a": "new"})
+    edit(sources, "def f(x: int, *y: str, z: float = 1) -> int: return x\n")
+    assert parts.stale() == {}
 
 
 def test_blocks_of_every_part_are_recorded(sources, monkeypatch):
