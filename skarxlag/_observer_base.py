@@ -1,7 +1,7 @@
 """What all observers share: validation, residual evaluation, trajectories."""
 
 from numbers import Integral
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,7 +25,7 @@ class Observer(DocumentedEstimator, TransformerMixin, BaseEstimator):
     `_small_signal_gains`.
     """
 
-    def fit(self, X: ArrayLike, y: Any = None) -> Any:
+    def fit(self, X: ArrayLike, y: Any = None) -> Self:
         """Certify that the observer is stable.
 
         Parameters

@@ -260,7 +260,7 @@ def check_fitted_array(
     return value
 
 
-def is_moderate(values: Any) -> Any:
+def is_moderate(values: Any) -> bool:
     """Whether squares of the values can be summed without overflow."""
     return np.abs(values) < _LARGEST
 

@@ -284,7 +284,7 @@ def check_real(value: Any, name: str, **bounds: Any) -> None:
 
 
 def check_networks(
-    order: int | Sequence[int], pole: Any, n_channels: int
+    order: int | Sequence[int], pole: float | Sequence[float], n_channels: int
 ) -> tuple[NDArray[Any], list[float] | None]:
     """Order and pole of each channel's Laguerre network.
 

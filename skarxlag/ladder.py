@@ -232,7 +232,7 @@ class ThresholdLadder(DocumentedEstimator, ClassifierMixin, BaseEstimator):
         check_state(self)
         return np.abs(validate_data(self, X, dtype=[np.float64, np.float32], reset=False))
 
-    def decision_function(self, X: ArrayLike) -> Any:
+    def decision_function(self, X: ArrayLike) -> NDArray[Any]:
         """Scores of the conditions; the highest is the verdict.
 
         Parameters

@@ -20,7 +20,7 @@ def speed_splits(
     start: ArrayLike | None = None,
     window_length: int | None = None,
     same_speed: bool = False,
-) -> list[Any]:
+) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
     """Splits that train at one speed and test at another.
 
     The splits are row numbers of these windows. Inside another cross-validation, which hands on

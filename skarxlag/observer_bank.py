@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from numbers import Integral
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,7 +29,7 @@ class ObserverBank(GroupTransformer, auto_wrap_output_keys=None):
     ki_: Any
     kp_: Any
 
-    def fit(self, X: ArrayLike, y: Any = None) -> Any:
+    def fit(self, X: ArrayLike, y: Any = None) -> Self:
         """Tune the members and certify that each of them is stable.
 
         Parameters
@@ -144,7 +144,7 @@ class ObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         return Bunch(**found)
 
     @property
-    def frequencies_(self) -> Any:
+    def frequencies_(self) -> NDArray[Any]:
         """Frequency that each member is tuned to, in radians a sample."""
         return centre_frequencies(len(self.kp_))
 

@@ -216,7 +216,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         return values
 
     @_last_step_has("decision_function")
-    def decision_function(self, X: ArrayLike, **params: Any) -> Any:
+    def decision_function(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
         """Scores of the conditions.
 
         Parameters

@@ -256,7 +256,7 @@ class StretchResidual(StretchTransformer):
         return self
 
     @property
-    def speed_known_(self) -> Any:
+    def speed_known_(self) -> bool:
         """Whether `fit` was given `rpm`."""
         return self.order_residual_.speed_known_
 

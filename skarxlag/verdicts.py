@@ -24,7 +24,7 @@ def window_verdicts(
     X: NDArray[Any],
     conditions: list[str] | None = None,
     rpm: ArrayLike | None = None,
-    known: Any = None,
+    known: Pipeline | None = None,
 ) -> pd.DataFrame:
     """What a diagnoser says of each window.
 
@@ -96,7 +96,7 @@ def window_verdicts(
     return pd.DataFrame({"verdict": verdict, "alarm": alarm, "quality": quality} | columns)
 
 
-def takes_rpm(diagnoser: Any) -> Any:
+def takes_rpm(diagnoser: Any) -> bool:
     """Whether some step of a diagnoser requests the speed of windows, and knew it in `fit`."""
     steps = getattr(diagnoser, "steps", [])
     was_known = all(getattr(step, "speed_known_", True) for _, step in steps)
@@ -212,7 +212,7 @@ def recording_verdicts(
     conditions: list[str] | None = None,
     *,
     rpm: ArrayLike | None = None,
-    known: Any = None,
+    known: Pipeline | None = None,
 ) -> pd.DataFrame:
     """One verdict for each recording, from windows of several recordings.
 
@@ -262,7 +262,7 @@ def recording_verdicts(
     return pd.DataFrame.from_dict(rows, orient="index")
 
 
-def rejection_rate(known: Any) -> float:
+def rejection_rate(known: Pipeline | None) -> float:
     """The stated rate of false rejections of known conditions, or of a pipeline that ends so."""
     last = known[-1] if isinstance(known, Pipeline) else known
     return float(last.false_rejection_rate)

@@ -2,13 +2,12 @@
 
 import argparse
 import math
-from typing import Any
 
 from ..bearings import BearingGeometry
 from ..recordings.speeds import SpeedRange
 
 
-def add_execution_arguments(parser: Any) -> None:
+def add_execution_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare what many recordings are worked on with."""
     parser.add_argument(
         "--n-jobs", type=job_count, default=-1, metavar="N", help="at a time; default: all cores"
@@ -28,37 +27,37 @@ def add_execution_arguments(parser: Any) -> None:
     )
 
 
-def positive_int(text: Any) -> Any:
+def positive_int(text: str) -> int:
     """An integer of at least 1."""
     return _integer(text, "an integer of at least 1", lambda value: value >= 1)
 
 
-def window_length(text: Any) -> Any:
+def window_length(text: str) -> int:
     """A number of samples; in fewer there is no model to identify."""
     return _integer(text, "an integer of at least 100", lambda value: value >= 100)
 
 
-def seed(text: Any) -> Any:
+def seed(text: str) -> int:
     """An integer that seeds a random number generator."""
     return _integer(text, "an integer from 0 to 4294967295", lambda value: 0 <= value < 2**32)
 
 
-def job_count(text: Any) -> Any:
+def job_count(text: str) -> int:
     """A number of threads, or a negative one as in joblib."""
     return _integer(text, "a number of threads, or -1 for all cores", lambda value: value != 0)
 
 
-def positive_number(text: Any) -> Any:
+def positive_number(text: str) -> float:
     """A finite number above 0."""
     return _number(text, "a number above 0", lambda value: value > 0)
 
 
-def rate(text: Any) -> Any:
+def rate(text: str) -> float:
     """A number strictly between 0 and 1."""
     return _number(text, "a number between 0 and 1", lambda value: 0 < value < 1)
 
 
-def speed_range(text: Any) -> Any:
+def speed_range(text: str) -> SpeedRange:
     """A shaft speed, alone, with a tolerance, or as a range."""
     try:
         return SpeedRange.parse(text)
@@ -66,12 +65,12 @@ def speed_range(text: Any) -> Any:
         raise argparse.ArgumentTypeError(str(error)) from error
 
 
-def speed_or_all(text: Any) -> Any:
+def speed_or_all(text: str) -> float | str:
     """A shaft speed, or the word all."""
     return text if text == "all" else _number(text, "a speed in rpm, or all", lambda v: v > 0)
 
 
-def bearing(text: Any) -> Any:
+def bearing(text: str) -> BearingGeometry:
     """Dimensions of a rolling-element bearing, with commas between them."""
     expected = "ELEMENTS,ELEMENT_DIAMETER,PITCH_DIAMETER[,CONTACT_ANGLE], such as 9,7.94,39.04"
     count, *dimensions = text.split(",")

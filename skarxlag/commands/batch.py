@@ -1,16 +1,20 @@
 """Many recordings: each is diagnosed by itself, on whatever workers there are."""
 
+import argparse
 import math
 import os
 from dataclasses import replace
-from typing import Any
 
+from ..recordings.listing import ListedRecording
+from .journal import Journal
 from .progress import Progress
 from .recording_task import Diagnosis, Task
 from .runner import WorkerDied, executors, run_tasks
 
 
-def diagnose_all(args: Any, recordings: Any, journal: Any = None) -> list[Any]:
+def diagnose_all(
+    args: argparse.Namespace, recordings: list[ListedRecording], journal: Journal | None = None
+) -> list[Diagnosis]:
     """Diagnose recordings; what is wrong with one does not touch the others.
 
     Parameters

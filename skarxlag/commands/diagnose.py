@@ -1,10 +1,10 @@
 """``skarxlag diagnose``: verdicts of a saved diagnoser on recordings."""
 
+import argparse
 import sys
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -47,7 +47,7 @@ _SAME_SPEED = 0.02
 _MOST_NAMES = 5
 
 
-def add_arguments(parser: Any) -> None:
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
     parser.add_argument("model", type=Path, metavar="MODEL.skops", help="what fit has saved")
@@ -97,7 +97,7 @@ def add_arguments(parser: Any) -> None:
     parser.set_defaults(run=run, fail=parser.error)
 
 
-def run(args: Any) -> Any:
+def run(args: argparse.Namespace) -> int:
     """Run the command."""
     _check_arguments(args)
     model = load_model(args.model)

@@ -13,8 +13,8 @@ from ..observers import ExtendedStatePIObserver, PIObserver
 
 
 def make_single_ladder(
-    observer: Callable[..., Any], *, healthy: Any, n_jobs: int | None = None
-) -> Any:
+    observer: Callable[..., Any], *, healthy: str, n_jobs: int | None = None
+) -> Pipeline:
     """The paper's ladder as printed: one model, of the healthy condition, and one residual.
 
     Its thresholds cut the residual's level into bands (Eqs. 23-32), one for each condition. The
@@ -57,7 +57,7 @@ LADDERS: dict[str, dict[str, Any]] = {
 }
 
 
-def set_threads(diagnoser: Any, n_jobs: Any) -> None:
+def set_threads(diagnoser: Any, n_jobs: int | None) -> None:
     """Set the number of threads of the diagnoser, of its steps and of what these have fitted."""
     names = [name for name in diagnoser.get_params() if name.split("__")[-1] == "n_jobs"]
     diagnoser.set_params(**dict.fromkeys(names, n_jobs))

@@ -32,7 +32,7 @@ def as_command_error(*kinds: Any) -> Iterator[Any]:
         raise CommandError(" ".join(str(error).split())) from error
 
 
-def printable(text: Any) -> Any:
+def printable(text: Any) -> str:
     r"""A text as it can be written to any file: bytes that are no UTF-8 become escapes.
 
     Examples

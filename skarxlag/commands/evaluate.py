@@ -1,10 +1,10 @@
 """``skarxlag evaluate``: calibrate at one speed, test at every speed."""
 
+import argparse
 import sys
 from functools import partial
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -34,7 +34,7 @@ every recording of every speed.
 _PAPER_CONFUSION_RPM = 400.0
 
 
-def add_arguments(parser: Any) -> None:
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
     parser.add_argument("--rig", choices=TITLES, default="simulated", help="default: simulated")
@@ -75,7 +75,7 @@ def add_arguments(parser: Any) -> None:
     parser.set_defaults(run=run, fail=parser.error)
 
 
-def run(args: Any) -> Any:
+def run(args: argparse.Namespace) -> int:
     """Run the command."""
     try:
         args.output.mkdir(parents=True, exist_ok=True)

@@ -23,7 +23,7 @@ from .rigs import TITLES
 _RESIDUALS_OF = DIAGNOSERS["alpio"][0]
 
 
-def why_missing() -> Any:
+def why_missing() -> str | None:
     """A sentence that tells why no figures can be drawn, or None if they can."""
     try:
         import matplotlib  # noqa: F401

@@ -1,5 +1,6 @@
 """``skarxlag fit``: calibrate a diagnoser on the user's own recordings."""
 
+import argparse
 import re
 import sys
 import warnings
@@ -7,7 +8,6 @@ from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -41,7 +41,7 @@ and names no fault.
 _HEALTHY = {"healthy", "normal", "good", "intact", "baseline"}
 
 
-def add_arguments(parser: Any) -> None:
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
     parser.add_argument("table", type=Path, help="csv table of the recordings, a folder, or a glob")
@@ -120,7 +120,7 @@ def add_arguments(parser: Any) -> None:
     parser.set_defaults(run=run, fail=parser.error)
 
 
-def run(args: Any) -> Any:
+def run(args: argparse.Namespace) -> int:
     """Run the command."""
     with as_command_error():
         listed = list_recordings(args.table, **stated(args))

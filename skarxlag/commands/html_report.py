@@ -1,7 +1,6 @@
 """The report of `diagnose` as one HTML file, without network, to read on a telephone and print."""
 
 from html import escape
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -9,7 +8,9 @@ import pandas as pd
 from ..bearings import fault_lines
 from ..verdicts import FAULTY, NO_SIGNAL
 from .html_charts import COLOURS, NO_SIGNAL_COLOUR, spectrum_chart, timeline
+from .models import SavedModel
 from .order_chart import found_speed, order_chart
+from .recording_task import Diagnosis
 from .report import number_text
 from .results import MARK
 
@@ -53,9 +54,9 @@ _SHORT = 16
 
 def html_report(
     heading: str,
-    model: Any,
+    model: SavedModel,
     rows: pd.DataFrame,
-    diagnoses: list[Any],
+    diagnoses: list[Diagnosis],
     faults: dict[str, float] | None = None,
 ) -> str:
     """The report.

@@ -1,16 +1,16 @@
 """``skarxlag info``: what a saved model is, what it was calibrated on, and where its limits are."""
 
+import argparse
 import json
 import textwrap
 from pathlib import Path
-from typing import Any
 
 from sklearn.pipeline import Pipeline
 
 from .._state import estimators_within
 from .._version import __version__
 from ..verdicts import rejection_rate
-from .models import calibration_basis, held_rate, load_model, stated_facts
+from .models import SavedModel, calibration_basis, held_rate, load_model, stated_facts
 
 _DESCRIPTION = """\
 Say what a saved model is: its conditions, speeds, windows, sampling rate and channels, the versions
@@ -18,7 +18,7 @@ that saved it, its calibration, and what must not be expected of it.
 """
 
 
-def add_arguments(parser: Any) -> None:
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
     parser.add_argument("model", type=Path, metavar="MODEL.skops", help="what fit has saved")
@@ -26,7 +26,7 @@ def add_arguments(parser: Any) -> None:
     parser.set_defaults(run=run, fail=parser.error)
 
 
-def run(args: Any) -> Any:
+def run(args: argparse.Namespace) -> int:
     """Run the command."""
     model = load_model(args.model)
     if args.json:
@@ -44,7 +44,7 @@ def run(args: Any) -> Any:
     return 0
 
 
-def model_card(model: Any) -> dict[str, str]:
+def model_card(model: SavedModel) -> dict[str, str]:
     """What is known of a model, as pairs of a name and a text.
 
     Parameters
@@ -86,7 +86,7 @@ def model_card(model: Any) -> dict[str, str]:
     return card
 
 
-def limits(model: Any) -> list[str]:
+def limits(model: SavedModel) -> list[str]:
     """What must not be expected of a model.
 
     Parameters

@@ -9,6 +9,7 @@ from typing import Any, Self
 import pandas as pd
 
 from .._files import write_atomically
+from ..recordings.listing import ListedRecording
 from .recording_task import Diagnosis
 
 _FORMAT = "skarxlag journal 2"
@@ -54,12 +55,12 @@ class Journal:
         elif kind is KeyboardInterrupt:
             print(f"{self.path}: the same command goes on from here", file=sys.stderr)
 
-    def result(self, recording: Any) -> Any:
+    def result(self, recording: ListedRecording) -> Diagnosis | None:
         """What an earlier run found of a recording that has not changed since, or None."""
         plain = self._finished.get(_key(_identity(recording)))
         return None if plain is None else _diagnosis(plain)
 
-    def add(self, recording: Any, diagnosis: Any) -> None:
+    def add(self, recording: ListedRecording, diagnosis: Diagnosis) -> None:
         """Keep a result. A recording that failed is not kept: it is tried again."""
         if diagnosis.error is None:
             line = {"recording": _identity(recording), "result": _plain(diagnosis)}

@@ -14,6 +14,8 @@ from ..recordings.files import recording_blocks
 from ..recordings.rates import rates_agree
 from ..recordings.windows import block_length
 from .errors import printable
+from .sample_parsers import RawSamples, TextSamples
+from .stopping import Stopping
 
 _BYTES_AT_A_TIME = 2**18
 
@@ -65,7 +67,7 @@ class Patience:
         """Something new has come."""
         self._since = time.monotonic()
 
-    def wait(self) -> Any:
+    def wait(self) -> bool:
         """Sleep, and say whether to look again."""
         if self.idle is not None and time.monotonic() - self._since >= self.idle:
             return False
@@ -74,7 +76,9 @@ class Patience:
         return True
 
 
-def from_stream(open_stream: Callable[[], Any], parser: Any, stopping: Any) -> Iterator[Any]:
+def from_stream(
+    open_stream: Callable[[], Any], parser: RawSamples | TextSamples, stopping: Stopping
+) -> Iterator[Block]:
     """Blocks from a pipe or a device, until it ends."""
     with stopping.waiting():
         # A named pipe opens when somebody writes to it.
@@ -89,8 +93,12 @@ def from_stream(open_stream: Callable[[], Any], parser: Any, stopping: Any) -> I
 
 
 def from_growing_file(
-    path: Any, parser: Any, patience: Any, warn: Any, place: Any = 0
-) -> Iterator[Any]:
+    path: Path,
+    parser: RawSamples | TextSamples,
+    patience: Patience,
+    warn: Callable[[str], None],
+    place: int = 0,
+) -> Iterator[Block]:
     """Blocks from a file to which somebody appends, from a place on.
 
     A file that got shorter, or another file of the same name, was started afresh, and is read from
@@ -136,7 +144,7 @@ def from_folder(
     patience: Patience,
     warn: Callable[..., Any],
     place: list[Any] | None = None,
-) -> Iterator[Any]:
+) -> Iterator[Block]:
     """Blocks from the files of a folder, in the order in which they were finished.
 
     A file is read when its size and time have not changed for a while. A file that comes later but

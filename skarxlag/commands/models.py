@@ -112,7 +112,7 @@ def load_model(path: Path, n_jobs: int | None = None) -> SavedModel:
     )
 
 
-def stated_facts(model: Any) -> Any:
+def stated_facts(model: SavedModel) -> dict[str, Any]:
     """What a file of results states of the model."""
     known = {}
     if model.known is not None:
@@ -148,7 +148,7 @@ def cached_model(path: Path, changed: int, n_jobs: int | None) -> SavedModel:
     return load_model(path, n_jobs)
 
 
-def is_model_file(path: Any) -> Any:
+def is_model_file(path: Path) -> bool:
     """Whether a file is a saved model, damaged or not."""
     try:
         with ZipFile(path) as file:

@@ -1,7 +1,6 @@
 """Tables 2-9 of the paper, filled on the simulated rig, as text and as CSV."""
 
 from functools import partial
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -60,7 +59,7 @@ simulation, not from measurements, and can neither confirm nor refute them.
 """
 
 
-def paper_report(outcome: Bunch) -> list[Any]:
+def paper_report(outcome: Bunch) -> list[Table]:
     """Tables 2-9, averages and improvements, beside the paper's.
 
     Parameters

@@ -1,11 +1,12 @@
 """How far a long command is: a bar on a terminal, lines in a log, nothing on request."""
 
+import argparse
 import sys
 from time import perf_counter
 from typing import Any, Self
 
 
-def add_progress_arguments(parser: Any) -> None:
+def add_progress_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare how much is said meanwhile."""
     how_much = parser.add_mutually_exclusive_group()
     how_much.add_argument("-q", "--quiet", action="store_true", help="tell no progress")

@@ -1,16 +1,17 @@
 """The work on one recording: read it, cut it, diagnose it. A worker does this by itself."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
 
+from ..recordings.listing import ListedRecording
 from ..recordings.rates import rates_agree, resampled_blocks
 from ..recordings.windows import block_length, cut_blocks
 from ..verdicts import recording_verdict, rejection_rate, window_verdicts
 from .errors import CommandError
-from .models import cached_model
+from .models import SavedModel, cached_model
 from .order_view import OrderView
 from .remarks import verdict_remarks
 from .runner import cancelled
@@ -48,7 +49,7 @@ class Diagnosis:
     error: str | None = None
 
     @classmethod
-    def failed(cls, reason: Any) -> Any:
+    def failed(cls, reason: object) -> Self:
         """A recording without a verdict, and why."""
         return cls({}, None, error=" ".join(str(reason).split()))
 
@@ -84,7 +85,7 @@ class Task:
 
 
 def diagnose_recording(
-    recording: Any, model: Any, resample: bool = False, draw: bool = False
+    recording: ListedRecording, model: SavedModel, resample: bool = False, draw: bool = False
 ) -> Diagnosis:
     """Diagnose one recording, read part by part.
 

@@ -11,6 +11,7 @@ from ..accuracy_tables import (
     speed_accuracy,
     speed_summary,
 )
+from .rigs import Part
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Table:
     frame: pd.DataFrame
 
     @property
-    def text(self) -> Any:
+    def text(self) -> str:
         """Title, captions and cells, for a terminal."""
         lines = [self.title]
         for caption, cells in self.blocks:
@@ -44,7 +45,7 @@ class Table:
         return "\n".join(lines) + "\n"
 
 
-def evaluation_report(verdicts: pd.DataFrame, conditions: list[str], rig_title: str) -> list[Any]:
+def evaluation_report(verdicts: pd.DataFrame, conditions: list[str], rig_title: str) -> list[Table]:
     """All tables of an evaluation.
 
     Parameters
@@ -78,7 +79,7 @@ def evaluation_report(verdicts: pd.DataFrame, conditions: list[str], rig_title: 
     ]
 
 
-def of_part(verdicts: Any, part: Any) -> Any:
+def of_part(verdicts: pd.DataFrame, part: Part) -> pd.DataFrame:
     """Rows of one part."""
     return verdicts if part.crack_mm is None else verdicts[verdicts["crack_mm"] == part.crack_mm]
 
@@ -110,18 +111,18 @@ def confusion_verdicts(verdicts: pd.DataFrame, confusion_rpm: float | None) -> p
     return chosen, f"calibrated at {_speed_list(trained)}, tested at {_speed_list(tested)} rpm"
 
 
-def file_stem(title: Any) -> Any:
+def file_stem(title: str) -> str:
     """Name of a diagnoser in a file's name."""
     return title.lower().replace(" ", "-")
 
 
-def matrix_text(table: Any, digits: Any = 1) -> Any:
+def matrix_text(table: pd.DataFrame, digits: int = 1) -> pd.DataFrame:
     """Cells of a confusion matrix with margins, as text with at most that many decimals."""
     cells = table.map(lambda value: number_text(value, digits) or "-")
     return cells.rename_axis(None).rename_axis(None, axis=1)
 
 
-def number_text(value: Any, digits: Any) -> Any:
+def number_text(value: float, digits: int) -> str:
     """A number with at most `digits` decimals; nothing for NaN.
 
     Examples

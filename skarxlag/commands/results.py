@@ -10,7 +10,9 @@ from typing import Any
 import pandas as pd
 
 from .._files import write_atomically
+from ..recordings.listing import ListedRecording
 from .errors import CommandError, UsageError, printable
+from .recording_task import Diagnosis
 
 #: Found in every file of results, so that a later run may replace it.
 MARK = "skarxlag results 1"
@@ -18,7 +20,7 @@ SUFFIXES = (".csv", ".json", ".parquet", ".html")
 _HEADS = (b"recording,verdict,confidence,", b"recording,start,verdict,alarm,")
 
 
-def result_paths(output: Any) -> Any:
+def result_paths(output: Path) -> list[Path]:
     """The files that are written for an output.
 
     Examples
@@ -76,7 +78,7 @@ def check_output(
         raise UsageError(f"{where} exists and was not written by this command; --force replaces it")
 
 
-def is_result_file(path: Any) -> Any:
+def is_result_file(path: Path) -> bool:
     """Whether a file is one of results, of any format."""
     with path.open("rb") as file:
         start = file.read(4096)
@@ -85,7 +87,7 @@ def is_result_file(path: Any) -> Any:
     return start.startswith(_HEADS) or MARK.encode() in start or MARK.encode() in end
 
 
-def recording_rows(recordings: list[Any], diagnoses: list[Any]) -> pd.DataFrame:
+def recording_rows(recordings: list[ListedRecording], diagnoses: list[Diagnosis]) -> pd.DataFrame:
     """One row for each recording.
 
     Parameters
@@ -116,14 +118,14 @@ def recording_rows(recordings: list[Any], diagnoses: list[Any]) -> pd.DataFrame:
     return table.astype({name: kind for name, kind in types.items() if name in table})
 
 
-def stated_columns(recording: Any) -> Any:
+def stated_columns(recording: ListedRecording) -> dict[str, Any]:
     """What the table, or the name of the file, states of a recording."""
     stated = {"condition": recording.condition, "rpm": recording.rpm}
     stated = {name: value for name, value in stated.items() if value is not None}
     return stated | {f"stated {name}": value for name, value in recording.further.items()}
 
 
-def window_rows(recordings: Any, diagnoses: Any) -> Any:
+def window_rows(recordings: list[ListedRecording], diagnoses: list[Diagnosis]) -> pd.DataFrame:
     """One row for each window of the recordings that did not fail."""
     frames = []
     for recording, diagnosis in zip(recordings, diagnoses, strict=True):
@@ -137,7 +139,7 @@ def window_rows(recordings: Any, diagnoses: Any) -> Any:
 
 def write_tables(
     output: Path, recordings: pd.DataFrame, windows: pd.DataFrame, head: dict[str, Any]
-) -> Any:
+) -> None:
     """Write csv, json or parquet.
 
     Parameters

@@ -1,5 +1,6 @@
 """The rigs that ``evaluate`` offers, cut into parts that are diagnosed separately."""
 
+import argparse
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,17 +36,17 @@ class Part:
     rig: Bunch
 
     @property
-    def stem(self) -> Any:
+    def stem(self) -> str:
         """What tells its files from those of other parts."""
         return "" if self.crack_mm is None else f"_{self.crack_mm:g}mm"
 
     @property
-    def title(self) -> Any:
+    def title(self) -> str:
         """What tells its tables from those of other parts."""
         return "" if self.crack_mm is None else f", crack {self.crack_mm:g} mm"
 
 
-def load_parts(args: Any) -> list[Any]:
+def load_parts(args: argparse.Namespace) -> list[Part]:
     """Load the rig that the arguments name.
 
     Parameters

@@ -12,6 +12,7 @@ its worker is never made again, so that the run waits. So no test does this on a
 of one machine have no such doubt, and there it is tested.
 """
 
+import argparse
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -101,7 +102,7 @@ def run_tasks(
 
 
 @contextmanager
-def executors(args: Any) -> Iterator[tuple[Callable[..., Any], int]]:
+def executors(args: argparse.Namespace) -> Iterator[tuple[Callable[..., Any], int]]:
     """What runs the tasks of a command.
 
     Parameters

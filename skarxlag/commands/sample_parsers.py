@@ -1,9 +1,11 @@
 """From the bytes of a running source to samples."""
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..recordings.formats._layout import text_layout
 from ..recordings.formats._naming import choose_channel
@@ -16,7 +18,7 @@ _HEAD_LINES = 4
 _AT_LINE_END = re.compile(rb"[;,][ \t\r]*(\n|$)")
 
 
-def chosen_channels(names: list[str], channel: Any) -> list[str]:
+def chosen_channels(names: list[str], channel: str | Sequence[str] | None) -> list[str]:
     """Names of the channels that are asked for.
 
     Parameters
@@ -67,11 +69,11 @@ class RawSamples:
         self._rest = b""
 
     @property
-    def n_pending(self) -> Any:
+    def n_pending(self) -> int:
         """Bytes that wait for the rest."""
         return len(self._rest)
 
-    def parse(self, data: Any, *, is_end: Any = False) -> Any:
+    def parse(self, data: bytes, *, is_end: bool = False) -> NDArray[Any]:
         """Samples of shape (n_channels, n_samples); a sample that is not whole yet waits."""
         data = self._rest + data
         n_whole = len(data) // self._frame.itemsize * self._frame.itemsize
@@ -118,11 +120,11 @@ class TextSamples:
             self._n_to_skip = 0
 
     @property
-    def n_pending(self) -> Any:
+    def n_pending(self) -> int:
         """Bytes that wait for the rest."""
         return len(self._rest)
 
-    def parse(self, data: Any, *, is_end: Any = False) -> Any:
+    def parse(self, data: bytes, *, is_end: bool = False) -> NDArray[Any]:
         """Samples of shape (n_channels, n_samples); a line that is not whole yet waits."""
         data = self._rest + data
         if self._layout is None and not self._learn(data, is_end):

@@ -1,5 +1,6 @@
 """Where recordings come from: arguments that `fit` and `diagnose` share."""
 
+import argparse
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,7 @@ from .arguments import positive_number
 _STATED = ("pattern", "channel", "sampling_rate", "dtype")
 
 
-def add_source_arguments(parser: Any, of: str) -> None:
+def add_source_arguments(parser: argparse.ArgumentParser, of: str) -> None:
     """Declare the arguments that tell about recordings without a table.
 
     Parameters
@@ -45,7 +46,7 @@ def add_source_arguments(parser: Any, of: str) -> None:
     )
 
 
-def stated(args: Any) -> dict[str, Any]:
+def stated(args: argparse.Namespace) -> dict[str, Any]:
     """What the arguments tell about recordings without a table.
 
     Parameters
@@ -64,7 +65,7 @@ def stated(args: Any) -> dict[str, Any]:
     return options
 
 
-def named_recordings(args: Any) -> list[Any]:
+def named_recordings(args: argparse.Namespace) -> list[ListedRecording]:
     """The recordings that RECORDING arguments name: files, folders, globs.
 
     Parameters

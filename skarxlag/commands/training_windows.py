@@ -1,9 +1,10 @@
 """What ``fit`` calibrates on: windows or stretches of recordings, no more than memory holds."""
 
-from typing import Any
+import argparse
 
 from sklearn.utils import Bunch
 
+from ..recordings.listing import ListedRecording
 from ..recordings.rig import cut_recordings
 from .errors import CommandError, as_command_error
 from .progress import Progress
@@ -20,7 +21,9 @@ _DETECTOR_LENGTH = 4800
 MOST_SAMPLES = 2**25
 
 
-def training_windows(args: Any, listed: list[Any]) -> tuple[Bunch, str, str]:
+def training_windows(
+    args: argparse.Namespace, listed: list[ListedRecording]
+) -> tuple[Bunch, str, str]:
     """Windows or stretches of the recordings, and which diagnoser they are for.
 
     A detector takes stretches, too, where the recordings are long enough: rows of a second show

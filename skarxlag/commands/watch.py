@@ -1,10 +1,10 @@
 """``skarxlag watch``: verdicts on a running sensor."""
 
+import argparse
 import sys
 import time
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
 
 from ..monitoring import ConditionMonitor, load_monitor_state, save_monitor_state
 from ..recordings.rates import rates_agree
@@ -27,7 +27,7 @@ and a summary to standard error. Ends with the input, or on Ctrl-C.
 _SAVE_EVERY = 60.0
 
 
-def add_arguments(parser: Any) -> None:
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
     parser.add_argument("model", type=Path, metavar="MODEL.skops", help="what fit has saved")
@@ -114,7 +114,7 @@ def add_arguments(parser: Any) -> None:
     parser.set_defaults(run=run, fail=parser.error)
 
 
-def run(args: Any) -> Any:
+def run(args: argparse.Namespace) -> int:
     """Run the command."""
     model = load_model(args.model)
     sampling_rate = args.sampling_rate or model.sampling_rate

@@ -1,7 +1,9 @@
 """Common code of the fetchers: download the files of a rig, verify them, cut them into windows."""
 
 import hashlib
+import os
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from http.client import HTTPException
 from pathlib import Path
@@ -23,13 +25,13 @@ def fetch_rig(
     *,
     sampling_rate: float,
     description: str,
-    data_home: Any,
-    download_if_missing: Any,
-    return_X_y: Any,
-    window_length: Any,
-    n_retries: Any,
-    delay: Any,
-    verbose: Any,
+    data_home: str | os.PathLike[str] | None,
+    download_if_missing: bool,
+    return_X_y: bool,
+    window_length: int,
+    n_retries: int,
+    delay: float,
+    verbose: bool,
 ) -> Bunch | tuple[Any, ...]:
     """Fetch the files of a rig and cut its recordings into windows.
 
@@ -73,10 +75,10 @@ def fetch_files(
     folder: Path,
     base_url: str,
     *,
-    download_if_missing: Any,
-    n_retries: Any,
-    delay: Any,
-    verbose: Any,
+    download_if_missing: bool,
+    n_retries: int,
+    delay: float,
+    verbose: bool,
 ) -> list[Any]:
     """Download the files of a repository into a folder, and verify every file.
 
@@ -134,7 +136,9 @@ def fetch_files(
     return paths
 
 
-def load_rig(paths: Any, *, window_length: Any, sampling_rate: Any, description: Any) -> Any:
+def load_rig(
+    paths: Sequence[Path], *, window_length: int, sampling_rate: float, description: str
+) -> Bunch:
     """Read recordings and cut them into windows, as the Bunch of a rig.
 
     Every file holds one array and is named ``condition_rpm...mat``. The conditions are listed in

@@ -13,6 +13,8 @@ from skarxlag.datasets.rig import LOCATIONS, Rig, background, defect_emission
 from skarxlag.datasets.torque import DriveTorque
 from skarxlag.datasets.transmission import TransmissionPaths
 
+from ..bearings import BearingGeometry
+
 __all__ = ["CONDITIONS", "simulate_rig"]
 
 # The conditions of the bearing, with the paper's names, and the locations of their defects.
@@ -90,7 +92,7 @@ def simulate_rig(
     n_samples: int = 120_000,
     window_length: int = 1200,
     sampling_rate: float = 250_000.0,
-    bearing: Any = SKF_6205,
+    bearing: BearingGeometry = SKF_6205,
     paths: TransmissionPaths | None = None,
     torque: DriveTorque | None = None,
     torque_leak: Sequence[float] = (0.10, 0.05, -0.05, -0.10),
@@ -102,10 +104,10 @@ def simulate_rig(
     rubbing_level: float = 0.01,
     asperity_um: float = 5.0,
     noise_level: float = 5e-4,
-    random_state: Any = 0,
+    random_state: int | np.random.RandomState | None = 0,
     return_fault: bool = False,
     return_X_y: bool = False,
-) -> Any:
+) -> Bunch:
     r"""Simulate the acoustic emission and the drive torque of a bearing rig.
 
     The output of a recording is

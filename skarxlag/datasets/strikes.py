@@ -7,12 +7,14 @@ from numpy.typing import NDArray
 
 from skarxlag.bearings import METRES_PER_MM, contact_speed, defect_frequencies, strike_rate
 
+from ..bearings import BearingGeometry
+
 __all__ = ["impact_velocity", "load_distribution_at", "simulate_strikes", "transit_time"]
 
 POINT_CONTACT_EXPONENT = 1.5
 
 
-def transit_time(bearing: Any, rpm: float, crack_mm: float) -> float:
+def transit_time(bearing: BearingGeometry, rpm: float, crack_mm: float) -> float:
     r"""Return the time from an element's entry into a crack to its impact on the far edge.
 
     The element hits the far edge of a crack of width w when its centre is over the middle of the
@@ -48,7 +50,7 @@ def transit_time(bearing: Any, rpm: float, crack_mm: float) -> float:
     return float(crack_mm * METRES_PER_MM / (2 * contact_speed(bearing, rpm)))
 
 
-def impact_velocity(bearing: Any, rpm: float, crack_mm: float) -> float:
+def impact_velocity(bearing: BearingGeometry, rpm: float, crack_mm: float) -> float:
     r"""Return the velocity at which an element hits the far edge of a crack.
 
     An element of diameter d that rests on both edges of a crack of width w has turned by
@@ -125,7 +127,7 @@ def _interval_sums(expected, slip, rng):
 
 
 def simulate_strikes(
-    bearing: Any,
+    bearing: BearingGeometry,
     rpm: float,
     location: str,
     *,

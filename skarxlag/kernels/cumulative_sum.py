@@ -1,7 +1,6 @@
 """Page's cumulative sum of windows above a threshold: its step, its limit and its run length."""
 
 import math
-from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -106,7 +105,7 @@ def mean_run_length(limit: int, step: int, rate: float, persistence: float) -> f
     return float(spsolve(matrix.tocsc(), np.ones(size))[0])
 
 
-def alarm_limit(run_length: float, step: Any, rate: Any, persistence: Any) -> int:
+def alarm_limit(run_length: float, step: float, rate: float, persistence: float) -> int:
     """Find the smallest limit at which healthy windows raise an alarm rarely enough.
 
     Parameters

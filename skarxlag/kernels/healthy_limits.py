@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.special import stdtr
 
 from .group_means import group_means
+from .healthy_rows import Rows
 from .speed_drift import (
     SAME_SPEED,
     along_axes,
@@ -133,7 +134,7 @@ def parts_of_rows(at: NDArray[Any], n_windows: int) -> int:
 
 
 def calibrate(
-    rows: Any, known: NDArray[Any], at: NDArray[Any], weights: NDArray[Any] | None = None
+    rows: Rows, known: NDArray[Any], at: NDArray[Any], weights: NDArray[Any] | None = None
 ) -> Limits:
     """Compute limits from healthy rows.
 
@@ -241,7 +242,7 @@ def _cepstral_score(limits, rows, expected, variance):
 
 def log_p_values(
     limits: Limits,
-    rows: Any,
+    rows: Rows,
     log_speed: NDArray[Any],
     scale: float,
     *,
@@ -308,7 +309,7 @@ def log_p_values(
 
 
 def drift_scale(
-    rows: Any,
+    rows: Rows,
     known: NDArray[Any],
     at: NDArray[Any],
     limits: Limits,

@@ -1,6 +1,6 @@
 """Features of rows, where each row is a stretch that is cut into windows."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +45,7 @@ class Rows(NamedTuple):
     cepstra: np.ndarray
     values: np.ndarray
 
-    def take(self, chosen: Any) -> Any:
+    def take(self, chosen: NDArray[Any]) -> Self:
         """Some of the rows."""
         return Rows(*(part[chosen] for part in self))
 
@@ -68,7 +68,7 @@ def log_spectra_cepstra(colour: NDArray[Any], steadiness: NDArray[Any]) -> NDArr
     return np.concatenate([cepstrum(colour)[:, :N_COEFFICIENTS], cepstrum(steadiness)], axis=1)
 
 
-def number_of_cepstra(window_length: Any) -> Any:
+def number_of_cepstra(window_length: int) -> int:
     """Return the number of features of `log_spectra_cepstra` for windows of a given length.
 
     Examples

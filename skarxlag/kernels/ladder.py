@@ -82,7 +82,7 @@ def _counted_in_order(levels, weights):
     return order, np.cumsum(weights[order])
 
 
-def log_level(levels: Any) -> Any:
+def log_level(levels: NDArray[Any]) -> NDArray[Any]:
     """Return the natural logarithm of levels. It is finite for a level of 0, too."""
     levels = np.asarray(levels, dtype=np.float64)
     return np.log(levels, out=np.full(levels.shape, _LOG_ZERO), where=levels > 0)

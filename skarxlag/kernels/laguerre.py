@@ -1,6 +1,7 @@
 """The orthonormal Laguerre filter network (equations 4-6, 11-15 of the paper)."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,7 @@ def laguerre_matrices(order: int, pole: float) -> tuple[NDArray[Any], NDArray[An
     return toeplitz(column, row), math.sqrt(1 - pole**2) * powers
 
 
-def network_matrices(orders: Any, poles: Any) -> tuple[NDArray[Any], NDArray[Any]]:
+def network_matrices(orders: Sequence[int], poles: Any) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return the state space of several parallel networks, Eq. (12).
 
     Parameters

@@ -34,7 +34,7 @@ def centred(signals: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     return unit, peak
 
 
-def largest(signals: Any) -> Any:
+def largest(signals: NDArray[Any]) -> NDArray[Any]:
     """Return the largest absolute value over the last axis, which is kept, without a copy."""
     highest = np.max(signals, axis=-1, keepdims=True)
     return np.maximum(highest, -np.min(signals, axis=-1, keepdims=True))
@@ -69,7 +69,7 @@ def unit_rms_windows(windows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]
     return unit, rms * peak[:, 0, 0]
 
 
-def root_mean_square(signals: Any) -> Any:
+def root_mean_square(signals: NDArray[Any]) -> NDArray[Any]:
     """Return the root mean square over the last axis, without overflow or underflow of squares."""
     peak = largest(signals)
     peak[peak == 0] = 1.0

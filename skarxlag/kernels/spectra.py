@@ -24,7 +24,7 @@ _SAMPLES_A_COEFFICIENT = 8
 _SAMPLES_IN_CACHE = 20_000
 
 
-def frequency_grid(n_frequencies: Any) -> Any:
+def frequency_grid(n_frequencies: int) -> NDArray[Any]:
     """Return the midpoints of equal cells on (0, pi), in radians per sample."""
     return (np.arange(n_frequencies) + 0.5) * np.pi / n_frequencies
 

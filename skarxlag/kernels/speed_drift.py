@@ -46,7 +46,7 @@ class Distance(NamedTuple):
     variance: np.ndarray
     beyond: np.ndarray
 
-    def interpolate(self, known_values: Any) -> Any:
+    def interpolate(self, known_values: NDArray[Any]) -> NDArray[Any]:
         """Linear interpolation of what is known at the speeds, along the first axis."""
         share = self.share.reshape(-1, *(1,) * (known_values.ndim - 1))
         return (1 - share) * known_values[self.lower] + share * known_values[self.upper]

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import softmax
 
 
@@ -37,20 +38,20 @@ class FadingEvidence:
         self.weight, self.age = 0.0, np.inf
         self._sums = np.zeros(n_conditions)
 
-    def pass_time(self, seconds: Any) -> None:
+    def pass_time(self, seconds: float) -> None:
         """Let the evidence so far grow older."""
         kept = 0.5 ** (seconds / self.half_life)
         self.weight *= kept
         self._sums *= kept
         self.age += seconds
 
-    def add(self, log_probability: Any) -> None:
+    def add(self, log_probability: NDArray[Any]) -> None:
         """Take what a window states now."""
         self._sums += log_probability
         self.weight += 1.0
         self.age = 0.0
 
-    def probabilities(self) -> Any:
+    def probabilities(self) -> NDArray[Any] | None:
         """Probability of each condition; None before the first window, or when all is stale.
 
         Evidence is stale when no window has said anything for longer than the half-life.

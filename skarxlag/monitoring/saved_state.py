@@ -4,17 +4,23 @@ import io
 import json
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
 from .._files import write_atomically
 
+if TYPE_CHECKING:
+    from .monitor import ConditionMonitor
+
+
 _FORMAT = "skarxlag monitor 1"
 
 
-def save_monitor_state(monitor: Any, path: str | os.PathLike[str], /, **facts: Any) -> None:
+def save_monitor_state(
+    monitor: "ConditionMonitor", path: str | os.PathLike[str], /, **facts: Any
+) -> None:
     """Write the state of a monitor and facts about it, all or nothing.
 
     The file is an ``.npz`` archive of one text (JSON) and one or two arrays of samples. The

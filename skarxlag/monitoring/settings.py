@@ -9,7 +9,9 @@ from sklearn.utils import check_scalar
 from .._validation import check_real
 
 
-def checked_windowing(window_length: Any, hop: Any, sampling_rate: Any, gap_tolerance: Any) -> Any:
+def checked_windowing(
+    window_length: int, hop: int | None, sampling_rate: float, gap_tolerance: float | None
+) -> dict[str, Any]:
     """Arguments of `WindowStream`, as `ConditionMonitor` is given them."""
     check_scalar(window_length, "window_length", Integral, min_val=1)
     hop = window_length if hop is None else check_scalar(hop, "hop", Integral, min_val=1)
@@ -26,8 +28,8 @@ def checked_windowing(window_length: Any, hop: Any, sampling_rate: Any, gap_tole
 
 
 def checked_memory(
-    half_life: Any, false_alarm_interval: Any, persistence: Any, faulty_rate: Any
-) -> Any:
+    half_life: float, false_alarm_interval: float, persistence: float, faulty_rate: float
+) -> dict[str, Any]:
     """What sets evidence and alarm, as `ConditionMonitor` is given it."""
     if half_life != np.inf:
         check_real(half_life, "half_life", min_val=0, include_boundaries="neither")
@@ -39,7 +41,7 @@ def checked_memory(
     return {"half_life": float(half_life), "faulty_rate": float(faulty_rate)}
 
 
-def check_count(value: Any, least: int = 0) -> int:
+def check_count(value: object, least: int = 0) -> int:
     """Check that a number of a saved state counts something.
 
     Parameters

@@ -104,7 +104,7 @@ class WindowStream:
             self.n_steps_back += 1
         self._rest, self._next_start = None, self.n_samples
 
-    def time_of(self, sample: Any) -> Any:
+    def time_of(self, sample: float) -> float:
         """Seconds at which a sample was taken, or is to be taken."""
         known, time = self._reference
         return time + (sample - known) / self.sampling_rate

@@ -17,7 +17,10 @@ CALIBRATION_RPM = 500.0
 
 
 def run_protocol(
-    load: Callable[..., Any], diagnosers: dict[str, Any], *, progress: Any = lambda text: None
+    load: Callable[..., Any],
+    diagnosers: dict[str, Any],
+    *,
+    progress: Callable[[str], object] = lambda text: None,
 ) -> Bunch:
     """Compute verdicts under the paper's protocol.
 

@@ -1,9 +1,14 @@
 """Axes, legends and scales of the figures; matplotlib is imported only when a figure is drawn."""
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
 
 
 def new_axes(n_rows: int) -> NDArray[Any]:
@@ -57,14 +62,14 @@ def time_axis(n_samples: int, sampling_rate: float | None) -> tuple[NDArray[Any]
     return 1e3 / sampling_rate * np.arange(n_samples), "Time (ms)"
 
 
-def legend_beside(ax: Any, lines: Any) -> None:
+def legend_beside(ax: "Axes", lines: "Sequence[Line2D]") -> None:
     """Place the legend of these lines to the right of the axes, so that it covers no data."""
     ax.legend(
         handles=lines, loc="upper left", bbox_to_anchor=(1, 1), fontsize="small", frameon=False
     )
 
 
-def readable_log_scale(ax: Any, values: NDArray[Any]) -> None:
+def readable_log_scale(ax: "Axes", values: NDArray[Any]) -> None:
     """Make the vertical axis logarithmic.
 
     If the largest value is less than 20 times the smallest, the ticks are plain numbers at equal

@@ -1,12 +1,16 @@
 """Names, thresholds and steps that the displays read from a fitted diagnoser."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+if TYPE_CHECKING:
+    from ..identification import ARXLaguerre
+    from ..ladder import ThresholdLadder
 
-def model_names(identify: Any) -> list[str]:
+
+def model_names(identify: "ARXLaguerre") -> list[str]:
     """Return the names of the models of a fitted ARXLaguerre.
 
     Parameters
@@ -22,7 +26,7 @@ def model_names(identify: Any) -> list[str]:
     return [str(name) for name in identify.classes_]
 
 
-def first_and_last(estimator: Any) -> Any:
+def first_and_last(estimator: Any) -> tuple[Any, Any]:
     """Return the first and last step of a Pipeline, or any other estimator twice."""
     steps = getattr(estimator, "steps", [(None, estimator)])
     return steps[0][1], steps[-1][1]
@@ -50,7 +54,7 @@ def condition_names(estimator: Any) -> list[Any]:
     return list(models) if len(models) > 1 else []
 
 
-def healthy_name(decide: Any) -> Any:
+def healthy_name(decide: Any) -> str | None:
     """Return the healthy condition's name of a fitted ThresholdLadder; None for other steps."""
     if not hasattr(decide, "healthy_index_"):
         return None
@@ -135,7 +139,7 @@ def observer_of(estimator: Any) -> Any:
     return observer
 
 
-def ladder_cuts(decide: Any) -> dict[str, float]:
+def ladder_cuts(decide: "ThresholdLadder") -> dict[str, float]:
     r"""Return the isolation threshold :math:`\Delta` of each condition, in ascending order.
 
     A rung is the range of levels that is assigned to one condition; its upper end is the
@@ -155,13 +159,13 @@ def ladder_cuts(decide: Any) -> dict[str, float]:
     return {str(name): cut for name, cut in zip(decide.rungs_, cuts, strict=True)}
 
 
-def bank_deltas(decide: Any) -> Any:
+def bank_deltas(decide: "ThresholdLadder") -> dict[str, float]:
     r"""Return :math:`\Delta` of each condition for a ThresholdLadder fitted on a bank."""
     deltas = decide.isolation_thresholds_.tolist()
     return {str(name): delta for name, delta in zip(decide.classes_, deltas, strict=True)}
 
 
-def is_bank(decide: Any) -> Any:
+def is_bank(decide: Any) -> bool:
     """Return whether a fitted decision compares a bank: one residual for each condition."""
     n_classes = len(getattr(decide, "classes_", ()))
     return n_classes == decide.n_features_in_ > 1

@@ -74,7 +74,7 @@ def condition_styles(conditions: Sequence[Any]) -> dict[str, Any]:
     return styles
 
 
-def ink() -> Any:
+def ink() -> str:
     """Return the text colour of the current style, for lines that belong to no condition."""
     from matplotlib import rcParams
 

@@ -81,7 +81,7 @@ class IdentificationDisplay:
         self.sampling_rate = sampling_rate
 
     @property
-    def fit_percentage(self) -> Any:
+    def fit_percentage(self) -> NDArray[Any]:
         """Agreement of the prediction with the output, in percent."""
         return float(fit_percentage(self.output, self.prediction))
 

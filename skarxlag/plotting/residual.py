@@ -1,7 +1,7 @@
 """Plot of the residual of one window, with the thresholds that its level is compared with."""
 
 from collections.abc import Sequence
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +22,9 @@ from ._fitted import (
     ordered_conditions,
 )
 from ._style import condition_styles, ink
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 class ResidualDisplay:
@@ -113,7 +116,7 @@ class ResidualDisplay:
         model: Any = None,
         condition: Any = None,
         conditions: Sequence[Any] | None = None,
-        ax: Any = None,
+        ax: "Axes | None" = None,
     ) -> Self:
         r"""Compute the residual of one window with a fitted diagnoser, and plot it.
 
@@ -186,7 +189,7 @@ class ResidualDisplay:
         model: Any = None,
         condition: Any = None,
         conditions: Sequence[Any] | None = None,
-        ax: Any = None,
+        ax: "Axes | None" = None,
     ) -> Self:
         r"""Plot a residual that was computed elsewhere.
 
@@ -235,7 +238,7 @@ class ResidualDisplay:
         )
         return display.plot(ax=ax)
 
-    def plot(self, ax: Any = None, **line_kw: Any) -> Self:
+    def plot(self, ax: "Axes | None" = None, **line_kw: Any) -> Self:
         """Draw the plot.
 
         Parameters

@@ -1,6 +1,6 @@
 """Plot of the accuracy across shaft speeds."""
 
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,6 +10,9 @@ from sklearn.utils import check_consistent_length
 from ..model_selection import speed_splits
 from ._axes import new_axes
 from ._style import condition_styles
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 class SpeedAccuracyDisplay:
@@ -71,7 +74,7 @@ class SpeedAccuracyDisplay:
         recording: ArrayLike | None = None,
         train_rpm: float | None = None,
         name: str | None = None,
-        ax: Any = None,
+        ax: "Axes | None" = None,
     ) -> Self:
         """Fit a clone at each training speed, test it at the other speeds and plot the accuracy.
 
@@ -133,7 +136,7 @@ class SpeedAccuracyDisplay:
         train_rpm: ArrayLike,
         test_rpm: ArrayLike,
         name: str | None = None,
-        ax: Any = None,
+        ax: "Axes | None" = None,
     ) -> Self:
         """Compute the accuracy of verdicts and plot it.
 
@@ -164,7 +167,7 @@ class SpeedAccuracyDisplay:
         accuracy = np.divide(hits, count, out=np.full_like(hits, np.nan), where=count > 0)
         return cls(accuracy, train_rpm=train, test_rpm=test, name=name).plot(ax=ax)
 
-    def plot(self, ax: Any = None, *, name: str | None = None, **line_kw: Any) -> Self:
+    def plot(self, ax: "Axes | None" = None, *, name: str | None = None, **line_kw: Any) -> Self:
         """Draw the plot.
 
         Parameters

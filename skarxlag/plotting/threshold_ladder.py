@@ -1,7 +1,7 @@
 """Plot of the residual levels of many windows, with the thresholds of the ladder."""
 
 from collections.abc import Sequence
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,10 @@ from ..kernels.scaling import root_mean_square
 from ._axes import legend_beside, new_axes, readable_log_scale
 from ._fitted import bank_deltas, condition_names, is_bank, ladder_cuts, ordered_conditions
 from ._style import condition_styles, ink
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 
 _DECISIONS = ("detection", "isolation")
 #: Width of the gap between two conditions, as a share of the number of windows.
@@ -111,7 +115,7 @@ class ThresholdLadderDisplay:
         *,
         decision: str | None = None,
         conditions: Sequence[Any] | None = None,
-        ax: Any = None,
+        ax: "Axes | None" = None,
     ) -> Self:
         r"""Compute the levels of windows with a fitted diagnoser, and plot them.
 
@@ -179,7 +183,7 @@ class ThresholdLadderDisplay:
         detection_threshold: float | None = None,
         isolation_thresholds: dict[str, Any] | None = None,
         conditions: Sequence[Any] | None = None,
-        ax: Any = None,
+        ax: "Axes | None" = None,
     ) -> Self:
         r"""Plot levels that were computed elsewhere.
 
@@ -234,7 +238,7 @@ class ThresholdLadderDisplay:
         )
         return display.plot(ax=ax)
 
-    def plot(self, ax: Any = None, **line_kw: Any) -> Self:
+    def plot(self, ax: "Axes | None" = None, **line_kw: Any) -> Self:
         """Draw the plot.
 
         Parameters

@@ -1,14 +1,16 @@
 """The signals of all recordings of a table or a folder."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 from sklearn.utils import Bunch
 
+from .listing import ListedRecording
 from .rates import rates_agree, resampled_blocks
 from .table import list_recordings
 
@@ -17,11 +19,11 @@ def read_recording_table(
     path: str | os.PathLike[str],
     *,
     pattern: str | None = None,
-    channel: Any = None,
-    sampling_rate: Any = None,
-    dtype: Any = None,
+    channel: str | int | Sequence[str | int] | None = None,
+    sampling_rate: float | None = None,
+    dtype: str | None = None,
     resample: float | None = None,
-) -> Any:
+) -> Bunch:
     r"""Read all recordings that a table, a folder or a glob lists.
 
     The table is a text file (UTF-8) with one recording in a line. Its separator is the comma, the
@@ -134,10 +136,12 @@ class CommonFacts:
         The recordings.
     """
 
-    def __init__(self, listed: list[Any]) -> None:
+    def __init__(self, listed: list[ListedRecording]) -> None:
         self._listed, self._common, self._resampled = listed, {}, {}
 
-    def checked_blocks(self, entry: Any, n_samples: Any, resample: Any) -> Iterator[Any]:
+    def checked_blocks(
+        self, entry: ListedRecording, n_samples: int | None, resample: float | None
+    ) -> Iterator[tuple[NDArray[Any], float | None]]:
         """Signals of a recording, of which the sampling rate and the channels are checked."""
         blocks = entry.blocks(n_samples)
         if resample is not None:
@@ -157,7 +161,7 @@ class CommonFacts:
                 raise
             raise ValueError(f"{where}: {error}") from error
 
-    def described(self) -> Any:
+    def described(self) -> dict[str, Any]:
         """What is known of the recordings besides their samples."""
         listed = self._listed
         conditions = [entry.condition for entry in listed]

@@ -153,7 +153,7 @@ def iter_windows(
     yield from cut_blocks((signal for signal, _ in blocks), str(path), window_length)
 
 
-def list_channels(path: Any, *, dtype: Any = None) -> Any:
+def list_channels(path: str | os.PathLike[str], *, dtype: str | None = None) -> pd.DataFrame:
     r"""List the channels of a recording and what the file states about them.
 
     Parameters
@@ -198,7 +198,11 @@ def list_channels(path: Any, *, dtype: Any = None) -> Any:
 
 
 def recording_blocks(
-    path: Any, n_samples: int | None = None, *, channel: Any = None, dtype: Any = None
+    path: str | os.PathLike[str],
+    n_samples: int | None = None,
+    *,
+    channel: str | int | Sequence[str | int] | None = None,
+    dtype: str | None = None,
 ) -> Iterator[tuple[NDArray[Any], float | None]]:
     """Read one recording block after block.
 

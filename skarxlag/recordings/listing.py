@@ -2,11 +2,13 @@
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from glob import glob
 from pathlib import Path
 from typing import Any
+
+from numpy.typing import NDArray
 
 from .files import recording_blocks
 from .formats import FORMATS
@@ -52,7 +54,7 @@ class ListedRecording:
     dtype: str | None = None
     further: dict[str, Any] = field(default_factory=dict)
 
-    def blocks(self, n_samples: int | None = None) -> Iterator[Any]:
+    def blocks(self, n_samples: int | None = None) -> Iterator[tuple[NDArray[Any], float | None]]:
         """Blocks of the recording and its sampling rate, as `recording_blocks` yields them.
 
         Parameters
@@ -86,7 +88,7 @@ class ListedRecording:
             yield signal, known if stated is None else stated
 
 
-def is_file_source(source: Any) -> Any:
+def is_file_source(source: str | os.PathLike[str]) -> bool:
     """Whether a path is a folder or a glob, and not one file such as a table."""
     path = Path(source)
     return path.is_dir() or (not path.exists() and any(sign in str(source) for sign in "*?["))
@@ -96,10 +98,10 @@ def list_files(
     source: str | os.PathLike[str],
     *,
     pattern: str | None = None,
-    channel: Any = None,
-    sampling_rate: Any = None,
-    dtype: Any = None,
-) -> list[Any]:
+    channel: str | int | Sequence[str | int] | None = None,
+    sampling_rate: float | None = None,
+    dtype: str | None = None,
+) -> list[ListedRecording]:
     r"""List the recordings of a folder, a glob, or one file.
 
     Parameters
@@ -141,7 +143,7 @@ def list_files(
     return listed
 
 
-def positive(where: Any, name: Any, text: Any) -> Any:
+def positive(where: str, name: str, text: str) -> float:
     """A number above zero from a text, or an error that names the place."""
     try:
         value = float(text.replace(",", "."))

@@ -110,10 +110,10 @@ def resampled_blocks(
 
 
 class _Unchanged:
-    def take(self, signal: Any) -> Any:
+    def take(self, signal: NDArray[Any]) -> NDArray[Any]:
         return signal
 
-    def finish(self) -> Any:
+    def finish(self) -> NDArray[Any]:
         return np.empty(0)
 
 
@@ -128,7 +128,7 @@ class _Polyphase:
         self._reach = q * (10 * max(p, q) // (p * q) + 1)
         self._offset, self._waiting, self._n_before = offset, [], 0
 
-    def take(self, signal: Any) -> Any:
+    def take(self, signal: NDArray[Any]) -> NDArray[Any]:
         self._waiting.append(signal - self._offset)
         held = sum(part.shape[-1] for part in self._waiting)
         q = self._ratio.denominator
@@ -137,7 +137,7 @@ class _Polyphase:
             return signal[..., :0]
         return self._filtered(n_new)
 
-    def finish(self) -> Any:
+    def finish(self) -> NDArray[Any]:
         return self._filtered(None)
 
     def _filtered(self, n_new):

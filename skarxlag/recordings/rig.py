@@ -1,15 +1,17 @@
 """The windows of all recordings of a table or a folder, as a rig."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from numbers import Integral
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from sklearn.utils import Bunch, check_scalar
 
 from .collection import CommonFacts
+from .listing import ListedRecording
 from .table import list_recordings
 from .windows import block_length, cut_blocks, thin_windows
 
@@ -21,13 +23,13 @@ def load_recordings(
     hop: int | None = None,
     max_windows: int | None = None,
     healthy: str | None = None,
-    pattern: Any = None,
-    channel: Any = None,
-    sampling_rate: Any = None,
-    dtype: Any = None,
-    resample: Any = None,
+    pattern: str | None = None,
+    channel: str | int | Sequence[str | int] | None = None,
+    sampling_rate: float | None = None,
+    dtype: str | None = None,
+    resample: float | None = None,
     memory_map: str | os.PathLike[str] | None = None,
-) -> Any:
+) -> Bunch:
     r"""Load a user's own recordings as a rig: the windows of all recordings of a table.
 
     Recordings are read block after block, so that never more than the windows are in memory. Where
@@ -121,15 +123,15 @@ def load_recordings(
 
 
 def cut_recordings(
-    listed: list[Any],
-    source: Any,
+    listed: list[ListedRecording],
+    source: str | os.PathLike[str],
     *,
     window_length: int,
     hop: int | None = None,
     max_windows: int | None = None,
     healthy: str | None = None,
     resample: float | None = None,
-    memory_map: Any = None,
+    memory_map: str | os.PathLike[str] | None = None,
     note: Callable[[Any, int], None] | None = None,
 ) -> Bunch:
     """Windows of listed recordings.
@@ -214,7 +216,7 @@ class _WindowStore:
         if path is not None:
             Path(path).write_bytes(b"")
 
-    def add(self, windows: Any) -> None:
+    def add(self, windows: NDArray[Any]) -> None:
         self._shape = (self._shape[0] + len(windows), *windows.shape[1:])
         if self._path is None:
             self._parts.append(windows)
@@ -222,7 +224,7 @@ class _WindowStore:
             with Path(self._path).open("ab") as file:
                 windows.tofile(file)
 
-    def windows(self) -> Any:
+    def windows(self) -> NDArray[Any]:
         if self._path is None:
             windows, place = np.empty(self._shape), 0
             # Each part is let go as soon as it is copied, or all windows would be there twice.

@@ -1,9 +1,10 @@
 """Tables of a user's own recordings."""
 
 import difflib
+import os
 import re
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -14,13 +15,13 @@ COLUMNS = ("path", *FACTS)
 
 
 def list_recordings(
-    path: Any,
+    path: str | os.PathLike[str],
     *,
-    pattern: Any = None,
-    channel: Any = None,
-    sampling_rate: Any = None,
-    dtype: Any = None,
-) -> list[Any]:
+    pattern: str | None = None,
+    channel: str | int | Sequence[str | int] | None = None,
+    sampling_rate: float | None = None,
+    dtype: str | None = None,
+) -> list[ListedRecording]:
     """Lines of a table or files of a folder, without reading the recordings.
 
     Parameters

@@ -128,7 +128,7 @@ def stack_windows(
     return np.concatenate(stacked), np.repeat(np.arange(len(counts)), counts), start
 
 
-def block_length(window_length: Any) -> Any:
+def block_length(window_length: int) -> int:
     """Samples of a channel to read at a time: whole windows, about a million samples.
 
     Examples

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..kernels.observer import observe
 from ..kernels.residual_levels import cepstral_norm
@@ -11,7 +12,7 @@ from ..kernels.spectra import LOG_SPECTRUM_CELLS, autoregressive_log_spectrum, f
 TRAJECTORY = None
 
 
-def levels(innovations: Any, loop: Any, observer: Any) -> Any:
+def levels(innovations: NDArray[Any], loop: Any, observer: Any) -> NDArray[Any]:
     """Weighted cepstral norm of each error, with the observer's own response taken out."""
     error = observe(innovations, loop)[0]
     signals = error.reshape(-1, error.shape[-1])

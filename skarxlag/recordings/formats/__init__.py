@@ -17,18 +17,21 @@ This package imports nothing from the rest of skarxlag, because the process that
 formats has to start fast.
 """
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from types import ModuleType
 
 from . import arrow, audio, hdf5, matlab, npy, npz, raw, tdms, text, uff, vallen, wav
-from ._contents import ContentError
+from ._contents import ContentError, Contents
 
 #: All formats, in the order in which the documentation lists them.
 FORMATS = (matlab, npy, npz, text, wav, audio, arrow, hdf5, tdms, uff, vallen, raw)
 
 
-def find_format(path: Path, dtype: str | None = None) -> Any:
+def find_format(
+    path: Path, dtype: str | None = None
+) -> tuple[ModuleType, Callable[[Path], Contents]]:
     """Module of a file's format, and the function that opens the file.
 
     Parameters
@@ -53,7 +56,7 @@ def find_format(path: Path, dtype: str | None = None) -> Any:
     raise ValueError(f"{path}: unknown suffix {path.suffix!r}; expected one of {known}")
 
 
-def error_of(path: Path, error: Any, module: Any) -> Any:
+def error_of(path: Path, error: Exception, module: ModuleType) -> Exception:
     """What a failure to read a file is reported as.
 
     Parsers raise all kinds of exceptions on damaged input, and few of them name the file.

@@ -1,10 +1,11 @@
 """What every reader gives: the channels of a file, and what the file states about them."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 
 class ContentError(ValueError):
@@ -89,7 +90,7 @@ def array_channels(name: str, array: Any) -> dict[str, Any]:
     return channels
 
 
-def channels_or_refusal(name: Any, array: Any, refused: Any) -> Any:
+def channels_or_refusal(name: str, array: Any, refused: dict[str, str]) -> dict[str, ArrayChannel]:
     """The channels of an array; of one that has none, the reason is put into `refused`."""
     try:
         return array_channels(name, array)
@@ -98,14 +99,16 @@ def channels_or_refusal(name: Any, array: Any, refused: Any) -> Any:
         return {}
 
 
-def array_blocks(channels: Any, names: Any, n_samples: Any) -> Iterator[Any]:
+def array_blocks(
+    channels: Mapping[str, Any], names: Sequence[str], n_samples: int | None
+) -> Iterator[list[Any]]:
     """Blocks of some of the channels, each of which has a length and can be sliced."""
     n_total = common_length({name: len(channels[name]) for name in names}, names)
     for part in slices(n_total, n_samples):
         yield [channels[name][part] for name in names]
 
 
-def common_length(lengths: Any, names: Any) -> Any:
+def common_length(lengths: Mapping[str, int], names: Sequence[str]) -> int:
     """Samples in each of the channels, which must be equally many."""
     own = {name: lengths[name] for name in names}
     if len(set(own.values())) > 1:
@@ -113,7 +116,7 @@ def common_length(lengths: Any, names: Any) -> Any:
     return own[names[0]]
 
 
-def rechunked(arrays: Any, n_samples: Any) -> Iterator[Any]:
+def rechunked(arrays: Iterable[np.ndarray], n_samples: int) -> Iterator[np.ndarray]:
     """Join arrays and cut them anew, into pieces of equal length and a rest."""
     waiting, count = [], 0
     for array in arrays:
@@ -130,7 +133,7 @@ def rechunked(arrays: Any, n_samples: Any) -> Iterator[Any]:
 
 def array_contents(
     channels: dict[str, Any], scalars: dict[str, float], refused: dict[str, str] | None = None
-) -> Any:
+) -> Contents:
     """Contents of arrays in memory, with the sampling rate among the single numbers beside them.
 
     Parameters
@@ -153,13 +156,13 @@ def array_contents(
     )
 
 
-def slices(n_total: Any, n_samples: Any) -> Any:
+def slices(n_total: int, n_samples: int | None) -> Iterator[slice]:
     """Slices that cover all samples; one empty slice where there is no sample."""
     step = max(n_total if n_samples is None else n_samples, 1)
     return (slice(start, start + step) for start in range(0, max(n_total, 1), step))
 
 
-def is_numeric(dtype: Any) -> Any:
+def is_numeric(dtype: DTypeLike) -> bool:
     """Whether an array of this type can be a channel."""
     return np.dtype(dtype).kind in "fiuc"
 
@@ -183,12 +186,14 @@ _RATE_NAMES = {
 }
 
 
-def letters(name: Any) -> Any:
+def letters(name: str) -> str:
     """A name without case, spaces, digits, units in brackets and signs."""
     return "".join(c for c in name.partition("(")[0].partition("[")[0].lower() if c.isalpha())
 
 
-def stated_rates(lengths: dict[str, int], scalars: dict[str, float], separator: str = ".") -> Any:
+def stated_rates(
+    lengths: dict[str, int], scalars: dict[str, float], separator: str = "."
+) -> dict[str, float]:
     """Sampling rate of each channel, by the number beside it whose name is that of a rate.
 
     Names are paths such as ``run.signal`` and ``run.fs``. The number nearest to the channel on the
@@ -233,12 +238,12 @@ def stated_rates(lengths: dict[str, int], scalars: dict[str, float], separator: 
     }
 
 
-def is_rate(value: Any) -> Any:
+def is_rate(value: Any) -> bool:
     """Whether a number can be a sampling rate."""
     return bool(np.isrealobj(value) and np.isfinite(value) and value > 0)
 
 
-def rounded(value: Any, tolerance: Any) -> Any:
+def rounded(value: float, tolerance: float) -> float:
     """The number of fewest digits within a relative tolerance.
 
     Examples

@@ -12,7 +12,7 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -34,7 +34,7 @@ _lock = threading.Lock()
 
 
 def isolated_blocks(
-    path: Path, channel: Any, n_samples: Any
+    path: Path, channel: str | int | Sequence[str | int] | None, n_samples: int | None
 ) -> Iterator[tuple[NDArray[Any], float | None]]:
     """Blocks of a file as `signal_blocks` yields them, read in another process.
 
@@ -73,7 +73,7 @@ def isolated_blocks(
         _put_back(reader)
 
 
-def isolated_description(path: Any) -> Any:
+def isolated_description(path: Path) -> list[dict[str, Any]]:
     """What `describe_channels` tells of a file, told by another process."""
     reader = _take_reader()
     try:
@@ -106,18 +106,18 @@ class _Reader:
         self._is_late = False
         self.is_free, self.is_waiting = True, False
 
-    def ask(self, path: Any, **request: Any) -> None:
+    def ask(self, path: Path, **request: Any) -> None:
         self.is_free = False
         self._patience = _PATIENCE + path.stat().st_size / _BYTES_PER_SECOND
         self.say(json.dumps({"path": str(path), **request}).encode() + b"\n")
 
-    def say(self, line: Any) -> None:
+    def say(self, line: bytes) -> None:
         # What is wrong with a reader that cannot be spoken to is found out by its reply.
         with suppress(OSError):
             self._process.stdin.write(line)
             self._process.stdin.flush()
 
-    def reply(self, path: Any) -> Any:
+    def reply(self, path: Path) -> dict[str, Any]:
         """The next line that the reader sends, or the error that it reports."""
         head = json.loads(self._within_time(self._process.stdout.readline) or "{}")
         if "error" in head:
@@ -127,7 +127,7 @@ class _Reader:
             raise ValueError(self._obituary(path))
         return head
 
-    def fill(self, path: Any, signal: Any) -> None:
+    def fill(self, path: Path, signal: np.ndarray) -> None:
         """Receive the samples that the last reply has announced."""
         if (
             signal.size
@@ -146,7 +146,7 @@ class _Reader:
             self._process.stdin.close()
         self._process.stdout.close()
 
-    def is_alive(self) -> Any:
+    def is_alive(self) -> bool:
         return self._process.poll() is None
 
     def _within_time(self, receive):

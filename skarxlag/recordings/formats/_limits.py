@@ -11,7 +11,7 @@ _RATIO = 100
 _ALWAYS_ALLOWED = 2**28
 
 
-def unpacked_limit(n_bytes: Any) -> Any:
+def unpacked_limit(n_bytes: int) -> int:
     """Bytes that a compressed file of `n_bytes` may hold."""
     return max(_ALWAYS_ALLOWED, _RATIO * n_bytes)
 
@@ -48,11 +48,11 @@ class BoundedReader(io.RawIOBase):
     def __init__(self, stream: Any, path: Any) -> None:
         self._stream, self._path, self._count = stream, path, 0
 
-    def readable(self) -> Any:
+    def readable(self) -> bool:
         """As of a file."""
         return True
 
-    def readinto(self, buffer: Any) -> Any:
+    def readinto(self, buffer: Any) -> int:
         """As of a file."""
         n_bytes = self._stream.readinto(buffer)
         self._count += n_bytes

@@ -1,13 +1,13 @@
 """Channels by name, position or pattern."""
 
 import re
+from collections.abc import Iterable
 from numbers import Integral
-from typing import Any
 
 from ._contents import ContentError
 
 
-def choose_channel(names: list[str], channel: str | int) -> Any:
+def choose_channel(names: list[str], channel: str | int) -> str:
     """Name of the channel that is asked for.
 
     Parameters
@@ -40,7 +40,7 @@ def choose_channel(names: list[str], channel: str | int) -> Any:
     raise ContentError(f"no channel {channel!r}; available: {listed(names)}")
 
 
-def listed(names: Any) -> Any:
+def listed(names: Iterable[str]) -> str:
     """Names for an error, not too many of them."""
     texts = [repr(name) for name in names]
     return ", ".join(texts[:20]) + (f" and {len(texts) - 20} more" if len(texts) > 20 else "")

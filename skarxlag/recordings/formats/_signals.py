@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import ContentError
+from ._contents import ContentError, Contents
 from ._naming import choose_channel, listed
 from ._time_axis import find_time_axis
 
 
 def signal_blocks(
-    contents: Any, channel: str | int | Sequence[Any] | None, n_samples: int | None
+    contents: Contents, channel: str | int | Sequence[Any] | None, n_samples: int | None
 ) -> Iterator[tuple[NDArray[Any], float | None]]:
     """Blocks of the chosen channels as floating-point numbers.
 
@@ -56,7 +56,7 @@ def signal_blocks(
         raise ContentError(f"channel {names[0]!r} is empty")
 
 
-def describe_channels(contents: Any) -> Any:
+def describe_channels(contents: Contents) -> list[dict[str, Any]]:
     """Name, sampling rate and unit of every channel, as plain values."""
     axis = find_time_axis(contents)
     rows = []

@@ -1,10 +1,11 @@
 """The sampling rate that a channel of times states."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from ._contents import ContentError, letters, rounded
+from ._contents import ContentError, Contents, letters, rounded
 
 _NAMES = ("time", "times", "t", "zeit", "seconds", "sec", "timestamp", "timestamps")
 _SECONDS = {
@@ -36,14 +37,14 @@ class TimeAxis:
         self._largest = max(1.6 * self._step, 1.5 * smallest)
         self.sampling_rate = rounded(1 / self._step, 1e-5)
 
-    def covers(self, contents: Any, names: Any) -> Any:
+    def covers(self, contents: Contents, names: Sequence[str]) -> bool:
         """Whether the times belong to all of the channels."""
         lengths = contents.lengths
         if self.name in names and len(names) == 1:
             return False
         return lengths is None or all(lengths[name] == lengths[self.name] for name in names)
 
-    def check(self, values: Any, start: Any) -> None:
+    def check(self, values: Any, start: int) -> None:
         """Refuse a block of times with a gap, in itself or after the block before."""
         times = _in_seconds(values, self._unit, is_counter_refused=False)
         if times is None:
@@ -61,7 +62,7 @@ class TimeAxis:
             self._last = times[-1]
 
 
-def find_time_axis(contents: Any) -> TimeAxis | None:
+def find_time_axis(contents: Contents) -> TimeAxis | None:
     """The channel of times, or None.
 
     It is recognised by a name such as ``time``, ``t`` or ``seconds`` and by values that never

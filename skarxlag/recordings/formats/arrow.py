@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from ._contents import Contents
@@ -15,7 +16,7 @@ IN_PARTS = True
 STATES = "the rate, by a time column"
 
 
-def contents(path: Any) -> Any:
+def contents(path: Path) -> Contents:
     """Channels by the names of the columns."""
     with _open(path) as file:
         names = [str(name) for name in file.schema.empty_table().to_pandas().columns]
@@ -49,7 +50,7 @@ class _Parquet:
 
     schema: Any
 
-    def batches(self, columns: Any, n_samples: Any) -> Iterator[Any]:
+    def batches(self, columns: list[str], n_samples: int | None) -> Iterator[Any]:
         if n_samples is not None:
             # Over several groups of rows pyarrow keeps all of them until the last is read.
             for group in range(self._file.num_row_groups):
@@ -68,7 +69,7 @@ class _Feather:
 
     schema: Any
 
-    def batches(self, columns: Any, n_samples: Any) -> Iterator[Any]:
+    def batches(self, columns: list[str], n_samples: int | None) -> Iterator[Any]:
         if n_samples is None:
             yield self._file.read_all().select(columns)
             return

@@ -1,7 +1,7 @@
 """Formats of sound that libsndfile reads, without those that lose something."""
 
 import re
-from typing import Any
+from pathlib import Path
 
 from ._contents import Contents
 
@@ -13,7 +13,7 @@ IN_PARTS = True
 STATES = "the rate"
 
 
-def contents(path: Any) -> Any:
+def contents(path: Path) -> Contents:
     """Channels ``0``, ``1``, ...; integer samples are divided by full scale."""
     import soundfile
 

@@ -2,7 +2,6 @@
 
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +26,7 @@ STATES = "rate and unit, in attributes named `fs`, `units` or alike, or in singl
 _INTERNAL = ("#refs#", "#subsystem#")
 
 
-def contents(path: Path, separator: str = "/") -> Any:
+def contents(path: Path, separator: str = "/") -> Contents:
     """Channels of every numeric data set of more than one value, by its path in the file.
 
     Parameters

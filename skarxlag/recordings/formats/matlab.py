@@ -3,14 +3,14 @@
 import struct
 import warnings
 import zlib
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 from scipy.io import loadmat
 from scipy.io.matlab import mat_struct
 
 from . import hdf5
-from ._contents import array_contents, channels_or_refusal, is_numeric
+from ._contents import Contents, array_contents, channels_or_refusal, is_numeric
 from ._limits import check_unpacked
 
 TITLE = "MATLAB up to version 7"
@@ -24,7 +24,7 @@ _COMPRESSED = 15
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
-def contents(path: Any) -> Any:
+def contents(path: Path) -> Contents:
     """Channels of every numeric array of more than one value, by the name of the variable.
 
     Fields of a struct are ``struct.field``, and elements of an array of structs or of a cell array

@@ -1,6 +1,6 @@
 """NumPy's files of one array, which are mapped and read in parts."""
 
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 
@@ -14,7 +14,7 @@ IN_PARTS = True
 STATES = "nothing"
 
 
-def contents(path: Any) -> Any:
+def contents(path: Path) -> Contents:
     """Channels ``0``, ``1``, ... of the array."""
     channels = _map(path)
     lengths = {name: len(channel) for name, channel in channels.items()}

@@ -1,11 +1,19 @@
 """NumPy's archives of arrays, of which those asked for are read whole."""
 
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ._contents import array_blocks, array_channels, array_contents, channels_or_refusal, is_numeric
+from ._contents import (
+    Contents,
+    array_blocks,
+    array_channels,
+    array_contents,
+    channels_or_refusal,
+    is_numeric,
+)
 from ._limits import check_unpacked
 
 TITLE = "NumPy archive"
@@ -23,7 +31,7 @@ class _Header:
         self.shape = shape
 
 
-def contents(path: Any) -> Any:
+def contents(path: Path) -> Contents:
     """Channels of every numeric array of more than one value, by the name of the array."""
     channels, scalars, arrays, refused = {}, {}, {}, {}
     with _open(path) as archive:

@@ -17,7 +17,7 @@ STATES = "nothing"
 _MOST_CHANNELS = 4096
 
 
-def contents(path: Path, dtype: str | None = None) -> Any:
+def contents(path: Path, dtype: str | None = None) -> Contents:
     """Channels ``0``, ``1``, ... of interleaved samples, or the fields of a structured type.
 
     Parameters
@@ -51,7 +51,7 @@ def contents(path: Path, dtype: str | None = None) -> Any:
     return Contents(list(frame.names), read)
 
 
-def frame_type(text: Any) -> Any:
+def frame_type(text: str) -> np.dtype[Any]:
     """Structured type of one sample of all channels, from what the user states."""
     try:
         dtype = np.dtype(text)

@@ -1,7 +1,7 @@
 """National Instruments' TDMS files, which are read in the chunks in which they were written."""
 
 from contextlib import ExitStack
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 
@@ -24,7 +24,7 @@ IN_PARTS = True
 STATES = "rate (`wf_increment`) and unit (`unit_string`)"
 
 
-def contents(path: Any) -> Any:
+def contents(path: Path) -> Contents:
     """Channels by name, or by ``group/name`` where two groups have a channel of one name."""
     from nptdms import TdmsFile
 

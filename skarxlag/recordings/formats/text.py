@@ -4,6 +4,7 @@ import gzip
 import io
 import warnings
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from ._contents import Contents
@@ -20,7 +21,7 @@ STATES = "the rate, by a time column; units, in a second line or in brackets"
 _HEAD = 2**16
 
 
-def contents(path: Any) -> Any:
+def contents(path: Path) -> Contents:
     """Channels by the names in the first line, or ``0``, ``1``, ... where that holds numbers."""
     with _open(path) as file:
         head = file.read(_HEAD)

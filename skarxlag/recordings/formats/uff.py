@@ -1,7 +1,7 @@
 """Universal files: time responses in data sets 58 and 58b."""
 
 import warnings
-from typing import Any
+from pathlib import Path
 
 from ._contents import Contents, array_blocks, is_rate, rounded
 
@@ -16,7 +16,7 @@ _TIME_RESPONSE = (0, 1)
 _DIRECTIONS = {0: "", 1: "+X", 2: "+Y", 3: "+Z", 4: "+RX", 5: "+RY", 6: "+RZ"}
 
 
-def contents(path: Any) -> Any:
+def contents(path: Path) -> Contents:
     """Channels by the first line of each data set, or ``node:direction`` where those repeat."""
     with path.open("rb") as file:
         file.seek(max(path.stat().st_size - 200, 0))

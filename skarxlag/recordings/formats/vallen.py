@@ -1,7 +1,7 @@
 """Vallen's databases of transients: acoustic emission that was recorded without a gap."""
 
 from contextlib import contextmanager
-from typing import Any
+from pathlib import Path
 
 from ._contents import ContentError, Contents, common_length, rechunked
 
@@ -18,7 +18,7 @@ WHERE Chan IS NOT NULL GROUP BY Chan ORDER BY Chan
 """
 
 
-def contents(path: Any) -> Any:
+def contents(path: Path) -> Contents:
     """Channels by their number, which counts from 1."""
     with _open(path) as database:
         rows = database.connection().execute(_SUMMARY).fetchall()

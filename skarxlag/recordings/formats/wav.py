@@ -2,7 +2,7 @@
 
 import struct
 import warnings
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 from scipy.io import wavfile
@@ -17,7 +17,7 @@ IN_PARTS = True
 STATES = "the rate"
 
 
-def contents(path: Any) -> Any:
+def contents(path: Path) -> Contents:
     """Channels ``0``, ``1``, ...; integer samples are divided by full scale."""
     try:
         sampling_rate, samples = _map(path)
