@@ -78,8 +78,10 @@ def test_innovations_of_any_array_go_into_any_array(case, make):
 
 
 @pytest.mark.parametrize("n_transient", [0, 7])
-def test_innovations_are_output_less_one_step_prediction(case, n_transient):
+@pytest.mark.parametrize("n_samples", [2, 8, 60])  # also fewer samples than channels
+def test_innovations_are_output_less_one_step_prediction(case, n_transient, n_samples):
     windows, orders, poles, coef = case
+    windows, n_transient = windows[..., :n_samples], min(n_transient, n_samples - 1)
     expected = [
         [window[0] - literal_states(window, orders, poles)[0] @ g for g in coef]
         for window in windows
