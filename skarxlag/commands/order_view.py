@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..stretches import order_comparison
 from ..verdicts import takes_rpm
-from .spectrum_view import MOST_ROWS, nearest_conditions
+from .spectrum_view import nearest_conditions
 
 _DECIBELS = 10 / np.log(10)
 
@@ -31,26 +31,24 @@ class OrderView:
             self._before, self._residual = None, None
         else:
             self._rpm = rpm if takes_rpm(model.diagnoser) else None
-        self._found, self._places, self._n_seen = [], [], 0
+        self._found, self._places = [], []
 
-    def add(self, X: NDArray[Any], quality: NDArray[Any]) -> None:
-        """Take some of the next stretches.
+    def add(self, X: NDArray[Any], places: NDArray[Any]) -> None:
+        """Take some stretches that carry a signal.
 
         Parameters
         ----------
         X : ndarray of shape (n_stretches, ...)
-            Stretches.
-        quality : ndarray of str of shape (n_stretches,)
-            As `signal_quality` gives it.
+            Stretches, at least one.
+        places : ndarray of int of shape (n_stretches,)
+            Their places in the recording.
         """
-        good = np.flatnonzero(quality == "good")[: MOST_ROWS - len(self._places)]
-        if self._residual is not None and len(good) > 0:
-            levels = X[good] if self._before is None else self._before.transform(X[good])
+        if self._residual is not None:
+            levels = X if self._before is None else self._before.transform(X)
             found = self._residual.match(levels, rpm=self._rpm)
             spectra = found.spectra.mean(axis=2)
             self._found += zip(found.residuals, found.factors, spectra, strict=True)
-            self._places += (self._n_seen + good).tolist()
-        self._n_seen += len(X)
+            self._places += places.tolist()
 
     def drawn(
         self, windows: pd.DataFrame, conditions: list[str], place: int | None = None

@@ -17,6 +17,9 @@ from .remarks import verdict_remarks
 from .runner import cancelled
 from .spectrum_view import SpectrumView
 
+#: Windows, or stretches, of a recording that carry a signal and may be drawn.
+_MOST_DRAWN = 256
+
 
 @dataclass(frozen=True)
 class Diagnosis:
@@ -120,10 +123,14 @@ def diagnose_recording(
             yield signal
 
     parts, views = [], [SpectrumView(model), OrderView(model, rpm)] if draw else []
+    n_seen = n_drawn = 0
     for X in cut_blocks(signals(), recording.name, length):
         parts.append(window_verdicts(model.diagnoser, X, model.conditions, rpm, model.known))
-        for view in views:
-            view.add(X, parts[-1]["quality"].to_numpy())
+        good = np.flatnonzero(parts[-1]["quality"] == "good")[: _MOST_DRAWN - n_drawn]
+        if len(good) > 0:
+            for view in views:
+                view.add(X[good], n_seen + good)
+        n_seen, n_drawn = n_seen + len(X), n_drawn + len(good)
     windows = pd.concat(parts, ignore_index=True)
     windows.insert(0, "start", np.arange(len(windows)) * length)
     rate = () if model.known is None else (rejection_rate(model.known),)

@@ -11,8 +11,6 @@ from ..comparison import SpectralDistance
 from ..kernels.spectra import cepstrum, frequency_grid
 from ..stretches import StretchResidual
 
-#: Windows, or stretches, of a recording that the typical one is chosen among.
-MOST_ROWS = 256
 #: Frequencies that are drawn.
 _N_FREQUENCIES = 128
 _DECIBELS = 10 / np.log(10)
@@ -32,24 +30,21 @@ class SpectrumView:
 
     def __init__(self, model: Any) -> None:
         self._groups, self._compare = _comparison(model.diagnoser)
-        self._cepstra, self._places, self._n_seen = [], [], 0
+        self._cepstra, self._places = [], []
 
-    def add(self, X: NDArray[Any], quality: NDArray[Any]) -> None:
-        """Take some of the next windows.
+    def add(self, X: NDArray[Any], places: NDArray[Any]) -> None:
+        """Take some windows that carry a signal.
 
         Parameters
         ----------
         X : ndarray of shape (n_windows, ...)
-            Windows.
-        quality : ndarray of str of shape (n_windows,)
-            As `signal_quality` gives it.
+            Windows, at least one.
+        places : ndarray of int of shape (n_windows,)
+            Their places in the recording.
         """
-        wanted = MOST_ROWS - len(self._places)
-        good = np.flatnonzero(quality == "good")[:wanted]
-        if self._compare is not None and len(good) > 0:
-            self._cepstra.append(cepstrum(self._groups(X[good])[:, 0]))
-            self._places += (self._n_seen + good).tolist()
-        self._n_seen += len(X)
+        if self._compare is not None:
+            self._cepstra.append(cepstrum(self._groups(X)[:, 0]))
+            self._places += places.tolist()
 
     def drawn(self, windows: pd.DataFrame, conditions: list[str]) -> dict[str, Any] | None:
         """What there is to draw.

@@ -7,6 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from skarxlag import make_diagnoser, make_windows, save_diagnoser
+from skarxlag.commands import recording_task
 from skarxlag.commands.html_report import _accuracy
 from skarxlag.commands.models import load_model
 from skarxlag.commands.spectrum_view import SpectrumView
@@ -109,8 +110,9 @@ def test_the_spectrum_lies_on_the_reference_of_its_condition(plant):
     X = make_windows(signal("worn", 9), WINDOW)
     view = SpectrumView(model)
     verdicts = window_verdicts(model.diagnoser, X, model.conditions)
-    view.add(X[:10], np.full(10, "good"))
-    view.add(X[10:], np.where(np.arange(20) == 3, "constant", "good"))
+    view.add(X[:10], np.arange(10))
+    rest = np.delete(np.arange(30), np.r_[:10, 13])
+    view.add(X[rest], rest)
     drawn = view.drawn(verdicts, model.conditions)
     assert list(drawn["references"]) == ["worn", "good"] and drawn["place"] != 13
     curves = np.array([drawn["window"], *drawn["references"].values()])
@@ -122,6 +124,28 @@ def test_the_spectrum_lies_on_the_reference_of_its_condition(plant):
     orders = np.arange(1, len(mean) + 1)[:, np.newaxis]
     expected = 10 / np.log(10) * mean @ np.cos(orders * 2 * np.pi * np.array(drawn["frequency"]))
     np.testing.assert_allclose(curves[1], expected, atol=0.006)
+
+
+def test_the_first_windows_that_carry_a_signal_are_drawn_in_their_places(plant, monkeypatch):
+    class OneBlockAfterAnother:
+        name, rpm = "worn", None
+
+        def blocks(self, n_samples):
+            yield from ((part, RATE) for part in np.split(np.load(plant / "worn.npy"), 10))
+
+    seen = {}
+    monkeypatch.setattr(
+        SpectrumView, "add", lambda self, X, at: seen.update(zip(at, X, strict=True))
+    )
+    monkeypatch.setattr(recording_task, "_MOST_DRAWN", 8)
+    recording_task.cancelled.clear()
+    recording_task.diagnose_recording(
+        OneBlockAfterAnother(), load_model(plant / "m.skops"), draw=True
+    )
+    # Six windows are constant, and the next eight are taken.
+    windows = make_windows(np.load(plant / "worn.npy"), WINDOW)
+    assert list(seen) == list(range(6, 14))
+    np.testing.assert_array_equal(list(seen.values()), windows[6:14])
 
 
 def test_conditions_stand_in_the_order_of_the_model():

@@ -140,8 +140,7 @@ def test_view_shows_what_the_diagnoser_compared(workshop, model):
     saved = load_model(model)
     X = np.load(workshop / "inner_600.npy")[: 4 * 7200].reshape(4, -1)
     view = OrderView(saved, 620.0)
-    view.add(X[:1], np.array(["constant"]))
-    view.add(X[1:], np.full(3, "good"))
+    view.add(X[1:], np.arange(1, 4))
     windows = window_verdicts(saved.diagnoser, X, saved.conditions, 620.0)
     drawn = view.drawn(windows, saved.conditions, place=2)
     assert drawn["place"] == 2 and drawn["rpm"] == 620.0
@@ -160,7 +159,7 @@ def test_view_shows_what_the_diagnoser_compared(workshop, model):
     assert view.drawn(windows, saved.conditions)["place"] == 1
     # Without its speed, the factor is on the speed of the training.
     unknown = OrderView(saved, None)
-    unknown.add(X[1:2], np.array(["good"]))
+    unknown.add(X[1:2], np.array([1]))
     drawn = unknown.drawn(windows, saved.conditions)
     assert drawn["rpm"] is None
     assert drawn["conditions"]["inner"]["factor"] == pytest.approx(600 / 900, rel=0.02)
