@@ -134,6 +134,13 @@ PARTS = {
         {},
         ("docs/images/recordings.svg",),
     ),
+    "report-image": Part(
+        "-m benchmarks.pages.report_image",
+        ("skarxlag/commands/*.py", "benchmarks/pages/report_image.py"),
+        {},
+        ("docs/images/report.png",),
+        downloads=True,
+    ),
     "battery": Part(
         "-m benchmarks.recipe battery --write docs/cross_speed.md",
         (*_CROSS_SPEED, "benchmarks/recipe/battery*.py"),

@@ -20,6 +20,7 @@ from .errors import UsageError, as_command_error
 from .html_report import html_report
 from .journal import Journal
 from .models import load_model, stated_facts
+from .names import below_common_folder
 from .progress import add_progress_arguments
 from .results import (
     SUFFIXES,
@@ -192,16 +193,19 @@ def _has_alarm(rows, model):
 def _report(args, model, diagnoses, rows):
     """What a person reads: the model, the table of verdicts, and what to make of them."""
     lines = [_heading(model)]
+    folder, names = below_common_folder(rows["recording"])
+    lines += [f"Recordings below {folder}"] if folder else []
+    rows = rows.assign(recording=names)
     found = rows[rows["error"] == ""]
     if len(found):
         lines.append(verdict_table(found))
     by_remark = {}
-    for name, diagnosis in zip(rows["recording"], diagnoses, strict=True):
+    for name, diagnosis in zip(names, diagnoses, strict=True):
         for remark in diagnosis.remarks:
             by_remark.setdefault(remark, []).append(name)
-    for remark, names in by_remark.items():
-        more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
-        lines.append(f"{', '.join(names[:_MOST_NAMES])}{more}: {remark}")
+    for remark, about in by_remark.items():
+        more = f" and {len(about) - _MOST_NAMES} more" if len(about) > _MOST_NAMES else ""
+        lines.append(f"{', '.join(about[:_MOST_NAMES])}{more}: {remark}")
     is_assumed = any(d.error is None and d.sampling_rate is None for d in diagnoses)
     if is_assumed and model.sampling_rate is not None:
         lines.append(

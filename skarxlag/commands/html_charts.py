@@ -6,16 +6,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-#: The healthy condition is the first colour; the others can be told apart without red and green.
-COLOURS = ("#2f7f6f", "#c2571a", "#5b4bb5", "#b8860b", "#a83279", "#2f6fb0", "#6b6b2a", "#7a4a2b")
-NO_SIGNAL_COLOUR = "#b9bdc4"
 _MOST_COLUMNS = 192
 #: Size and left margin of a chart, in units of its view box.
 WIDTH, LEFT = 460, 74
 
 
 def timeline(
-    windows: pd.DataFrame, conditions: list[str], colour_of: dict[str, str], seconds: float | None
+    windows: pd.DataFrame, conditions: list[str], class_of: dict[str, str], seconds: float | None
 ) -> str:
     """Verdict, confidence, alarm and quality over time, a column for one or several windows.
 
@@ -25,8 +22,8 @@ def timeline(
         Rows of `window_verdicts`.
     conditions : list of str
         As there.
-    colour_of : dict of str to str
-        Colour of each verdict.
+    class_of : dict of str to str
+        Class of each verdict.
     seconds : float or None
         Length of a window; None where the sampling rate is not known.
 
@@ -44,13 +41,13 @@ def timeline(
     for place, group in enumerate(groups):
         x = LEFT + place * width
         names, counts = np.unique(verdict[group], return_counts=True)
-        rows.append(_bar(x, 4, width, 22, colour_of[str(names[counts.argmax()])]))
+        rows.append(_bar(x, 4, width, 22, class_of[str(names[counts.argmax()])]))
         known = confidence[group][~bad[group]]
         if len(known) and np.isfinite(known).any():
             height = 40 * float(np.nanmean(known))
-            rows.append(_bar(x, 74 - height, width, height, "#9db7d5"))
-        rows.append(_bar(x, 80, width, 12, "#b3261e", alarm[group].mean()))
-        rows.append(_bar(x, 98, width, 12, "#55585e", bad[group].mean()))
+            rows.append(_bar(x, 74 - height, width, height, "sure"))
+        rows.append(_bar(x, 80, width, 12, "loud", alarm[group].mean()))
+        rows.append(_bar(x, 98, width, 12, "soft", bad[group].mean()))
     names = [("verdict", 19), ("confidence", 58), ("alarm", 90), ("no signal", 108)]
     labels = [f'<text x="{LEFT - 6}" y="{y}" text-anchor="end">{name}</text>' for name, y in names]
     if not np.isfinite(confidence).any():
@@ -64,7 +61,7 @@ def timeline(
 
 
 def spectrum_chart(
-    spectrum: dict[str, Any], colour_of: dict[str, str], sampling_rate: float | None
+    spectrum: dict[str, Any], class_of: dict[str, str], sampling_rate: float | None
 ) -> str:
     """Spectrum of a window over the references of two conditions.
 
@@ -72,8 +69,8 @@ def spectrum_chart(
     ----------
     spectrum : dict
         As `SpectrumView.drawn` gives it.
-    colour_of : dict of str to str
-        Colour of each condition.
+    class_of : dict of str to str
+        Class of each condition.
     sampling_rate : float or None
         In Hz.
 
@@ -90,22 +87,22 @@ def spectrum_chart(
     def path(curve, style):
         y = 10 + 150 * (high - np.array(curve)) / max(high - low, 1)
         points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
-        return f'<polyline points="{points}" fill="none" {style}/>'
+        return f'<polyline points="{points}" {style}/>'
 
     lines = [
-        path(curve, f'stroke="{colour_of[name]}" stroke-width="2.5" stroke-dasharray="{dash}"')
+        path(curve, f'class="{class_of[name]}" stroke-width="2.5" stroke-dasharray="{dash}"')
         for (name, curve), dash in zip(
             spectrum["references"].items(), ("none", "7 4"), strict=False
         )
     ]
-    lines.append(path(spectrum["window"], 'stroke="#1b1d21" stroke-width="1.4"'))
+    lines.append(path(spectrum["window"], 'class="ink" stroke-width="1.4"'))
     unit, end = "cycles a sample", 0.5
     if sampling_rate is not None:
         unit, end = (
             ("kHz", sampling_rate / 2000) if sampling_rate > 2000 else ("Hz", sampling_rate / 2)
         )
     axes = (
-        f'<path d="M{LEFT} 8V162H{WIDTH}" class="axis" fill="none"/>'
+        f'<path d="M{LEFT} 8V162H{WIDTH}" class="axis"/>'
         f'<text x="{LEFT - 6}" y="18" text-anchor="end">{high:g} dB</text>'
         f'<text x="{LEFT - 6}" y="160" text-anchor="end">{low:g} dB</text>'
         f'<text x="{LEFT}" y="176">0</text>'
@@ -121,13 +118,13 @@ def _confidence(windows, conditions):
     return windows[names].to_numpy(dtype=float).max(axis=1)
 
 
-def _bar(x, y, width, height, colour, opacity=1.0):
+def _bar(x, y, width, height, kind, opacity=1.0):
     # Not a number: the diagnoser raises no alarms.
     if opacity == 0 or height == 0 or np.isnan(opacity):
         return ""
     # A little wider than its column, or hairlines show between neighbours.
     size = f'x="{x:.2f}" y="{y:.1f}" width="{width + 0.3:.2f}" height="{height:.1f}"'
-    return f'<rect {size} fill="{colour}" opacity="{opacity:.2g}"/>'
+    return f'<rect {size} class="{kind}" opacity="{opacity:.2g}"/>'
 
 
 def svg(title: str, height: float, content: str) -> str:

@@ -16,15 +16,15 @@ _TICK = 2
 _DASHES = ("none", "1 2", "4 2", "2 2", "6 2 1 2")
 
 
-def order_chart(view: dict[str, Any], colour_of: dict[str, str], faults: dict[str, float]) -> str:
+def order_chart(view: dict[str, Any], class_of: dict[str, str], faults: dict[str, float]) -> str:
     """Order spectrum of a stretch over the reference of each of two conditions.
 
     Parameters
     ----------
     view : dict
         As `OrderView.drawn` gives it.
-    colour_of : dict of str to str
-        Colour of each condition.
+    class_of : dict of str to str
+        Class of each condition.
     faults : dict of str to float
         Orders of the bearing's faults, as `fault_orders` gives them; empty where they are not
         known.
@@ -50,16 +50,16 @@ def order_chart(view: dict[str, Any], colour_of: dict[str, str], faults: dict[st
         parts.append(f'<text x="{LEFT}" y="{top - 5}">{escape(title)}</text>')
         parts += _fault_marks(fault_lines(faults, highest), place, top, bottom)
         for kind, style in (
-            ("reference", f'stroke="{colour_of[name]}" stroke-width="2.5"'),
-            ("spectrum", 'stroke="#1b1d21" stroke-width="1.2"'),
+            ("reference", f'class="{class_of[name]}" stroke-width="2.5"'),
+            ("spectrum", 'class="ink" stroke-width="1.2"'),
         ):
             y = bottom - _PANEL * (np.array(each[kind]) - low) / max(high - low, 1)
             points = " ".join(
                 f"{a:.1f},{b:.1f}" for a, b in zip(place(view["orders"]), y, strict=True)
             )
-            parts.append(f'<polyline points="{points}" fill="none" {style}/>')
+            parts.append(f'<polyline points="{points}" {style}/>')
         parts.append(
-            f'<path d="M{LEFT} {top}V{bottom}H{WIDTH}" class="axis" fill="none"/>'
+            f'<path d="M{LEFT} {top}V{bottom}H{WIDTH}" class="axis"/>'
             f'<text x="{LEFT - 6}" y="{top + free + 8}" text-anchor="end">{high:g} dB</text>'
             f'<text x="{LEFT - 6}" y="{bottom}" text-anchor="end">{low:g} dB</text>'
         )
@@ -106,7 +106,7 @@ def _fault_marks(lines, place, top, bottom):
     for fault, multiple, order in lines:
         x = place(order)
         yield (
-            f'<path d="M{x:.1f} {top}V{bottom}" stroke="#70757d" stroke-width=".8" '
+            f'<path d="M{x:.1f} {top}V{bottom}" class="soft" stroke-width=".8" '
             f'stroke-dasharray="{dash_of[fault]}"/>'
         )
         if multiple == 1:

@@ -13,7 +13,7 @@ PAGES = [*parts.ROOT.glob("*.md"), *parts.ROOT.glob("benchmarks/*.md")]
 PAGES += parts.ROOT.glob("docs/*.md")
 PAGES += parts.ROOT.glob("docs/paper/*.md")
 #: Drawn by hand.
-BY_HAND = {"docs/_static/logo.svg", "docs/images/report.png"}
+BY_HAND = {"docs/_static/logo.svg"}
 
 
 def test_every_marked_block_is_written_by_one_part():

@@ -338,7 +338,8 @@ def test_a_recording_that_fails_costs_no_other_its_verdict(run, model, workshop)
     assert rows["recording"].tolist() == [str(path) for path in (gone, good[0], short, good[1])]
     assert rows["verdict"].fillna("").tolist() == ["", "good", "", "inner"]
     assert rows["error"].notna().tolist() == [True, False, True, False]
-    assert all(str(path) in out for path in good)
+    assert f"Recordings below {workshop}/\n" in out
+    assert all(f"\n{path.name} " in out for path in good)
     assert run("diagnose", model, gone, "-q")[0] == 1
 
 
@@ -388,6 +389,6 @@ def test_a_dead_sensor_gives_no_verdict_and_says_what_to_look_at(run, model, wor
         warnings.simplefilter("error")
         code, out, _ = run("diagnose", model, path, workshop / "half.npy", "--fail-on", "alarm")
     assert code == 0
-    assert f"{path}: No window carries a signal (constant: 2)" in out
+    assert "\nsilence.npy: No window carries a signal (constant: 2)" in out
     assert "half.npy: 1 of 4 windows carry no signal (constant: 1) and do not count." in out
-    assert "no signal" in next(line for line in out.splitlines() if line.startswith(str(path)))
+    assert "no signal" in next(line for line in out.splitlines() if line.startswith("silence"))

@@ -7,9 +7,10 @@ import pytest
 from scipy.signal import lfilter
 
 from skarxlag import make_diagnoser, make_windows, save_diagnoser
-from skarxlag.commands import recording_task
+from skarxlag.commands import html_style, main, recording_task
 from skarxlag.commands.html_report import _accuracy
 from skarxlag.commands.models import load_model
+from skarxlag.commands.names import below_common_folder
 from skarxlag.commands.spectrum_view import SpectrumView
 from skarxlag.kernels.spectra import cepstrum
 from skarxlag.verdicts import window_verdicts
@@ -67,8 +68,6 @@ class Document(HTMLParser):
 
 @pytest.fixture(scope="module")
 def report(plant):
-    from skarxlag.commands import main
-
     output = plant / "report.html"
     arguments = ["diagnose", plant / "m.skops", "--table", plant / "table.csv", "-o", output, "-q"]
     assert main([str(each) for each in arguments]) == 1
@@ -97,12 +96,81 @@ def test_the_report_says_what_the_table_says_and_what_came_of_it(report):
 
 def test_the_timeline_shows_each_window(report):
     section = re.search(r'<section id="r1">.*?</section>', report, re.S).group()
-    bars = re.findall(r'y="([\d.]+)" width="[\d.]+" height="([\d.]+)" fill="(#\w+)"', section)
-    verdicts = [colour for y, _, colour in bars if y == "4.0"]
-    assert len(verdicts) == 30 and verdicts[:6] == ["#b9bdc4"] * 6
-    assert set(verdicts[6:]) == {"#c2571a"}
+    bars = re.findall(r'y="([\d.]+)" width="[\d.]+" height="([\d.]+)" class="(\w+)"', section)
+    verdicts = [kind for y, _, kind in bars if y == "4.0"]
+    assert len(verdicts) == 30 and verdicts[:6] == ["quiet"] * 6
+    assert set(verdicts[6:]) == {"k1"}
     assert sum(y == "98.0" for y, _, _ in bars) == 6
     assert section.count("<polyline") == 3
+
+
+def luminance(colour):
+    """Relative luminance as the guidelines for accessible web content define it."""
+    digits = "".join(2 * c for c in colour[1:]) if len(colour) == 4 else colour[1:]
+    values = np.array([int(digits[i : i + 2], 16) / 255 for i in (0, 2, 4)])
+    linear = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return linear @ [0.2126, 0.7152, 0.0722]
+
+
+def contrast(colour, ground):
+    bright, dim = sorted([luminance(colour), luminance(ground)], reverse=True)
+    return (bright + 0.05) / (dim + 0.05)
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_what_is_drawn_stands_out_from_the_page(dark):
+    # From the sheet, not from the constants that it is made of.
+    light, _, rest = html_style.STYLE.partition("@media screen and (prefers-color-scheme: dark) {")
+    sheet = rest.partition("\n}\n")[0] if dark else light
+    page, line, hit, text, small = re.search(
+        r"--page: (\S+); --line: (\S+); --hit: (\S+); --text: (\S+); --small: (\S+);", sheet
+    ).groups()
+    assert (luminance(page) < luminance(text)) == dark
+    colours = dict(re.findall(r"\.(\w+) { --c: (\S+); }", sheet))
+    assert len(colours) == 14
+    assert min(contrast(colour, page) for colour in colours.values()) >= 3
+    assert min(contrast(text, page), contrast(text, hit), contrast(small, page)) >= 4.5
+    assert contrast(line, page) > 1.3
+
+
+def test_every_class_of_the_charts_has_a_colour(report):
+    drawn = set(re.findall(r'<(?:rect|polyline)[^>]* class="(\w+)"', report))
+    drawn |= set(re.findall(r'<span class="mark (\w+)"', report))
+    assert {"k0", "k1", "quiet", "ink", "sure", "soft"} <= drawn
+    assert drawn <= set(re.findall(r"\.(\w+) { --c:", report))
+    assert not re.search(r'(fill|stroke)="#', report)
+
+
+def test_a_common_folder_is_told_once(plant, capsys):
+    paths = [plant / "good.npy", plant / "worn.npy"]
+    for output in ("named.html", "named.csv"):
+        arguments = ["diagnose", plant / "m.skops", *paths, "-o", plant / output, "-q"]
+        assert main([str(each) for each in arguments]) == 0
+    shown = capsys.readouterr().out
+    assert f"Recordings below {plant}/\n" in shown and "\ngood.npy " in shown
+    page = (plant / "named.html").read_text()
+    assert page.count(str(plant) + "/") == 1 + page.count(str(plant / "m.skops"))
+    assert ">good.npy</h3>" in page and '">worn.npy</a>' in page
+    assert pd.read_csv(plant / "named.csv")["recording"].tolist() == [str(each) for each in paths]
+
+
+@pytest.mark.parametrize(
+    ("names", "folder"),
+    [
+        ([], ""),
+        (["runs/a.npy"], ""),
+        (["runs/a.npy", "a.npy"], ""),
+        (["./a.npy", "./b.npy"], ""),
+        (["runs/a.npy", "runs/a.npy"], "runs/"),
+        (["runs/1/a.npy", "runs/10/a.npy"], "runs/"),
+        (["r/x/a", "r/x/y/a"], "r/x/"),
+        (["C:\\data\\a.npy", "C:\\data\\b.npy"], "C:\\data\\"),
+        (["s3://b/a", "s3://c/a"], "s3://"),
+    ],
+)
+def test_the_common_folder_is_of_whole_parts(names, folder):
+    found, rest = below_common_folder(iter(names))
+    assert found == folder and [folder + name for name in rest] == names
 
 
 def test_the_spectrum_lies_on_the_reference_of_its_condition(plant):
