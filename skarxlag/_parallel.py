@@ -5,6 +5,7 @@ import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ContextDecorator
 from typing import Any, Self
 
 from joblib import effective_n_jobs
@@ -22,8 +23,11 @@ def _libraries():
     return ThreadpoolController()
 
 
-class _OneThread:
+class _OneThread(ContextDecorator):
     """Linear algebra runs on one thread as long as anybody is inside.
+
+    Sums over several threads are rounded in another order, so results would depend on the number
+    of processors.
 
     The number of threads belongs to the process. Were each caller to set and to restore it, one
     that overlaps with another would restore what the other had set.
@@ -54,10 +58,11 @@ def _let_any_thread_set():
         OpenBLASController.clear_controlling_thread(force=True)
 
 
-_one_thread = _OneThread()
+#: A context, and a decorator of functions.
+one_thread = _OneThread()
 if hasattr(os, "register_at_fork"):
     # Whoever was inside has stayed in the parent.
-    os.register_at_fork(after_in_child=_one_thread.__init__)
+    os.register_at_fork(after_in_child=one_thread.__init__)
 
 
 def _become_worker():
@@ -96,7 +101,7 @@ def map_batches(
     """
     batches = list(gen_batches(n_windows, batch_size))
     n_threads = min(effective_n_jobs(n_jobs), len(batches))
-    with _one_thread:
+    with one_thread:
         if n_threads < 2 or hasattr(_worker, "is_one"):
             return [function(batch) for batch in batches]
         # scikit-learn's settings belong to a thread.

@@ -9,6 +9,7 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
 from ._documentation import DocumentedEstimator
+from ._parallel import one_thread
 from ._state import (
     check_fitted_array,
     check_fitted_classes,
@@ -190,6 +191,7 @@ class SpectralDistance(DocumentedEstimator, TransformerMixin, BaseEstimator):
         X, cepstra = self._calibrate(X, y, sample_weight)
         return self._residuals(cepstra).astype(X.dtype, copy=False)
 
+    @one_thread
     def _calibrate(self, X, y, sample_weight):
         X, y = self._validate(X, y, reset=True)
         self._check_parameters()
@@ -270,6 +272,7 @@ class SpectralDistance(DocumentedEstimator, TransformerMixin, BaseEstimator):
             )
         return self
 
+    @one_thread
     def _adapted(self, cepstra, target, whitener, references):
         rows = whitened(_joined(cepstra), whitener)
         moved = np.mean(rows - references[target], axis=0)
@@ -292,6 +295,7 @@ class SpectralDistance(DocumentedEstimator, TransformerMixin, BaseEstimator):
         X, _ = self._validate(X, reset=False)
         return self._residuals(_cepstra(X)).astype(X.dtype, copy=False)
 
+    @one_thread
     def _residuals(self, cepstra):
         n_groups = cepstra.shape[1]
         joint = self.joint_weight if self._is_joint() else 0.0

@@ -10,6 +10,7 @@ from sklearn.utils import check_scalar
 
 from ._calibration import check_calibration, log_speeds, measure, weak_points
 from ._outliers import RowOutlierDetector
+from ._parallel import one_thread
 from ._state import remember_parameters
 from ._validation import check_real, validate_innovations, weighted_windows
 from .kernels.healthy_limits import Limits, calibrate, drift_scale, log_p_values, parts_of_rows
@@ -232,17 +233,8 @@ class FaultDetector(RowOutlierDetector):
         length = n_windows * (X.shape[-1] // self.n_windows_) if n_parts > 1 else X.shape[-1]
         parts = X[..., : n_parts * length].reshape(-1, X.shape[1], length)
         rows = measure(parts, n_windows, with_level=with_level, n_jobs=self.n_jobs)
-        limits = calibrate(rows, known, at, weights)
-        for name, value in limits._asdict().items():
-            if name != "known":
-                setattr(self, name + "_", value)
+        limits = self._calibrate(rows, known, at, weights)
         self.speeds_ = np.exp(known) if rpm is not None else np.empty(0)
-        self.offset_ = float(np.log(self.false_alarm_rate))
-        self.drift_scale_, self.left_out_rates_ = 1.0, np.empty(0)
-        if len(known) > 1:
-            self.drift_scale_, self.left_out_rates_ = drift_scale(
-                rows, known, at, limits, self.false_alarm_rate, weights
-            )
         # Most of a saved detector; seven digits are more than the scatter of rows leaves.
         self.axes_ = limits.axes.astype(np.float32)
         # The mean of more windows scatters less.
@@ -251,6 +243,21 @@ class FaultDetector(RowOutlierDetector):
         for sentence in weak_points(self, self.false_alarm_rate):
             warnings.warn(sentence, stacklevel=2)
         return self
+
+    @one_thread
+    def _calibrate(self, rows, known, at, weights):
+        """Limits and drift scale, which are stored, too."""
+        limits = calibrate(rows, known, at, weights)
+        for name, value in limits._asdict().items():
+            if name != "known":
+                setattr(self, name + "_", value)
+        self.offset_ = float(np.log(self.false_alarm_rate))
+        self.drift_scale_, self.left_out_rates_ = 1.0, np.empty(0)
+        if len(known) > 1:
+            self.drift_scale_, self.left_out_rates_ = drift_scale(
+                rows, known, at, limits, self.false_alarm_rate, weights
+            )
+        return limits
 
     def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Probability that a healthy row is at least as far off.
@@ -300,6 +307,7 @@ class FaultDetector(RowOutlierDetector):
         rows = measure(X, self.n_windows_, with_level=with_level, n_jobs=self.n_jobs)
         return self._log_p_values_of(rows, log_speed)
 
+    @one_thread
     def _log_p_values_of(self, rows, log_speed, two_sided=False):
         """Log p-values of measured rows; where speeds are not known, the largest of some speeds."""
         limits, n_rows = self._limits(), len(rows.values)

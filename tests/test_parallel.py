@@ -1,11 +1,16 @@
 import threading
 import time
+from warnings import catch_warnings
 
+import numpy as np
 import pytest
+from scipy.signal import lfilter
 from sklearn import config_context, get_config
+from sklearn.base import clone
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from skarxlag._parallel import _one_thread, map_batches
+from skarxlag import KnownConditions, SpectralDistance
+from skarxlag._parallel import map_batches, one_thread
 
 
 @pytest.mark.parametrize("n_jobs", [None, 1, 2, 3, -1])
@@ -64,7 +69,7 @@ def test_overlapping_callers_leave_the_threads_of_linear_algebra_as_they_were():
 
     def second(_):
         left.set()
-        while _one_thread._n_inside > 1:
+        while one_thread._n_inside > 1:
             time.sleep(0.001)
         return blas_threads()
 
@@ -85,3 +90,21 @@ def test_threads_are_left_as_they_were_after_an_error():
         with pytest.raises(ZeroDivisionError):
             map_batches(lambda _: 1 / 0, 3, 1, 1)
         assert blas_threads() == before
+
+
+@pytest.mark.parametrize("step", [SpectralDistance(), KnownConditions()], ids=repr)
+def test_fits_do_not_depend_on_the_threads_of_linear_algebra(step):
+    X = np.random.default_rng(0).normal(size=(360, 4800))
+    y = np.repeat(["a", "b", "c"], 120)
+    X[y == "b"] = lfilter([1], [1, -0.8], X[y == "b"])
+    params = {"rpm": np.tile([600.0, 900.0], 180)}
+    if isinstance(step, SpectralDistance):
+        params = {}
+        X = X[:, :1200].reshape(360, 4, 300)  # any numbers may be log spectra
+    found = []
+    for n_threads in (1, 2):
+        with threadpool_limits(n_threads, user_api="blas"), catch_warnings(action="ignore"):
+            fitted = clone(step).fit(X, y, **params)
+            values = getattr(fitted, "transform", getattr(fitted, "p_values", None))
+            found.append(values(X, **params))
+    np.testing.assert_array_equal(found[0], found[1])
