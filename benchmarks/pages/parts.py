@@ -136,10 +136,20 @@ PARTS = {
     ),
     "report-image": Part(
         "-m benchmarks.pages.report_image",
-        ("skarxlag/commands/*.py", "benchmarks/pages/report_image.py"),
+        (
+            "skarxlag/commands/*.py",
+            "benchmarks/pages/report_image.py",
+            "benchmarks/pages/browser.py",
+        ),
         {},
         ("docs/images/report.png",),
         downloads=True,
+    ),
+    "diagram-image": Part(
+        "-m benchmarks.pages.diagram_image",
+        ("benchmarks/pages/diagram_image.py", "benchmarks/pages/browser.py"),
+        {},
+        ("docs/images/diagram.png",),
     ),
     "battery": Part(
         "-m benchmarks.recipe battery --write docs/cross_speed.md",

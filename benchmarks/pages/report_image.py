@@ -9,21 +9,20 @@ import argparse
 import os
 import re
 import shutil
-import subprocess
 import tempfile
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
+from benchmarks.pages.browser import picture
 from skarxlag.commands import main as run
 from skarxlag.datasets import fetch_uestc
 
 TRAIN_RPM, RPM = 1000, 1400
 #: Place of the recording that is drawn.
 DRAWN = 2
-WIDTH, TALLEST, GAP, N_COLOURS = 390, 3000, 20, 96
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge")
+#: Its width in pixels.
+TELEPHONE = 390
 
 
 def run_command(*arguments):
@@ -67,54 +66,6 @@ def report(folder, data_home):
     return f"{before}{sections[DRAWN]}</body></html>"
 
 
-def screenshot(page, path, is_dark):
-    """Write a picture of a page on a telephone.
-
-    Parameters
-    ----------
-    page, path : Path
-        What is shown, and the file to write.
-    is_dark : bool
-        Whether the telephone prefers dark pages.
-    """
-    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if browser is None:
-        raise SystemExit(f"no browser found, expected one of {', '.join(BROWSERS)}")
-    options = [
-        "--headless",
-        "--hide-scrollbars",
-        f"--window-size={WIDTH},{TALLEST}",
-        f"--blink-settings=preferredColorScheme={0 if is_dark else 1}",
-        f"--user-data-dir={page.parent / 'browser'}",
-        f"--screenshot={path}",
-    ]
-    # Its sandbox refuses to run as root.
-    options += ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
-    subprocess.run([browser, *options, page.as_uri()], check=True, capture_output=True, timeout=120)
-
-
-def side_by_side(paths):
-    """Pictures of one page beside each other, without what is empty below them.
-
-    Parameters
-    ----------
-    paths : list of Path
-        Pictures of the same size.
-
-    Returns
-    -------
-    Image
-        With a transparent gap between them.
-    """
-    pictures = [Image.open(path).convert("RGBA") for path in paths]
-    rows = np.asarray(pictures[0])
-    bottom = np.flatnonzero((rows != rows[-1, -1]).any(axis=(1, 2)))[-1] + GAP // 2
-    whole = Image.new("RGBA", (len(pictures) * (WIDTH + GAP) - GAP, int(bottom)))
-    for place, picture in enumerate(pictures):
-        whole.paste(picture.crop((0, 0, WIDTH, bottom)), (place * (WIDTH + GAP), 0))
-    return whole.quantize(N_COLOURS)
-
-
 def main(argv=None):
     """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -122,11 +73,8 @@ def main(argv=None):
     parser.add_argument("--data-home", help="folder of the downloaded rigs")
     args = parser.parse_args(argv)
     with tempfile.TemporaryDirectory() as folder:
-        page, paths = Path(folder, "page.html"), [Path(folder, f"{i}.png") for i in range(2)]
-        page.write_text(report(Path(folder), args.data_home), "utf-8")
-        for is_dark, path in enumerate(paths):
-            screenshot(page, path, bool(is_dark))
-        side_by_side(paths).save(args.figure, optimize=True)
+        page = report(Path(folder), args.data_home)
+    picture(page, args.figure, TELEPHONE)
 
 
 if __name__ == "__main__":

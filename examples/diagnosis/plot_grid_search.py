@@ -59,3 +59,8 @@ plt.show()
 # At a speed that no split has seen.
 score = make_alpio().set_params(**search.best_params_).fit(X, y)
 print(f"at 300 rpm: {score.score(rig.data[~seen], rig.target[~seen]):.3f}")
+
+# %%
+# The search, as a notebook shows it. A step opens to its parameters, and its question mark leads to
+# its page.
+search

@@ -1,3 +1,4 @@
+import os
 import warnings
 
 import numpy as np
@@ -338,7 +339,7 @@ def test_a_recording_that_fails_costs_no_other_its_verdict(run, model, workshop)
     assert rows["recording"].tolist() == [str(path) for path in (gone, good[0], short, good[1])]
     assert rows["verdict"].fillna("").tolist() == ["", "good", "", "inner"]
     assert rows["error"].notna().tolist() == [True, False, True, False]
-    assert f"Recordings below {workshop}/\n" in out
+    assert f"Recordings below {workshop}{os.sep}\n" in out
     assert all(f"\n{path.name} " in out for path in good)
     assert run("diagnose", model, gone, "-q")[0] == 1
 

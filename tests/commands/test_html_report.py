@@ -1,3 +1,4 @@
+import os
 import re
 from html.parser import HTMLParser
 
@@ -147,9 +148,9 @@ def test_a_common_folder_is_told_once(plant, capsys):
         arguments = ["diagnose", plant / "m.skops", *paths, "-o", plant / output, "-q"]
         assert main([str(each) for each in arguments]) == 0
     shown = capsys.readouterr().out
-    assert f"Recordings below {plant}/\n" in shown and "\ngood.npy " in shown
+    assert f"Recordings below {plant}{os.sep}\n" in shown and "\ngood.npy " in shown
     page = (plant / "named.html").read_text()
-    assert page.count(str(plant) + "/") == 1 + page.count(str(plant / "m.skops"))
+    assert page.count(f"{plant}{os.sep}") == 1 + page.count(str(plant / "m.skops"))
     assert ">good.npy</h3>" in page and '">worn.npy</a>' in page
     assert pd.read_csv(plant / "named.csv")["recording"].tolist() == [str(each) for each in paths]
 
