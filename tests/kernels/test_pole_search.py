@@ -51,6 +51,11 @@ def test_long_windows_are_correlated_in_equal_segments(n_samples, length, monkey
     np.testing.assert_allclose(found, literal_correlations(segments), atol=1e-9)
 
 
+def test_windows_are_cut_above_16384_samples():
+    for n_samples, length in ((2**14, 2**14), (2**14 + 1, 2**13 + 1)):
+        assert correlations(np.ones((1, 1, n_samples))).shape == (1, 1, 2 * length - 1)
+
+
 def test_correlations_do_not_depend_on_what_is_transformed_at_a_time(monkeypatch):
     windows = np.random.default_rng(0).normal(size=(30, 2, 700))
     expected = correlations(windows)
@@ -147,6 +152,39 @@ def test_search_finds_the_pole_of_a_slow_input():
     np.testing.assert_allclose(poles_of(windows, [1, 2], [None, None]), [0.2, 0.95], atol=0.02)
 
 
+def test_poles_end_at_098():
+    # The output is noise and a response to the input that is slower than every pole that is tried.
+    noise, slow = np.random.default_rng(0).normal(size=(2, 20_000))
+    windows = np.stack([noise + lfilter([0.0, 0.1], [1, -0.998], slow), slow])[np.newaxis]
+    assert poles_of(windows, [1, 1], [0.0, None])[1] == pytest.approx(0.98, abs=1e-9)
+
+
+def test_channels_are_searched_on_the_grids_that_are_stated(monkeypatch):
+    windows = simulated([4, 6], [0.3, 0.6], np.full(10, 0.1), 500)
+
+    def tried_in(channel, given):
+        seen = []
+
+        def fits(states, power, orders, poles, alpha):
+            seen.append((orders.tolist(), np.arctanh(poles[channel])))
+            return best_fits(states, power, orders, poles, alpha)
+
+        monkeypatch.setattr(pole_search, "best_fits", fits)
+        poles_of(windows, [4, 6], given)
+        assert seen[0] == ([32, 32], 0)  # the impulse responses that the closed form needs
+        assert all(orders == [4, 6] for orders, _ in seen[1:])
+        return np.array([place for _, place in seen[1:]])
+
+    # With one free channel 20 places and one for every two filters, else nine at first; then the
+    # two ends, and the closed form.
+    for channel, given, n_dense in ((1, [0.5, None], 23), (0, [None, None], 9)):
+        tried = tried_in(channel, given)[: n_dense + 3]
+        places = np.sort([-1.9, *np.linspace(-1.5, 1.5, n_dense), 1.9])
+        closed_form = np.abs(tried[:, np.newaxis] - places).min(axis=1).argmax()
+        np.testing.assert_allclose(np.delete(tried, closed_form), places, atol=1e-9)
+        assert 0 < tried[closed_form] < 1.9
+
+
 def test_poles_given_for_every_other_channel_may_be_slow():
     windows = simulated([1, 2], [0.3, 0.8], [0.5, 1.0, -1.0], 5_000, noise=0.2)
     found = poles_of(windows, [1, 2], [0.99999, None])
@@ -211,7 +249,8 @@ def test_least_of_cubics_is_the_least_of_the_hermite_spline():
 @pytest.mark.parametrize("pole", [-0.8, -0.2, 0.0, 0.5, 0.9])
 def test_closed_form_is_exact_for_one_pole(pole):
     taps = pole ** np.arange(400.0)
-    assert closed_form_pole(taps[np.newaxis]) == pytest.approx(pole, abs=1e-9)
+    for unit in (1e-9, 1.0, 1e9):
+        assert closed_form_pole(unit * taps[np.newaxis]) == pytest.approx(pole, abs=1e-6)
 
 
 def test_closed_form_minimises_the_weighted_laguerre_spectrum():

@@ -87,6 +87,9 @@ def test_settled_level_is_the_geometric_mean_of_the_last_half():
     gain = np.array([[9.0, 9.0, 1.0, 4.0], [0.0, 0.0, 0.0, 0.0]])
     np.testing.assert_allclose(settled_level(gain), [2.0, 0.0])
     np.testing.assert_allclose(settled_level(np.array([[5.0]])), [5.0])
+    rising = np.arange(1.0, 101.0)
+    expected = np.exp(np.mean(np.log(rising[50:])))
+    np.testing.assert_allclose(settled_level(rising[np.newaxis]), expected)
 
 
 @pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0])
@@ -133,3 +136,12 @@ def test_switching_gain_rests_where_the_surface_equals_it():
     np.testing.assert_array_equal(
         adapt_switching_gain(np.full((1, 5), -3.0), np.array([3.0]), 0.5), np.full((1, 5), 3.0)
     )
+
+
+@pytest.mark.parametrize("n_samples", [8, TILE + 8])
+def test_switching_gain_level_rests_where_the_surface_equals_it(n_samples):
+    # Without feedback the error is the innovations, and with slope 1 the surface of a constant is
+    # this constant, which is where the gain starts.
+    idle = (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+    levels = switching_gain_levels(np.full((1, 1, n_samples), 2.0), idle, 1.0, 0.1)
+    assert levels.tolist() == [[2.0]]

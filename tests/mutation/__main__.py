@@ -46,6 +46,7 @@ KERNELS = ROOT / "skarxlag" / "kernels"
 FURTHER_TESTS = {
     "ladder": ["tests/kernels/test_ladder_thresholds.py", "tests/test_ladder.py"],
     "laguerre": ["tests/kernels/test_arx_laguerre.py"],
+    "observer": ["tests/kernels/test_residual_levels.py"],
     "lanes": ["tests/kernels/test_observer.py", "tests/kernels/test_arx_laguerre.py"],
 }
 #: Compiled loops, not what they compute.
