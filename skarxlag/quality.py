@@ -30,8 +30,9 @@ def signal_quality(
       window.
     - ``"constant"``: the output does not move by more than rounding (8 times the resolution of
       double precision) of its largest value. The sensor is dead or not connected.
-    - ``"held"``: more than `held_share` of the samples of the output repeat the sample before
-      exactly. Most of the window is dropouts, or the logger held its last value.
+    - ``"held"``: more than `held_share` of the samples of the output repeat the sample before, but
+      for rounding of the largest value. Most of the window is dropouts, the logger held its last
+      value, or one sample is so large that nothing else counts.
     - ``"coarse"``: the range of the output is less than 7 times its smallest step, so that the
       samples lie on fewer than 8 levels. The signal is lost below the last bit of the converter.
     - ``"clipped"``: more than `clipped_share` of the samples of the output are equal to its largest
@@ -122,7 +123,8 @@ def _quality_of_batch(windows, clipped_share, held_share):
         steps = np.diff(output, axis=1)
         steps /= 2
     np.abs(steps, out=steps)
-    stays = steps == 0
+    # What lies below the rounding of the largest value is lost where that is one huge sample.
+    stays = steps <= ROUNDING / 2 * largest[:, np.newaxis]
     held = np.count_nonzero(stays, axis=1)
     steps[stays] = np.inf
     smallest_step = steps.min(axis=1, initial=np.inf)
@@ -133,7 +135,7 @@ def _quality_of_batch(windows, clipped_share, held_share):
         ~finite,
         half_range <= ROUNDING / 2 * largest,
         held > held_share * n_samples,
-        (half_range < (_FEWEST_LEVELS - 1.5) * smallest_step) & (n_samples >= _SHORTEST_COARSE),
+        (half_range / (_FEWEST_LEVELS - 1.5) < smallest_step) & (n_samples >= _SHORTEST_COARSE),
         (n_extreme > clipped_share * n_samples) & (n_extreme > 2),
     ]
     return np.select(found, names, default="good")

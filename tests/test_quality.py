@@ -188,3 +188,10 @@ def test_channels_after_the_first_may_be_constant():
     assert np.all(diagnoser.predict_proba(X).max(axis=1) > 0.5)
     X[0, 0], X[0, 1] = 1.0, rng.normal(size=400)
     np.testing.assert_array_equal(diagnoser.predict_proba(X)[0], [0.5, 0.5])
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_one_huge_sample_hides_the_others(dtype):
+    noise = np.random.default_rng(0).normal(size=(2, 400)).astype(dtype)
+    noise[1, 17] = np.finfo(dtype).max / 2
+    assert signal_quality(noise).tolist() == ["good", "held"]

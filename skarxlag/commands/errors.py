@@ -33,11 +33,14 @@ def as_command_error(*kinds: Any) -> Iterator[Any]:
 
 
 def printable(text: Any) -> str:
-    r"""A text as it can be written to any file: bytes that are no UTF-8 become escapes.
+    r"""A text as it can be written to any file, in one line.
+
+    Bytes that are no UTF-8, and control characters, become escapes.
 
     Examples
     --------
-    >>> printable("caf\udce9.wav")
-    'caf\\udce9.wav'
+    >>> printable("caf\udce9\n.wav")
+    'caf\\udce9\\n.wav'
     """
-    return str(text).encode("utf-8", "backslashreplace").decode()
+    text = str(text).encode("utf-8", "backslashreplace").decode()
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

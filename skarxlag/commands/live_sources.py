@@ -1,6 +1,7 @@
 """Blocks of samples from standard input, from a file that grows, and from a folder."""
 
 import os
+import stat
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..recordings.files import recording_blocks
+from ..recordings.files import recording_blocks, recording_start
 from ..recordings.rates import rates_agree
 from ..recordings.windows import block_length
 from .errors import printable
@@ -34,12 +35,15 @@ class Block:
         File that they are from, where there are several.
     place : object, default=None
         What the source needs to go on behind this block.
+    is_last : bool, default=True
+        Whether `place` is behind this block; False where further blocks come before it.
     """
 
     samples: np.ndarray
     time: float | None = None
     source: str | None = None
     place: object = None
+    is_last: bool = True
 
 
 @dataclass
@@ -87,9 +91,17 @@ def from_stream(
         while True:
             with stopping.waiting():
                 data = source.read1(_BYTES_AT_A_TIME)
-            yield Block(parser.parse(data, is_end=not data))
+            yield from _parsed(parser, data, is_end=not data)
             if not data:
                 return
+
+
+def _parsed(parser, data, *, is_end=False, place=None):
+    """Blocks of what a parser makes of some bytes; the place is behind all of them."""
+    parts = list(parser.parts(data, is_end=is_end))
+    for i, (samples, moment) in enumerate(parts):
+        where = None if place is None else place()
+        yield Block(samples, moment, place=where, is_last=i == len(parts) - 1)
 
 
 def from_growing_file(
@@ -97,31 +109,37 @@ def from_growing_file(
     parser: RawSamples | TextSamples,
     patience: Patience,
     warn: Callable[[str], None],
-    place: int = 0,
+    place: list[int] | None = None,
 ) -> Iterator[Block]:
     """Blocks from a file to which somebody appends, from a place on.
 
     A file that got shorter, or another file of the same name, was started afresh, and is read from
     its beginning; of the other one, what was appended last is read before. A last line or sample
-    that is not whole is left for the next time.
+    that is not whole is left for the next time. The place is an offset and the file's own number.
     """
     file = path.open("rb")
     try:
-        if 0 < place <= path.stat().st_size:
-            parser.begin(file.read(min(place, _BYTES_AT_A_TIME)))
-            file.seek(place)
+        offset, number = place or (0, _number(file))
+        if 0 < offset <= path.stat().st_size and number == _number(file):
+            parser.begin(file.read(min(offset, _BYTES_AT_A_TIME)))
+            file.seek(offset)
+        elif offset > 0:
+            warn(f"{printable(path)} was started afresh since the state was saved")
+
+        def behind():
+            return [file.tell() - parser.n_pending, _number(file)]
+
         while True:
             data = file.read(_BYTES_AT_A_TIME)
             if data:
                 patience.renew()
-                samples = parser.parse(data)
-                yield Block(samples, place=file.tell() - parser.n_pending)
+                yield from _parsed(parser, data, place=behind)
                 continue
             if not patience.wait():
                 break
             if _started_afresh(path, file):
                 while data := file.read(_BYTES_AT_A_TIME):
-                    yield Block(parser.parse(data), place=0)
+                    yield from _parsed(parser, data, place=lambda: None)
                 warn(f"{printable(path)} was started afresh")
                 file.close()
                 file = path.open("rb")
@@ -130,10 +148,18 @@ def from_growing_file(
         file.close()
 
 
+def _number(file):
+    """What tells an open file from others, whatever they are called."""
+    return os.fstat(file.fileno()).st_ino
+
+
 def _started_afresh(path, file):
     try:
         now = path.stat()
-    except FileNotFoundError:
+    except OSError:
+        return False
+    if not stat.S_ISREG(now.st_mode):
+        # A folder, or a pipe, whose opening would wait for ever.
         return False
     return now.st_size < file.tell() or not os.path.samestat(now, os.fstat(file.fileno()))
 
@@ -195,42 +221,50 @@ def _files(folder):
     """Sizes of the files, by time of modification and name."""
     found = {}
     for entry in os.scandir(folder):
-        with suppress(FileNotFoundError):
-            if entry.is_file() and not entry.name.startswith("."):
+        with suppress(OSError):
+            # Links that lead nowhere, or in a circle, are no files.
+            if not entry.name.startswith(".") and entry.is_file():
                 status = entry.stat()
                 found[status.st_mtime_ns, entry.name] = status.st_size
     return found
 
 
 def _blocks_of_file(path, changed, options, warn, place):
-    n_samples = block_length(options["window_length"])
     try:
-        blocks = [
-            (np.atleast_2d(signal), rate)
-            for signal, rate in recording_blocks(
-                path, n_samples, channel=options["channel"], dtype=options["dtype"]
-            )
-        ]
-    except (OSError, ValueError, ImportError, MemoryError) as error:
-        warn(f"skipped: {error}")
-        return
-    rates = [rate for _, rate in blocks if not rates_agree(rate, options["sampling_rate"])]
-    if rates:
-        warn(
-            f"{printable(path)}: skipped, sampled at {rates[0]:g} Hz, expected "
-            f"{options['sampling_rate']:g} Hz"
-        )
-        return
-    found = {len(signal) for signal, _ in blocks} - {options["n_channels"]}
-    if found:
-        warn(
-            f"{printable(path)}: skipped, {found.pop()} channels, expected {options['n_channels']}"
-        )
-        return
-    start = None
-    if options["has_times"]:
-        length = sum(signal.shape[1] for signal, _ in blocks)
-        start = changed * 1e-9 - length / options["sampling_rate"]
-    for signal, _ in blocks:
-        yield Block(signal, start, path.name, place)
+        length = _checked_length(path, options)
         start = None
+        if options["has_times"]:
+            start = recording_start(path, channel=options["channel"], dtype=options["dtype"])
+            if start is None:
+                start = changed * 1e-9 - length / options["sampling_rate"]
+        n_read = 0
+        for signal, _ in _signals(path, options):
+            n_read += signal.shape[1]
+            yield Block(signal, start, path.name, place, is_last=n_read == length)
+            start = None
+    except (OSError, ValueError, ImportError, MemoryError) as error:
+        warn(f"skipped: {printable(error)}")
+
+
+def _checked_length(path, options):
+    """Samples of a file that fits; all of it is read, so that no file is used in part."""
+    length = 0
+    for signal, rate in _signals(path, options):
+        length += signal.shape[1]
+        if not rates_agree(rate, options["sampling_rate"]):
+            raise ValueError(
+                f"{path}: sampled at {rate:g} Hz, expected {options['sampling_rate']:g} Hz"
+            )
+        if len(signal) != options["n_channels"]:
+            raise ValueError(f"{path}: {len(signal)} channels, expected {options['n_channels']}")
+    return length
+
+
+def _signals(path, options):
+    for signal, rate in recording_blocks(
+        path,
+        block_length(options["window_length"]),
+        channel=options["channel"],
+        dtype=options["dtype"],
+    ):
+        yield np.atleast_2d(signal), rate

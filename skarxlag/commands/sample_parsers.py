@@ -1,19 +1,23 @@
 """From the bytes of a running source to samples."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..recordings.formats._layout import text_layout
+from ..recordings.formats._contents import ContentError
+from ..recordings.formats._layout import is_number, text_layout
 from ..recordings.formats._naming import choose_channel
 from ..recordings.formats._time_axis import names_times
 from ..recordings.formats.raw import frame_type
+from .stream_times import StreamTimes
 
 #: Lines from which the layout of a text is told: names, units, and two of samples.
 _HEAD_LINES = 4
+#: Bytes beyond which a line is none.
+_LONGEST_LINE = 2**20
 #: Some loggers end each line with a separator.
 _AT_LINE_END = re.compile(rb"[;,][ \t\r]*(\n|$)")
 
@@ -53,15 +57,18 @@ class RawSamples:
 
     Attributes
     ----------
-    n_bad : int
-        Always 0: any bytes are samples.
+    n_cut : int
+        Bytes at the end that are no whole sample.
     """
 
-    n_bad = 0
+    n_cut: int
 
     def __init__(self, dtype: str, channel: Any = None) -> None:
         self._frame = frame_type(dtype)
+        if any(self._frame[name].kind == "c" for name in self._frame.names):
+            raise ContentError(f"dtype is {dtype!r}, expected real numbers such as '<f4'")
         self._names = chosen_channels(list(self._frame.names), channel)
+        self.n_cut = 0
         self.begin()
 
     def begin(self, head: bytes = b"") -> None:
@@ -78,9 +85,16 @@ class RawSamples:
         data = self._rest + data
         n_whole = len(data) // self._frame.itemsize * self._frame.itemsize
         self._rest = data[n_whole:]
+        self.n_cut = len(self._rest) if is_end else 0
         frames = np.frombuffer(data[:n_whole], self._frame)
         with np.errstate(invalid="ignore"):
             return np.stack([frames[name].astype(np.float64) for name in self._names])
+
+    def parts(
+        self, data: bytes, *, is_end: bool = False
+    ) -> Iterator[tuple[NDArray[Any], float | None]]:
+        """Samples, and None for their time, which raw samples do not state."""
+        yield self.parse(data, is_end=is_end), None
 
 
 class TextSamples:
@@ -88,12 +102,15 @@ class TextSamples:
 
     Separator, names and units are told from the first lines, as `read_recording` tells them. Where
     the comma does not separate, it may be the decimal sign. A later line that cannot be read
-    becomes a missing sample, so that the time goes on.
+    becomes a missing sample, so that the time goes on. Names and units that come again are left
+    out, as is a first line of which the beginning is missing.
 
     Parameters
     ----------
     channel : str, list of str, or None
         Columns that are wanted, in their order; None for all but that of times.
+    times : StreamTimes or None
+        Reads the column of times; None where there shall be none.
 
     Attributes
     ----------
@@ -103,9 +120,14 @@ class TextSamples:
 
     n_bad: int
 
-    def __init__(self, channel: Any = None) -> None:
-        self.n_bad, self._channel = 0, channel
+    def __init__(self, channel: Any = None, times: StreamTimes | None = None) -> None:
+        self.n_bad, self._channel, self._times = 0, channel, times
         self.begin()
+
+    @property
+    def n_bad_times(self) -> int:
+        """Times that could not be read."""
+        return 0 if self._times is None else self._times.n_bad
 
     def begin(self, head: bytes = b"") -> None:
         """Forget what waits and what is known: a source begins.
@@ -115,7 +137,9 @@ class TextSamples:
         head : bytes
             The beginning of the source, where only what comes behind it will be parsed.
         """
-        self._rest, self._layout = b"", None
+        self._rest, self._layout, self._is_in_long_line = b"", None, False
+        if self._times is not None:
+            self._times.begin()
         if head and self._learn(head):
             self._n_to_skip = 0
 
@@ -124,44 +148,133 @@ class TextSamples:
         """Bytes that wait for the rest."""
         return len(self._rest)
 
+    def parts(
+        self, data: bytes, *, is_end: bool = False
+    ) -> Iterator[tuple[NDArray[Any], float | None]]:
+        """Samples, cut where the time of the first one has to be told, and that time.
+
+        Parameters
+        ----------
+        data : bytes
+            What has come.
+        is_end : bool
+            Whether nothing will come any more.
+
+        Yields
+        ------
+        samples : ndarray of shape (n_channels, n_samples)
+            The next samples.
+        time : float or None
+            Seconds at which the first was taken; None where it follows what came before.
+
+        Raises
+        ------
+        ContentError
+            If the stream is no text with lines of numbers, lacks a column, or has the times of
+            another sampling rate.
+        """
+        rows = self._rows(data, is_end)
+        if self._time is None:
+            yield rows.T, None
+        else:
+            yield from self._times.cut(rows[:, :-1].T, rows[:, -1])
+
     def parse(self, data: bytes, *, is_end: bool = False) -> NDArray[Any]:
         """Samples of shape (n_channels, n_samples); a line that is not whole yet waits."""
+        return np.concatenate([part for part, _ in self.parts(data, is_end=is_end)], axis=1)
+
+    def _rows(self, data, is_end):
         data = self._rest + data
         if self._layout is None and not self._learn(data, is_end):
-            self._rest = data
+            self._rest, self._time = data, None
+            if len(data) > _LONGEST_LINE:
+                raise ContentError(
+                    f"{len(data)} bytes without lines of numbers, expected csv lines; raw samples "
+                    "need --dtype"
+                )
             return np.empty((0, 0))
         *lines, self._rest = data.split(b"\n")
         if is_end and self._rest:
             lines, self._rest = [*lines, self._rest], b""
+        if self._is_in_long_line and lines:
+            lines, self._is_in_long_line = lines[1:], False
+        if len(self._rest) > _LONGEST_LINE:
+            # What a logger has lost: it must not fill the memory.
+            self.n_bad += not self._is_in_long_line
+            self._rest, self._is_in_long_line = b"", True
         lines, self._n_to_skip = lines[self._n_to_skip :], max(self._n_to_skip - len(lines), 0)
-        texts = (line.decode("utf-8", "replace").strip() for line in lines)
-        rows = [self._row(text) for text in texts if text]
-        return np.array(rows, dtype=np.float64).reshape(len(rows), len(self._positions)).T
+        texts = map(_text, lines)
+        rows = [self._row(text) for text in texts if text and text not in self._head_lines]
+        n_columns = len(self._positions) + (self._time is not None)
+        return np.array(rows, dtype=np.float64).reshape(len(rows), n_columns)
 
-    def _learn(self, head, is_end=False):
+    def _learn(self, head, is_end=False, n_cut=0):
         lines = head.removesuffix(b"\n").split(b"\n")
         n_telling = sum(bool(line.strip()) and line[:1] not in b"#%" for line in lines)
         n_whole = n_telling - (not head.endswith(b"\n"))
-        if not n_telling or (n_whole < _HEAD_LINES and not is_end):
+        if not n_telling or (n_whole < _HEAD_LINES and not is_end and not n_cut):
             return False
         is_whole = head.endswith(b"\n") or is_end
         self._layout = text_layout(_AT_LINE_END.sub(b"\n", head), is_whole)
-        names = self._layout.names
-        self._positions = [names.index(name) for name in chosen_channels(names, self._channel)]
-        self._n_to_skip = self._layout.n_head_lines
+        if self._layout.encoding == "utf-16":
+            raise ContentError("the text is UTF-16, expected UTF-8")
+        n_head = self._layout.n_head_lines
+        texts = [_text(line) for line in (lines if is_whole else lines[:-1])]
+        rows = [self._fields(text) for text in texts[n_head:] if text]
+        own = n_head if self._layout.has_header else n_head + 1
+        after = [len(self._fields(text)) for text in texts[own:] if text]
+        is_first = not n_cut and lines[0][:1] not in (b"#", b"%")
+        if is_first and len(after) > 1 and len(self._layout.names) < after[0] == after[1]:
+            # Who comes to a running stream sees the end of a line first.
+            self.n_bad += 1
+            return self._learn(head.partition(b"\n")[2], is_end, n_cut=1)
+        self._place_columns(rows)
+        self._head_lines = set(texts[:n_head]) - {""}
+        self._n_to_skip = n_head + n_cut
         return True
 
-    def _row(self, text):
+    def _place_columns(self, rows):
+        """Find the columns, and make sure that they hold numbers."""
+        names, units, decimal = self._layout.names, self._layout.units, self._layout.decimal
+        self._positions = [names.index(name) for name in chosen_channels(names, self._channel)]
+        self._time = None
+        if self._times is not None:
+            self._time = self._times.find(names, units, rows, self._positions)
+        if self._time in self._positions and self._channel is None:
+            self._positions.remove(self._time)
+        if rows and not any(
+            len(row) == len(names) and all(is_number(row[i], decimal) for i in self._positions)
+            for row in rows
+        ):
+            line = self._layout.separator.join(rows[0])
+            raise ContentError(
+                f"{line[:40]!r} is no line of {len(names)} numbers, expected csv lines; raw "
+                "samples need --dtype"
+            )
+
+    def _fields(self, text):
         separator = self._layout.separator
         fields = text.split(None if separator == r"\s+" else separator)
         if len(fields) == len(self._layout.names) + 1 and not fields[-1].strip():
             fields.pop()
+        return fields
+
+    def _row(self, text):
+        fields = self._fields(text)
+        time = [] if self._time is None else [np.nan]
         try:
-            if len(fields) != len(self._layout.names):
+            # Python takes 1_000 for a number.
+            if len(fields) != len(self._layout.names) or "_" in text:
                 raise ValueError
-            if separator != ",":
-                return [float(fields[i].replace(",", ".")) for i in self._positions]
-            return [float(fields[i]) for i in self._positions]
+            if self._time is not None:
+                time = [self._times.seconds(fields[self._time])]
+            if self._layout.separator != ",":
+                return [float(fields[i].replace(",", ".")) for i in self._positions] + time
+            return [float(fields[i]) for i in self._positions] + time
         except ValueError:
             self.n_bad += 1
-            return [np.nan] * len(self._positions)
+            return [np.nan] * len(self._positions) + time
+
+
+def _text(line):
+    return line.decode("utf-8", "replace").strip().removeprefix("\ufeff")

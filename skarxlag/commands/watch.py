@@ -6,7 +6,8 @@ import time
 from contextlib import nullcontext
 from pathlib import Path
 
-from ..monitoring import ConditionMonitor, load_monitor_state, save_monitor_state
+from ..monitoring import ConditionMonitor
+from ..recordings.formats._contents import ContentError
 from ..recordings.rates import rates_agree
 from .arguments import positive_number
 from .errors import CommandError, UsageError, as_command_error, printable
@@ -14,7 +15,9 @@ from .live_sources import Patience, from_folder, from_growing_file, from_stream
 from .models import load_model
 from .sample_parsers import RawSamples, TextSamples
 from .stopping import Stopping, StopRequestedError
+from .stream_times import StreamTimes
 from .watch_output import VerdictLines, sentence, summary
+from .watch_state import WatchState
 
 _DESCRIPTION = """\
 Diagnose a running sensor with a diagnoser that `fit` saved. SOURCE is - for standard input, a file
@@ -69,16 +72,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="of signal between false alarms, in the mean; default: %(default)g",
     )
     parser.add_argument(
+        "--time-column",
+        metavar="NAME",
+        help="name, position or pattern of the column of times of csv lines, in seconds or as ISO "
+        "dates; none: there is none; default: the column that is called time, t or alike",
+    )
+    parser.add_argument(
         "--timed-files",
         action="store_true",
-        help="the time of modification of each file in the folder is that of its last sample, so "
-        "there may be gaps between files",
+        help="there may be gaps between the files of a folder: a file begins at the date that it "
+        "states, or else its time of modification is that of its last sample",
     )
     parser.add_argument(
         "--gap-tolerance",
         type=positive_number,
         metavar="SECONDS",
-        help="by which a file may be late without a gap; default: half a window",
+        help="by which a time may be late without a gap; default: half a window",
     )
     parser.add_argument(
         "--state", type=Path, metavar="FILE.npz", help="go on from here, and save here every minute"
@@ -126,21 +135,23 @@ def run(args: argparse.Namespace) -> int:
             f"{model.sampling_rate:g} Hz"
         )
     monitor = _monitor(args, model, sampling_rate)
-    place = None
-    if args.state is not None and args.state.exists():
-        with as_command_error():
-            state, facts = load_monitor_state(args.state)
-            monitor.restore(state)
-        place = facts.get("place")
+    with as_command_error():
+        models = [args.model] if args.detector is None else [args.model, args.detector]
+        state = WatchState(args.state, args.source, models)
+        place = state.restore(monitor)
+        # A file that cannot be written is told now, not in a minute.
+        state.save(monitor, place)
     with as_command_error(), Stopping() as stopping:
         parser, blocks = _source(args, model, sampling_rate, stopping, place)
         try:
-            _follow(args, model, monitor, blocks, stopping, place)
+            _follow(args, model, monitor, blocks, stopping, state, place)
         except StopRequestedError:
             pass
+        except ContentError as error:
+            raise CommandError(f"{printable(args.source)}: {error}") from error
         finally:
             blocks.close()
-    _warn(summary(monitor.counts, 0 if parser is None else parser.n_bad))
+    _warn(summary(monitor.counts, parser))
     return 0
 
 
@@ -194,6 +205,8 @@ def _source(args, model, sampling_rate, stopping, place):
         channel = [name.strip() for name in channel.split(";")]
     patience = Patience(stopping, args.poll, args.idle)
     if args.source != "-" and path.is_dir():
+        if args.time_column is not None:
+            raise UsageError("argument --time-column: belongs to csv lines, not to a folder")
         options = {
             "channel": channel,
             "dtype": args.dtype,
@@ -204,41 +217,54 @@ def _source(args, model, sampling_rate, stopping, place):
             "has_times": args.timed_files,
         }
         return None, from_folder(path, options, patience, _warn, place)
-    parser = TextSamples(channel) if args.dtype is None else RawSamples(args.dtype, channel)
+    if args.dtype is None:
+        tolerance = args.gap_tolerance or 0.5 * model.window_length / sampling_rate
+        times = StreamTimes(args.time_column, sampling_rate, tolerance, model.window_length)
+        parser = TextSamples(channel, times)
+    elif args.time_column is not None:
+        raise UsageError("argument --time-column: belongs to csv lines, not to raw samples")
+    else:
+        parser = RawSamples(args.dtype, channel)
     if args.source == "-":
+        if sys.stdin is None:
+            raise CommandError("-: there is no standard input")
         return parser, from_stream(lambda: nullcontext(sys.stdin.buffer), parser, stopping)
     if path.is_fifo() or path.is_char_device():
         return parser, from_stream(lambda: path.open("rb"), parser, stopping)
     if not path.is_file():
         raise FileNotFoundError(f"{printable(path)}: no such file or folder")
-    return parser, from_growing_file(path, parser, patience, _warn, place or 0)
+    return parser, from_growing_file(path, parser, patience, _warn, place)
 
 
-def _follow(args, model, monitor, blocks, stopping, place):
+def _follow(args, model, monitor, blocks, stopping, state, place):
     told = saved = time.monotonic()
-    lines = VerdictLines(args.every)
+    lines, is_at_place = VerdictLines(args.every), True
     try:
         for block in blocks:
-            place = block.place
             if block.samples.shape[1] > 0:
                 if len(block.samples) != model.n_channels:
-                    raise CommandError(
-                        f"{args.source}: {len(block.samples)} channels, but {args.model} was "
-                        f"fitted on {model.n_channels}; --channel chooses"
+                    raise ContentError(
+                        f"{len(block.samples)} channels, but {args.model} was fitted on "
+                        f"{model.n_channels}; --channel chooses"
                     )
+                is_at_place = False
                 verdicts = monitor.update(block.samples, time=block.time, rpm=args.rpm)
                 lines.write(verdicts, block.source)
                 if verdicts and args.verbose and time.monotonic() - told >= 1.0:
                     told = time.monotonic()
                     _warn(sentence(verdicts[-1]))
-            if args.state is not None and time.monotonic() - saved >= _SAVE_EVERY:
+            if not block.is_last:
+                continue
+            place, is_at_place = block.place, True
+            if time.monotonic() - saved >= _SAVE_EVERY:
                 saved = time.monotonic()
-                save_monitor_state(monitor, args.state, place=place)
+                state.save(monitor, place)
             if stopping.requested:
                 return
     finally:
-        if args.state is not None:
-            save_monitor_state(monitor, args.state, place=place)
+        # A later run would read twice what was read behind the place.
+        if is_at_place:
+            state.save(monitor, place)
 
 
 def _warn(text):

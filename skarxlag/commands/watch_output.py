@@ -8,6 +8,13 @@ from typing import Any
 from ..monitoring import MonitorVerdict
 from .errors import printable
 
+#: What parsers count.
+_UNREAD = {
+    "n_bad": "lines that are no numbers",
+    "n_bad_times": "times that could not be read",
+    "n_cut": "bytes of a sample that is not whole",
+}
+
 
 class VerdictLines:
     """Lines of JSON on standard output, one a verdict or fewer.
@@ -72,22 +79,23 @@ def sentence(verdict: MonitorVerdict) -> str:
     return ", ".join(parts)
 
 
-def summary(counts: dict[str, Any], n_bad: int) -> str:
+def summary(counts: dict[str, Any], parser: Any) -> str:
     """What came in all.
 
     Parameters
     ----------
     counts : dict
         Of the monitor.
-    n_bad : int
-        Lines that could not be read.
+    parser : RawSamples, TextSamples or None
+        Counts what could not be read.
     """
     windows = ", ".join(f"{n} {name}" for name, n in sorted(counts["windows"].items()))
     parts = [f"{counts['samples']} samples", f"windows: {windows or 'none'}"]
     parts.append(f"{counts['gaps']} gaps of {counts['missing_seconds']:.1f} s")
     if counts["clock_steps_back"]:
         parts.append(f"clock set back {counts['clock_steps_back']} times")
-    if n_bad:
-        parts.append(f"{n_bad} lines that are no numbers")
+    for name, what in _UNREAD.items():
+        if getattr(parser, name, 0):
+            parts.append(f"{getattr(parser, name)} {what}")
     parts.append(f"{counts['alarms']} alarms")
     return "; ".join(parts)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .formats import error_of, find_format
 from .formats._isolation import isolated_blocks, isolated_description
+from .formats._naming import choose_channel
 from .formats._signals import describe_channels, signal_blocks
 from .windows import block_length, cut_blocks
 
@@ -185,16 +186,44 @@ def list_channels(path: str | os.PathLike[str], *, dtype: str | None = None) -> 
     0       time            NaN    s
     1  vibration         1000.0    g
     """
-    path, module, contents = _find(path, dtype)
-    if module.ISOLATED:
-        rows = isolated_description(path)
-    else:
-        try:
-            rows = describe_channels(contents(path))
-        except Exception as error:
-            raise error_of(path, error, module) from error
+    rows = _described(path, dtype)
     table = pd.DataFrame(rows, columns=["channel", "sampling_rate", "unit"], dtype=object)
     return table.astype({"sampling_rate": float})
+
+
+def _described(path, dtype):
+    path, module, contents = _find(path, dtype)
+    if module.ISOLATED:
+        return isolated_description(path)
+    try:
+        return describe_channels(contents(path))
+    except Exception as error:
+        raise error_of(path, error, module) from error
+
+
+def recording_start(path: Any, *, channel: Any = None, dtype: Any = None) -> float | None:
+    """Date of the first sample, where the file states one.
+
+    Parameters
+    ----------
+    path, channel, dtype
+        As in :func:`read_recording`; of several channels the first counts.
+
+    Returns
+    -------
+    float or None
+        Seconds since 1970.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError, ImportError
+        As in :func:`read_recording`.
+    """
+    starts = {row["channel"]: row["start"] for row in _described(path, dtype)}
+    if channel is None:
+        return next((start for start in starts.values() if start is not None), None)
+    first = channel if isinstance(channel, str | Integral) else channel[0]
+    return starts[choose_channel(list(starts), first)]
 
 
 def recording_blocks(

@@ -1,6 +1,12 @@
+import io
+import sys
+
+import numpy as np
 import pytest
 
+from skarxlag import make_detector, make_diagnoser, make_windows, save_diagnoser
 from skarxlag.commands import main
+from tests.commands.watching import COLOURS, RATE, WINDOW, sound
 
 
 @pytest.fixture
@@ -16,3 +22,33 @@ def run(capsys):
         return code, out, err
 
     return run_command
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    """A diagnoser and a detector of two colours of noise."""
+    parts = [make_windows(sound(name, 30 * WINDOW, 1), WINDOW) for name in COLOURS]
+    X, y = np.concatenate(parts), np.repeat(list(COLOURS), 30)
+    healthy = make_windows(sound("good", 100 * WINDOW, 2), WINDOW)
+    return make_diagnoser(healthy="good").fit(X, y), make_detector().fit(healthy)
+
+
+@pytest.fixture(scope="module")
+def models(fitted, tmp_path_factory):
+    """Files of both."""
+    folder = tmp_path_factory.mktemp("models")
+    paths = folder / "diagnoser.skops", folder / "detector.skops"
+    for model, path in zip(fitted, paths, strict=True):
+        facts = {"conditions": ["good", "worn"], "n_channels": 1}
+        save_diagnoser(model, path, window_length=WINDOW, sampling_rate=RATE, **facts)
+    return paths
+
+
+@pytest.fixture
+def piped(monkeypatch):
+    """Standard input that holds these bytes."""
+
+    def set_input(data):
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
+
+    return set_input

@@ -28,6 +28,8 @@ class Contents:
         In Hz, by channel, where the file states it.
     units : mapping of str to str
         By channel, where the file states it.
+    starts : mapping of str to float
+        Seconds since 1970 at the first sample, by channel, where the file states a date.
     lengths : mapping of str to int, or None
         Samples in each channel. None where all are equally long.
     refused : mapping of str to str
@@ -40,6 +42,7 @@ class Contents:
     units: Mapping[str, str] = field(default_factory=dict)
     lengths: Mapping[str, int] | None = None
     refused: Mapping[str, str] = field(default_factory=dict)
+    starts: Mapping[str, float] = field(default_factory=dict)
 
 
 class ArrayChannel:

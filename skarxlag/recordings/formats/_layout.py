@@ -83,14 +83,14 @@ def text_layout(head: bytes, is_whole: bool) -> TextLayout:
         decimal = "," if any(_WITH_COMMA.fullmatch(field) for field in fields) else "."
     first = _fields(body[0], separator)
     names, units, n_head = None, {}, n_comments
-    if not all(_is_number(field, decimal) for field in first):
+    if not all(is_number(field, decimal) for field in first):
         names, n_head = first, n_head + 1
         second, third = (_fields(line, separator) for line in [*body, "", ""][1:3])
-        if _is_unit_line(second, decimal) and any(_is_number(f, decimal) and f for f in third):
+        if _is_unit_line(second, decimal) and any(is_number(f, decimal) and f for f in third):
             units, n_head = dict(zip(_distinct(names), second, strict=False)), n_head + 1
     elif n_comments:
         last = _fields(lines[n_comments - 1].lstrip("#% "), separator)
-        if len(last) == len(first) and not all(_is_number(field, decimal) for field in last):
+        if len(last) == len(first) and not all(is_number(field, decimal) for field in last):
             names = last
     has_header = names is not None
     names = _distinct(names) if has_header else [str(i) for i in range(len(first))]
@@ -131,7 +131,8 @@ def _fields(line, separator):
     return [field.strip() for field in next(csv.reader([line], delimiter=separator), [])]
 
 
-def _is_number(field, decimal):
+def is_number(field: str, decimal: str) -> bool:
+    """Whether a field holds a number, or nothing."""
     try:
         float(field.replace(decimal, ".") if field else "nan")
     except ValueError:
@@ -140,7 +141,7 @@ def _is_number(field, decimal):
 
 
 def _is_unit_line(fields, decimal):
-    return any(fields) and not any(field and _is_number(field, decimal) for field in fields)
+    return any(fields) and not any(field and is_number(field, decimal) for field in fields)
 
 
 def _distinct(names):

@@ -57,14 +57,16 @@ def signal_blocks(
 
 
 def describe_channels(contents: Contents) -> list[dict[str, Any]]:
-    """Name, sampling rate and unit of every channel, as plain values."""
+    """Name, sampling rate, unit and date of the start of every channel, as plain values."""
     axis = find_time_axis(contents)
     rows = []
     for name in contents.channels:
-        rate = contents.sampling_rates.get(name)
-        if rate is None and axis is not None and axis.covers(contents, [name]):
-            rate = axis.sampling_rate
-        rows.append({"channel": name, "sampling_rate": rate, "unit": contents.units.get(name)})
+        rate, start = contents.sampling_rates.get(name), contents.starts.get(name)
+        if axis is not None and axis.covers(contents, [name]):
+            rate = axis.sampling_rate if rate is None else rate
+            start = axis.start if start is None else start
+        unit = contents.units.get(name)
+        rows.append({"channel": name, "sampling_rate": rate, "unit": unit, "start": start})
     return rows
 
 

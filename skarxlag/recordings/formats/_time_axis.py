@@ -8,7 +8,7 @@ import numpy as np
 from ._contents import ContentError, Contents, letters, rounded
 
 _NAMES = ("time", "times", "t", "zeit", "seconds", "sec", "timestamp", "timestamps")
-_SECONDS = {
+SECONDS = {
     "s": 1.0,
     "sec": 1.0,
     "second": 1.0,
@@ -24,12 +24,22 @@ _N_PROBED = 10_000
 
 
 class TimeAxis:
-    """A channel of evenly spaced times."""
+    """A channel of evenly spaced times.
+
+    Attributes
+    ----------
+    sampling_rate : float
+        In Hz.
+    start : float or None
+        Seconds since 1970 at the first sample; None where the times are no dates.
+    """
 
     sampling_rate: Any
+    start: float | None
 
-    def __init__(self, name: Any, unit: Any, times: Any) -> None:
+    def __init__(self, name: Any, unit: Any, times: Any, has_dates: bool) -> None:
         self.name, self._unit, self._last = name, unit, None
+        self.start = float(times[0]) if has_dates else None
         steps = np.diff(times)
         self._step = (times[-1] - times[0]) / (len(times) - 1)
         # Where times are rounded to more than a step, some of them are equal.
@@ -66,8 +76,8 @@ def find_time_axis(contents: Contents) -> TimeAxis | None:
     """The channel of times, or None.
 
     It is recognised by a name such as ``time``, ``t`` or ``seconds`` and by values that never
-    fall. Integers without a unit count samples, or count time in a unit that nobody knows, and
-    are no time axis.
+    fall: numbers, dates, or texts of ISO dates. Integers without a unit count samples, or count
+    time in a unit that nobody knows, and are no time axis.
 
     Parameters
     ----------
@@ -90,7 +100,7 @@ def find_time_axis(contents: Contents) -> TimeAxis | None:
         return None
     if np.any(np.diff(times) < 0) or times[-1] <= times[0]:
         return None
-    return TimeAxis(name, unit, times)
+    return TimeAxis(name, unit, times, np.asarray(values).dtype.kind in "MOU")
 
 
 def names_times(name: str) -> bool:
@@ -109,7 +119,9 @@ def _in_seconds(values, unit, is_counter_refused=True):
     values = np.asarray(values)
     if values.dtype.kind in "mM":
         return values.astype(f"{values.dtype.kind}8[ns]").astype(np.int64) / 1e9
-    scale = _SECONDS.get(unit.strip().lower()) if unit else 1.0
+    if values.dtype.kind in "OU":
+        return _of_dates(values)
+    scale = SECONDS.get(unit.strip().lower()) if unit else 1.0
     if values.dtype.kind not in "fiu" or scale is None:
         return None
     if is_counter_refused and not unit:
@@ -117,3 +129,14 @@ def _in_seconds(values, unit, is_counter_refused=True):
         if is_counter:
             return None
     return values.astype(np.float64) * scale
+
+
+def _of_dates(texts):
+    """ISO dates in seconds since 1970, those without a zone as UTC; None if they are none."""
+    import pandas as pd
+
+    try:
+        dates = pd.to_datetime(texts, format="ISO8601", utc=True)
+    except (ValueError, TypeError):
+        return None
+    return dates.tz_localize(None).to_numpy("datetime64[ns]").astype(np.int64) / 1e9

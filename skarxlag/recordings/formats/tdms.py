@@ -21,7 +21,7 @@ SUFFIXES = (".tdms",)
 LIBRARY, EXTRA = "nptdms", "formats"
 ISOLATED = True
 IN_PARTS = True
-STATES = "rate (`wf_increment`) and unit (`unit_string`)"
+STATES = "rate (`wf_increment`), unit (`unit_string`) and date (`wf_start_time`)"
 
 
 def contents(path: Path) -> Contents:
@@ -35,11 +35,15 @@ def contents(path: Path) -> Contents:
         n_bytes = path.stat().st_size
         if any(length > 8 * n_bytes for length in lengths.values()):
             raise ContentError(f"{lengths} samples are stated in {n_bytes} bytes")
-        rates, units = {}, {}
+        rates, units, starts = {}, {}, {}
         for name, channel in nodes.items():
             step = channel.properties.get("wf_increment")
             if isinstance(step, float | np.floating) and is_rate(step) and is_rate(1 / step):
                 rates[name] = rounded(1 / step, 1e-12)
+                date = channel.properties.get("wf_start_time")
+                offset = channel.properties.get("wf_start_offset", 0.0)
+                if isinstance(date, np.datetime64) and not np.isnat(date):
+                    starts[name] = float(date.astype("datetime64[us]").astype(float) / 1e6 + offset)
             for key, value in channel.properties.items():
                 if letters(key) in ("unitstring", "unit", "units", "niunitdescription") and value:
                     units[name] = str(value)
@@ -61,7 +65,7 @@ def contents(path: Path) -> Contents:
         if n_read != n_total:
             raise ValueError(f"{n_read} samples of {n_total}")
 
-    return Contents(list(nodes), read, rates, units, lengths)
+    return Contents(list(nodes), read, rates, units, lengths, starts=starts)
 
 
 def _by_name(file):

@@ -1,0 +1,228 @@
+"""Times that a stream of text states, one in each line."""
+
+import math
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..recordings.formats._contents import ContentError
+from ..recordings.formats._naming import choose_channel
+from ..recordings.formats._time_axis import SECONDS, names_times
+
+#: What stands for a column that shall not be looked for.
+NO_TIMES = "none"
+#: Larger numbers of seconds are no times, and their sums might overflow.
+_LARGEST = 1e15
+#: Seconds of samples after which a time is told again: a clock drifts against the sampling rate.
+_TOLD_EVERY = 1.0
+#: Seconds of samples on which the sampling rate of the times is measured.
+_MEASURED_FOR = 10.0
+#: Share by which the rate of the times may differ from the stated one, beyond rounding.
+_RATE_TOLERANCE = 0.01
+#: Steps in a row that are no steps of this sampling rate, where a gap now and then would be one.
+_WRONG_STEPS = 10
+
+
+class StreamTimes:
+    """The column of times of a stream: found, read, and cut where it leaps.
+
+    Parameters
+    ----------
+    column : str or None
+        Name, position or pattern of the column. None: the first that is called like one of times,
+        where its values are seconds or dates; `NO_TIMES`: there is none.
+    sampling_rate : float
+        In Hz, that of the samples.
+    tolerance : float
+        Seconds by which the step from one time to the next may be wrong.
+    window_length : int
+        Samples before which the sampling rate of the times is not judged.
+
+    Attributes
+    ----------
+    n_bad : int
+        Times that could not be read.
+    """
+
+    n_bad: int
+
+    def __init__(
+        self, column: str | None, sampling_rate: float, tolerance: float, window_length: int
+    ) -> None:
+        self.n_bad = 0
+        self._column, self._rate, self._tolerance = column, sampling_rate, tolerance
+        self._shortest = window_length
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget the times so far: a source begins."""
+        # Place and time of the sample that was told last, of the one from which the rate is
+        # measured, and of the last known one; places count from the first sample of the next block.
+        self._anchor = self._origin = self._last = None
+        self._largest_step, self._n_wrong = 0.0, 0
+
+    def find(
+        self, names: list[str], units: dict[str, str], rows: list[list[str]], taken: list[int]
+    ) -> int | None:
+        """Position of the column of times, or None.
+
+        Parameters
+        ----------
+        names : list of str
+            Columns of the stream.
+        units : dict of str to str
+            By column, where stated.
+        rows : list of list of str
+            The first lines of samples, in fields.
+        taken : list of int
+            Columns that hold the signal.
+
+        Returns
+        -------
+        int or None
+            The position.
+        """
+        if self._column == NO_TIMES:
+            return None
+        if self._column is not None:
+            name = choose_channel(names, self._column)
+        else:
+            found = [n for i, n in enumerate(names) if names_times(n) and i not in taken]
+            if not found:
+                return None
+            name = found[0]
+        position = names.index(name)
+        texts = [row[position] for row in rows if len(row) == len(names)]
+        unit = units.get(name, "").strip().lower()
+        if any(_number(text) is None and _date(text) is not None for text in texts):
+            unit = "s"
+        self._scale = SECONDS.get(unit or "s")
+        if self._column is not None:
+            if self._scale is None:
+                raise ContentError(f"column {name!r} is in {unit!r}, expected one of {[*SECONDS]}")
+            return position
+        # As in files: whole numbers without a unit count samples, or nobody knows what.
+        numbers = [_number(text) for text in texts]
+        is_counter = not unit and all(n is not None and n.is_integer() for n in numbers)
+        return None if self._scale is None or is_counter else position
+
+    def seconds(self, text: str) -> float:
+        """A field of the column in seconds; NaN where it is no time."""
+        value = _number(text)
+        value = _date(text) if value is None else value * self._scale
+        if value is None or not abs(value) < _LARGEST:
+            self.n_bad += 1
+            return math.nan
+        return value
+
+    def cut(self, samples: NDArray[Any], times: NDArray[Any]) -> Iterator[tuple[Any, float | None]]:
+        """Parts of a block, each with the time of its first sample where that is news.
+
+        The parts do not depend on how the stream came in blocks.
+
+        Parameters
+        ----------
+        samples : ndarray of shape (n_channels, n_samples)
+            The block.
+        times : ndarray of shape (n_samples,)
+            In seconds; NaN where not known.
+
+        Yields
+        ------
+        samples : ndarray of shape (n_channels, n_samples)
+            The part.
+        time : float or None
+            Of its first sample; None where it follows what came before.
+
+        Raises
+        ------
+        ContentError
+            If the times are those of another sampling rate.
+        """
+        n_samples, first = samples.shape[1], 0
+        cuts, told = [0], [None]
+        # A time that is equal to the one before says nothing: it was rounded.
+        known = np.flatnonzero(np.isfinite(times))
+        before = np.nan if self._last is None else self._last[1]
+        known = known[np.diff(times[known], prepend=before) != 0]
+        for place, time in zip(known.tolist(), times[known].tolist(), strict=True):
+            now = (place, time)
+            if self._anchor is None:
+                # Times that are not known before it follow from the first one that is.
+                first, time_of_first = 0, time - place / self._rate
+                self._anchor = self._origin = now
+            elif self._is_leap(place, time):
+                first, time_of_first = now
+                self._anchor, self._origin, self._largest_step = now, now, 0.0
+            else:
+                self._check_rate(place, time)
+                if place - self._origin[0] >= _MEASURED_FOR * self._rate:
+                    self._origin, self._largest_step = now, 0.0
+                if self._has_drifted(place, time):
+                    first, time_of_first = self._anchor = now
+            self._last = now
+            if self._anchor != now:
+                continue
+            if first == cuts[-1]:
+                told[-1] = time_of_first
+            else:
+                cuts.append(first)
+                told.append(time_of_first)
+        if self._anchor is not None:
+            self._anchor, self._origin, self._last = (
+                (place - n_samples, time)
+                for place, time in (self._anchor, self._origin, self._last)
+            )
+        for start, end, time in zip(cuts, [*cuts[1:], n_samples], told, strict=True):
+            yield samples[:, start:end], time
+
+    def _is_leap(self, place, time):
+        last_place, last_time = self._last
+        step, expected = time - last_time, (place - last_place) / self._rate
+        if abs(step - expected) <= self._tolerance:
+            self._largest_step, self._n_wrong = max(self._largest_step, abs(step)), 0
+            return False
+        self._n_wrong += 1
+        if self._n_wrong >= _WRONG_STEPS:
+            raise ContentError(
+                f"{self._n_wrong} times in a row step by {step:g} s where {expected:g} s are "
+                "expected; is their unit missing, as in 'time (ms)'? --time-column none ignores "
+                "them"
+            )
+        return True
+
+    def _has_drifted(self, place, time):
+        n_samples, seconds = place - self._anchor[0], time - self._anchor[1]
+        late = seconds - n_samples / self._rate
+        return n_samples >= _TOLD_EVERY * self._rate or abs(late) > self._tolerance / 2
+
+    def _check_rate(self, place, time):
+        n_samples, seconds = place - self._origin[0], time - self._origin[1]
+        expected = n_samples / self._rate
+        allowed = _RATE_TOLERANCE * expected + 2 * self._largest_step
+        if n_samples >= self._shortest and abs(seconds - expected) > allowed:
+            raise ContentError(
+                f"{n_samples} samples take {seconds:g} s by their times, expected {expected:g} at "
+                f"{self._rate:g} Hz: another sampling rate, or lines are missing; --time-column "
+                "none ignores the times"
+            )
+
+
+def _number(text):
+    try:
+        value = float(text.replace(",", "."))
+    except ValueError:
+        return None
+    return value
+
+
+def _date(text):
+    """Seconds since 1970 of an ISO date; one without a zone is taken for UTC."""
+    try:
+        date = datetime.fromisoformat(text.strip().strip('"'))
+    except ValueError:
+        return None
+    return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()

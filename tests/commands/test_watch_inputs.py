@@ -1,0 +1,205 @@
+"""What ``watch`` makes of inputs that are not as they should be."""
+
+import os
+import signal
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+from skarxlag import save_diagnoser
+from skarxlag.commands.live_sources import Patience, from_growing_file
+from skarxlag.commands.sample_parsers import TextSamples
+from skarxlag.commands.stopping import Stopping
+from tests.commands.watching import IDLE, RATE, WINDOW, expected, lines_of, sound, verdicts_of
+
+pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
+
+
+@pytest.mark.parametrize(
+    ("text", "quality", "n_bad"),
+    [
+        (b"NaN", "not finite", 0),
+        (b"-inf", "not finite", 0),
+        (b"1e999", "not finite", 0),
+        (b"1e308", "held", 0),
+        (b"1_000", "not finite", 1),
+        (b"\0\0", "not finite", 1),
+    ],
+)
+def test_a_value_that_is_no_sample(run, models, piped, text, quality, n_bad):
+    lines = lines_of(sound("good", 600, 3)).splitlines()
+    lines[300] = text
+    piped(b"\n".join(lines))
+    code, out, err = run("watch", models[0], "-")
+    found = verdicts_of(out)
+    assert code == 0 and [v["quality"] for v in found] == ["good", quality, "good"]
+    assert found[1]["window_verdict"] is None
+    assert ("1 lines that are no numbers" in err) == bool(n_bad)
+
+
+def test_names_that_come_again_and_a_first_line_that_was_cut(run, models, fitted, piped):
+    samples = sound("good", 600, 3)
+    lines = lines_of(np.stack([samples, samples])).splitlines()
+    options = ("--channel", "0", "--detector", models[1])
+    piped(b"\n".join([b"a,b", *lines[:300], b"a,b", *lines[300:]]))
+    code, out, err = run("watch", models[0], "-", *options)
+    assert code == 0 and verdicts_of(out) == expected(fitted, samples) and "no numbers" not in err
+    for cut in (b".25", b"e-05", b"\xef\xbb\xbf17"):
+        piped(b"\r\n".join([cut, *lines]))
+        code, out, err = run("watch", models[0], "-", *options)
+        assert code == 0 and verdicts_of(out) == expected(fitted, samples)
+        assert "1 lines that are no numbers" in err
+
+
+@pytest.mark.parametrize("first", [b"", b"\xef\xbb\xbf", b"\xef\xbb\xbfacc\r\n"])
+def test_a_byte_order_mark_and_two_signs_at_the_end_of_a_line(run, models, fitted, piped, first):
+    samples = sound("good", 450, 3)
+    piped(first + lines_of(samples).replace(b"\n", b"\r\n"))
+    code, out, err = run("watch", models[0], "-", "--detector", models[1])
+    assert code == 0 and verdicts_of(out) == expected(fitted, samples) and "no numbers" not in err
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (np.random.default_rng(0).bytes(100_000), "expected csv lines; raw samples need --dtype"),
+        (bytes(1_400_000), "bytes without lines of numbers, expected csv lines"),
+        (b"1" * 1_400_000, "bytes without lines of numbers, expected csv lines"),
+        (b"<html>\n<p>Not found\n</p>\n</html>\n", "'<p>Not found' is no line of 1 numbers"),
+        ("1.5\n2.5\n".encode("utf-16"), "the text is UTF-16, expected UTF-8"),
+        (b"1,5\n" * 300, "2 channels, but"),
+    ],
+)
+def test_what_is_no_text_with_numbers(run, models, piped, data, message):
+    piped(data)
+    code, out, err = run("watch", models[0], "-")
+    assert code == 1 and out == "" and "error: -: " in err and message in err
+
+
+def test_a_line_without_an_end_takes_no_memory():
+    parser, noise = TextSamples(), b"7" * 2**18
+    assert parser.parse(b"1\n2\n3\n4\n").shape == (1, 4)
+    for _ in range(40):
+        assert parser.parse(noise).size == 0 and parser.n_pending <= 2**20
+    assert parser.parse(b"7\n5\n").tolist() == [[5.0]]
+    assert parser.n_bad == 1
+
+
+def test_raw_samples_that_are_none(run, models, piped):
+    piped(np.ones(50, "<f4").tobytes() + b"abc")
+    assert (
+        "3 bytes of a sample that is not whole" in run("watch", models[0], "-", "--dtype", "<f4")[2]
+    )
+    code, _, err = run("watch", models[0], "-", "--dtype", "<c8")
+    assert code == 1 and "dtype is '<c8', expected real numbers" in err
+
+
+def test_no_standard_input(run, models, monkeypatch):
+    monkeypatch.setattr(sys, "stdin", None)
+    code, _, err = run("watch", models[0], "-")
+    assert code == 1 and "-: there is no standard input" in err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="names and links that the system lacks")
+def test_odd_entries_of_a_folder(run, models, tmp_path):
+    folder = tmp_path / "logger"
+    folder.mkdir()
+    np.save(folder / "a:b\n.npy", sound("good", 450, 3))
+    (folder / "c\n.npy").write_bytes(b"junk")
+    (folder / "loop.npy").symlink_to("loop.npy")
+    (folder / "gone.npy").symlink_to("nowhere")
+    (folder / "folder.npy").mkdir()
+    os.mkfifo(folder / "pipe.npy")
+    code, out, err = run("watch", models[0], folder, *IDLE)
+    assert code == 0 and [v["source"] for v in verdicts_of(out)] == ["a:b\\n.npy"] * 2
+    skipped, summary = err.splitlines()
+    assert "c\\n.npy: holds pickled objects" in skipped and "2 good" in summary
+
+
+def test_a_folder_that_vanishes_ends_the_command(run, models, tmp_path):
+    folder = tmp_path / "logger"
+    folder.mkdir()
+    threading.Timer(0.05, folder.rmdir).start()
+    code, _, err = run("watch", models[0], folder, "--poll", 0.01)
+    assert code == 1 and str(folder) in err and "Traceback" not in err
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes")
+def test_a_file_that_is_removed_is_waited_for(tmp_path):
+    path, steps = tmp_path / "log.csv", iter(["remove", "pipe", "folder", "file", "", ""])
+    path.write_text("1\n2\n3\n4\n")
+
+    class Logger(Patience):
+        """Does one thing after another while nothing comes."""
+
+        def wait(self):
+            step = next(steps, None)
+            if path.is_dir():
+                path.rmdir()
+            elif step:
+                path.unlink(missing_ok=True)
+            if step == "pipe":
+                os.mkfifo(path)
+            elif step == "folder":
+                path.mkdir()
+            elif step == "file":
+                path.write_text("5\n6\n7\n8\n")
+            return step is not None
+
+    told = []
+    blocks = from_growing_file(path, TextSamples(), Logger(Stopping(), 0, None), told.append)
+    assert [block.samples.tolist() for block in blocks] == [[[1, 2, 3, 4]], [[5, 6, 7, 8]]]
+    assert told == [f"{path} was started afresh"]
+
+
+def test_a_state_belongs_to_its_source_and_model(run, models, fitted, tmp_path):
+    path, state = tmp_path / "log.csv", tmp_path / "state.npz"
+    samples = sound("good", 2000, 3)
+    path.write_bytes(lines_of(samples[:500]))
+    options = (*IDLE, "--state", state)
+    assert len(verdicts_of(run("watch", models[0], path, *options)[1])) == 2
+    saved = state.read_bytes()
+    other = tmp_path / "other.csv"
+    other.write_bytes(lines_of(samples))
+    code, out, err = run("watch", models[0], other, *options)
+    assert code == 1 and out == "" and f"state of source '{path.resolve()}', expected" in err
+    model = tmp_path / "refitted.skops"
+    facts = {"conditions": ["good", "worn"], "n_channels": 1, "train_rpm": [300.0]}
+    save_diagnoser(fitted[0], model, window_length=WINDOW, sampling_rate=RATE, **facts)
+    code, out, err = run("watch", model, path, *options)
+    assert code == 1 and out == "" and "state of another model or detector" in err
+    assert state.read_bytes() == saved
+    # While nobody watched, the log was rotated: the new one is read from its beginning.
+    path.rename(tmp_path / "log.1")
+    path.write_bytes(lines_of(samples[500:1500]))
+    code, out, err = run("watch", models[0], path, *options)
+    assert code == 0 and "was started afresh since the state was saved" in err
+    assert [v["start"] for v in verdicts_of(out)] == list(range(400, 1300, 200))
+
+
+def test_a_state_that_cannot_be_written_is_told_at_once(run, models, piped, tmp_path):
+    piped(lines_of(sound("good", 450, 3)))
+    code, out, err = run("watch", models[0], "-", "--state", tmp_path / "nowhere" / "state.npz")
+    assert code == 1 and out == "" and "nowhere" in err
+
+
+def test_a_request_to_end_waits_for_the_end_of_a_file(run, models, tmp_path, monkeypatch):
+    """The state holds whole files: a later run reads none twice, and none in part."""
+    folder, state = tmp_path / "logger", tmp_path / "state.npz"
+    folder.mkdir()
+    np.save(folder / "a.npy", sound("good", 1000, 3))
+    monkeypatch.setattr("skarxlag.commands.live_sources.block_length", lambda length: length)
+    told = []
+
+    def write(self, verdicts, source):
+        told.extend(verdicts)
+        if len(told) == 2:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr("skarxlag.commands.watch.VerdictLines.write", write)
+    run("watch", models[0], folder, *IDLE, "--state", state)
+    assert len(told) == 5
+    run("watch", models[0], folder, *IDLE, "--state", state)
+    assert len(told) == 5

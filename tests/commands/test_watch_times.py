@@ -1,0 +1,182 @@
+"""Times that a stream states, in ``watch``."""
+
+import os
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from skarxlag import ConditionMonitor
+from skarxlag.commands.sample_parsers import TextSamples
+from skarxlag.commands.stream_times import StreamTimes
+from skarxlag.recordings.formats._contents import ContentError
+from tests.commands.watching import IDLE, RATE, WINDOW, expected, lines_of, sound, verdicts_of
+
+pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
+
+START = datetime(2026, 11, 22, 7, tzinfo=UTC)
+
+
+def timed(times, signal, header=b"time,acc\n"):
+    return header + b"".join(
+        f"{time},{value!r}\n".encode() for time, value in zip(times, signal.tolist(), strict=True)
+    )
+
+
+def dates(seconds):
+    return [(START + timedelta(seconds=s)).isoformat() for s in seconds.tolist()]
+
+
+def parser(column=None, rate=RATE, tolerance=0.1):
+    return TextSamples(times=StreamTimes(column, rate, tolerance, WINDOW))
+
+
+def test_a_gap_across_lines_is_a_gap_of_the_record(run, models, fitted, piped):
+    signal = sound("good", 1000, 3)
+    times = 5 + np.arange(1000) / RATE
+    times[500:] += 7.5
+    for written, start in ((times, 0.0), (dates(times), START.timestamp())):
+        piped(timed(written, signal))
+        code, out, err = run("watch", models[0], "-", "--detector", models[1])
+        monitor = ConditionMonitor(fitted[0], RATE, detector=fitted[1], window_length=WINDOW)
+        told = monitor.update(signal[:500], time=5.0) + monitor.update(signal[500:], time=13.0)
+        found = verdicts_of(out)
+        assert code == 0 and "1 gaps of 7.5 s" in err
+        assert [v["start"] for v in found] == [0, 200, 500, 700]
+        assert [v["time"] - start for v in found] == pytest.approx([v.time for v in told], abs=1e-6)
+        assert [v["confidence"] for v in found] == [v.confidence for v in told]
+
+
+def test_times_are_told_alike_however_the_lines_come():
+    rng = np.random.default_rng(0)
+    times = np.cumsum(rng.normal(1 / RATE, 1e-4, size=25_000)) + np.repeat([0, 3.0], 12_500)
+    data = timed(np.round(times, 5), rng.normal(size=25_000))
+
+    def told(size):
+        stream, place, found = parser(), 0, []
+        for start in range(0, len(data), size):
+            for samples, time in stream.parts(data[start : start + size]):
+                if time is not None:
+                    found.append((place, time))
+                place += samples.shape[1]
+        return found
+
+    whole = told(len(data))
+    assert whole == told(1000) == told(33_333)
+    places = [place for place, _ in whole]
+    # Once in a second, and the leap.
+    assert places == [*range(0, 12_500, 1000), *range(12_500, 25_000, 1000)]
+    assert [time for _, time in whole] == np.round(times, 5)[places].tolist()
+
+
+@pytest.mark.parametrize("factor", [0.5, 0.95, 1.05, 2.0])
+def test_times_of_another_rate_end_the_command(run, models, piped, factor):
+    piped(timed(np.arange(3000) / (factor * RATE), sound("good", 3000, 3)))
+    code, out, err = run("watch", models[0], "-")
+    assert code == 1 and len(out.splitlines()) <= 1
+    assert "-: " in err and "samples take" in err and "at 1000 Hz: another sampling rate" in err
+
+
+def test_the_clock_of_a_logger_drifts(run, models, piped):
+    piped(timed(np.round(np.arange(30_000) / (1.004 * RATE), 6), sound("good", 30_000, 3)))
+    code, out, err = run("watch", models[0], "-")
+    assert code == 0 and "150 good; 0 gaps" in err
+    assert verdicts_of(out)[-1]["time"] == pytest.approx(30 / 1.004, abs=5e-3)
+
+
+def test_times_in_an_unstated_unit(run, models, piped):
+    signal = sound("good", 700, 3)
+    milliseconds = np.arange(700) + 0.5
+    piped(timed(milliseconds, signal))
+    code, out, err = run("watch", models[0], "-")
+    assert code == 1 and out == "" and "10 times in a row step by 1 s where 0.001 s" in err
+    piped(timed(milliseconds, signal, b"time (ms),acc\n"))
+    code, out, err = run("watch", models[0], "-")
+    assert code == 0 and verdicts_of(out)[0]["time"] == pytest.approx(0.2005)
+    piped(timed(milliseconds, signal))
+    code, out, err = run("watch", models[0], "-", "--time-column", "none", "--channel", "acc")
+    assert code == 0 and verdicts_of(out)[0]["time"] == 0.2
+
+
+def test_times_that_go_backwards(run, models, piped):
+    times = np.arange(1000) / RATE
+    times[430:] -= 300
+    piped(timed(times + 1000.5, sound("good", 1000, 3)))
+    code, out, err = run("watch", models[0], "-")
+    found = verdicts_of(out)
+    assert code == 0 and "clock set back 1 times" in err and "0 gaps" in err
+    assert [v["start"] for v in found] == [0, 200, 430, 630]
+    assert found[2]["time"] == pytest.approx(1000.5 - 300 + 0.63)
+
+
+def test_times_that_cannot_be_read_are_counted(run, models, piped):
+    signal = sound("good", 700, 3)
+    times = [f"{t:.3f}" for t in 4 + np.arange(700) / RATE]
+    for k, text in ((0, "22.11.2026"), (250, ""), (251, "NaN"), (252, "1e308"), (300, "later")):
+        times[k] = text
+    piped(timed(times, signal))
+    code, out, err = run("watch", models[0], "-")
+    assert code == 0 and "5 times that could not be read" in err and "3 good; 0 gaps" in err
+    assert [v["time"] for v in verdicts_of(out)] == pytest.approx([4.2, 4.4, 4.6])
+
+
+def test_rounded_times_are_no_gaps():
+    times = np.floor(np.arange(12_000) / RATE + 0.7) + 100
+    found = list(parser("time", tolerance=1.0).parts(timed(times, np.ones(12_000))))
+    assert (found[0][0].shape[1], found[0][1]) == (300, 100.0)
+    told = np.cumsum([0] + [s.shape[1] for s, _ in found])[:-1] / RATE + 100.7
+    # Where a time is told it is the true one, but for the first, of which nobody knows the rest.
+    assert [t for _, t in found[1:]] == pytest.approx(told[1:])
+
+
+def test_which_column_holds_times(run, models, fitted, piped):
+    signal = sound("good", 450, 3)
+    clock = 50 + np.arange(450) / RATE
+    columns = lines_of(np.stack([signal, clock]))
+    piped(b"acc,clock\n" + columns)
+    options = ("--channel", "acc", "--detector", models[1])
+    assert verdicts_of(run("watch", models[0], "-", *options)[1]) == expected(fitted, signal)
+    for column in ("clock", "1", "cl*"):
+        piped(b"acc,clock\n" + columns)
+        found = run("watch", models[0], "-", *options, "--time-column", column)[1]
+        assert verdicts_of(found)[0]["time"] == pytest.approx(50.2)
+    # Whole numbers may count samples: they are times only on request.
+    piped(b"time,acc\n" + lines_of(np.stack([np.arange(450.0), signal])))
+    assert verdicts_of(run("watch", models[0], "-")[1])[0]["time"] == 0.2
+    piped(b"acc,clock\n" + columns)
+    code, _, err = run("watch", models[0], "-", *options, "--time-column", "watch")
+    assert code == 1 and "-: no channel 'watch'; available: 'acc', 'clock'" in err
+    code, _, err = run("watch", models[0], "-", "--dtype", "<i2", "--time-column", "0")
+    assert code == 2 and "--time-column: belongs to csv lines" in err
+
+
+def test_a_unit_that_is_none():
+    with pytest.raises(ContentError, match="column 'time' is in 'weeks', expected one of"):
+        list(parser("time").parts(b"time;acc\nweeks;g\n0.1;1\n0.2;2\n"))
+    found = list(parser().parts(b"time;acc\nweeks;g\n0.1;1\n0.2;2\n"))
+    assert [time for _, time in found] == [None]
+
+
+def test_files_that_state_dates(run, models, tmp_path):
+    """A date in a file counts more than the time at which it was copied."""
+    for number, start in enumerate([0.0, 1.0, 9.0]):
+        seconds = start + np.arange(1000) / RATE
+        values = sound("good", 1000, number)
+        if number == 1:
+            times = pd.Timestamp("2026-11-22 07:00") + pd.to_timedelta(seconds, unit="s")
+            path = tmp_path / "1.parquet"
+            pd.DataFrame({"time": times, "acc": values}).to_parquet(path)
+        else:
+            path = tmp_path / f"{number}.csv"
+            path.write_bytes(timed(dates(seconds), values))
+        os.utime(path, (5000 + number, 5000 + number))
+    code, out, err = run("watch", models[0], tmp_path, *IDLE, "--timed-files", "--channel", "acc")
+    assert code == 0 and "15 good; 1 gaps of 7.0 s" in err
+    found = [v["time"] - START.timestamp() for v in verdicts_of(out)]
+    assert found[::5] == pytest.approx([0.2, 1.2, 9.2], abs=1e-5)
+
+
+def test_columns_of_times_belong_to_lines(run, models, tmp_path):
+    code, _, err = run("watch", models[0], tmp_path, "--time-column", "time")
+    assert code == 2 and "--time-column: belongs to csv lines, not to a folder" in err

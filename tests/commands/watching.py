@@ -1,0 +1,33 @@
+"""What the tests of ``watch`` share."""
+
+import json
+
+import numpy as np
+from scipy.signal import lfilter
+
+from skarxlag import ConditionMonitor
+
+WINDOW, RATE = 200, 1000.0
+COLOURS = {"good": [1.0, -0.9], "worn": [1.0, 0.9]}
+IDLE = ("--idle", 0.06, "--poll", 0.005, "--settle", 0.01)
+
+
+def sound(condition, n_samples, seed):
+    noise = np.random.default_rng(seed).normal(size=n_samples)
+    return lfilter([1.0], COLOURS[condition], noise)
+
+
+def verdicts_of(text):
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def expected(fitted, signal, **settings):
+    diagnoser, detector = fitted
+    monitor = ConditionMonitor(diagnoser, RATE, detector=detector, window_length=WINDOW, **settings)
+    found = [verdict._asdict() for verdict in monitor.update(signal)]
+    return [{k: None if v != v else v for k, v in each.items()} for each in found]
+
+
+def lines_of(signal, separator=","):
+    columns = np.atleast_2d(signal).T
+    return "".join(separator.join(map(repr, row)) + "\n" for row in columns.tolist()).encode()
