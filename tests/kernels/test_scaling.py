@@ -4,6 +4,7 @@ import pytest
 from skarxlag.kernels.scaling import (
     centred,
     fit_percentage,
+    largest,
     root_mean_square,
     unit_rms_windows,
 )
@@ -56,6 +57,15 @@ def test_centred_treats_rounding_as_constant():
     np.testing.assert_array_equal(unit[0], 0)
     assert np.ptp(unit[1]) == pytest.approx(1)
     np.testing.assert_array_equal(peak, [[0.1 + 0.2], [1e-9]])
+    # The limit is a deviation of eight units of rounding.
+    eps = np.finfo(float).eps
+    unit, _ = centred(np.array([[1, 1 - 16 * eps], [1, 1 - 17 * eps]]))
+    np.testing.assert_array_equal(unit, [[0, 0], [8.5 * eps, -8.5 * eps]])
+
+
+def test_largest_value_counts_without_its_sign():
+    signals = np.array([[-3.0, 1.0], [2.0, -1.0], [0.0, 0.0]])
+    np.testing.assert_array_equal(largest(signals), [[3], [2], [0]])
 
 
 def test_arguments_are_not_written(windows):
@@ -78,3 +88,9 @@ def test_fit_is_one_minus_the_normalised_error(windows, factor):
     found = fit_percentage(factor * output, factor * predicted)
     np.testing.assert_allclose(found, 100 - 100 * error / spread, rtol=1e-9)
     assert fit_percentage(np.full(5, 3.0), np.arange(5.0)) == 100
+
+
+@pytest.mark.parametrize("shape", [(7,), (3, 7), (2, 3, 7)])
+def test_root_mean_square_is_over_the_last_axis(shape):
+    signals = np.random.default_rng(0).normal(size=shape)
+    np.testing.assert_allclose(root_mean_square(signals), np.sqrt(np.mean(signals**2, axis=-1)))
