@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from sklearn.base import BaseEstimator
 from sklearn.exceptions import NotFittedError
 from sklearn.pipeline import Pipeline
 from sklearn.utils.validation import check_is_fitted
@@ -94,13 +95,14 @@ def check_model_state(model: Any) -> None:
         if isinstance(part, Pipeline):
             in_pipelines.update(id(step) for _, step in part.steps)
             # What is calibrated keeps the pipeline that it was made from, which is not fitted.
-            if _is_fitted(part):
+            if is_fitted(part):
                 check_pipeline_state(part)
-        elif hasattr(part, "_check_state") and id(part) not in in_pipelines and _is_fitted(part):
+        elif hasattr(part, "_check_state") and id(part) not in in_pipelines and is_fitted(part):
             check_state(part)
 
 
-def _is_fitted(estimator):
+def is_fitted(estimator: BaseEstimator) -> bool:
+    """Whether `fit` has been called."""
     try:
         check_is_fitted(estimator)
     except NotFittedError:
@@ -132,7 +134,9 @@ def check_pipeline_state(pipeline: Pipeline) -> None:
                 raise ValueError(
                     f"n_features_in_ == {n_features}, but the step before gives {width} columns."
                 )
-            if hasattr(step, "get_feature_names_out"):
+            # A pipeline at the end, which decides, has the method, but names nothing.
+            is_last = step is pipeline.steps[-1][1]
+            if not is_last and hasattr(step, "get_feature_names_out"):
                 width = len(step.get_feature_names_out())
         except ValueError as error:
             raise ValueError(f"Step {name!r}: {error}") from error

@@ -26,6 +26,7 @@ from .diagnosers import DIAGNOSERS, set_threads
 from .errors import CommandError, UsageError, as_command_error
 from .known import fit_known_conditions
 from .models import calibration_basis, held_rate, is_model_file
+from .names import counted
 from .progress import add_progress_arguments
 from .results import check_output
 from .sources import add_source_arguments, stated
@@ -188,7 +189,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"fitted in {perf_counter() - started:.1f} s", file=sys.stderr)
     print(_length_line(kind, rows, X.shape[-1], rig, chosen))
     for name, n_own_recordings, n_own in zip(conditions, n_recordings, n_windows, strict=True):
-        print(f"{name}: {n_own_recordings} recordings, {n_own} {rows}")
+        print(f"{name}: {counted(n_own_recordings, 'recordings')}, {counted(n_own, rows)}")
     print(f"Healthy: {conditions[0]} ({reason})")
     for warning in warned:
         print(f"warning: {warning.message}", file=sys.stderr)

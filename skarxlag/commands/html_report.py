@@ -11,7 +11,7 @@ from .html_charts import spectrum_chart, timeline
 from .html_style import NO_SIGNAL as NO_SIGNAL_CLASS
 from .html_style import STYLE, condition_class
 from .models import SavedModel
-from .names import below_common_folder
+from .names import below_common_folder, counted
 from .order_chart import found_speed, order_chart
 from .recording_task import Diagnosis
 from .report import number_text
@@ -58,12 +58,13 @@ def html_report(
         _section(number, row, diagnosis, model, class_of, faults)
         for number, (row, diagnosis) in enumerate(zip(_dicts(rows), diagnoses, strict=True))
     ]
+    title = f"Diagnosis of {counted(len(rows), 'recordings')}"
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta name="generator" content="{MARK}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>Diagnosis of {len(rows)} recordings</title><style>{STYLE}</style></head><body>"
-        f"<h1>Diagnosis of {len(rows)} recordings</h1>"
+        f"<title>{title}</title><style>{STYLE}</style></head><body>"
+        f"<h1>{title}</h1>"
         f'<p class="small">{escape(heading)}</p>'
         f"{_counts(rows, class_of)}{_accuracy(rows, class_of)}"
         f"<h2>Recordings</h2>{_place(folder)}{_overview(rows, class_of)}"

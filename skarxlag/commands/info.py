@@ -11,6 +11,7 @@ from .._state import estimators_within
 from .._version import __version__
 from ..verdicts import rejection_rate
 from .models import SavedModel, calibration_basis, held_rate, load_model, stated_facts
+from .names import counted
 
 _DESCRIPTION = """\
 Say what a saved model is: its conditions, speeds, windows, sampling rate and channels, the versions
@@ -63,7 +64,7 @@ def model_card(model: SavedModel) -> dict[str, str]:
         seconds = f", {model.window_length / model.sampling_rate:.3g} s"
     card = {
         "Model": str(model.path),
-        "Diagnoser": f"{model.kind}: {_steps(model.diagnoser)}",
+        "Diagnoser": _kind(model),
         "Conditions": ", ".join(_with_counts(model)),
         "Healthy": _or_unknown(model.healthy, "{}"),
         "Speeds": _listed_speeds(model.train_rpm),
@@ -136,6 +137,12 @@ def limits(model: SavedModel) -> list[str]:
     return sentences
 
 
+def _kind(model):
+    """Its name, where that is not the first of its steps, and its steps."""
+    steps = _steps(model.diagnoser)
+    return steps if steps.startswith(f"{model.kind} ") else f"{model.kind}: {steps}"
+
+
 def _steps(diagnoser):
     # A CalibratedClassifierCV holds the pipelines of its folds, which have the same steps.
     last = diagnoser[-1]
@@ -153,7 +160,7 @@ def _with_counts(model):
     recordings = model.facts["n_recordings"]
     rows = model.facts.get("rows", "windows")
     return [
-        f"{name} ({n_recordings} recordings, {n_windows} {rows})"
+        f"{name} ({counted(n_recordings, 'recordings')}, {counted(n_windows, rows)})"
         for name, n_recordings, n_windows in zip(model.conditions, recordings, counts, strict=True)
     ]
 

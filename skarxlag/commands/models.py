@@ -10,7 +10,7 @@ from zipfile import BadZipFile, ZipFile
 import numpy as np
 from sklearn.pipeline import Pipeline
 
-from .._state import estimators_within
+from .._state import estimators_within, is_fitted
 from ..channels import ChannelRows
 from ..monitoring.opinions import in_one_pass
 from ..persistence import load_diagnoser
@@ -216,10 +216,18 @@ def calibration_basis(decide: Any, rows: str = "windows") -> str:
     return f"{text}; false alarms at speeds that were left out: {listed}"
 
 
+def _end(step, place):
+    """The first or the last step, however deep pipelines are within each other."""
+    while isinstance(step, Pipeline):
+        step = step[place]
+    return step
+
+
 def _of_steps(path, diagnoser):
-    # A CalibratedClassifierCV holds the pipelines of its folds.
-    pipeline = next(part for part in estimators_within(diagnoser) if isinstance(part, Pipeline))
-    first, decide = pipeline[0], pipeline[-1]
+    # A CalibratedClassifierCV holds the pipeline that it was made from, and those that it fitted.
+    pipelines = (part for part in estimators_within(diagnoser) if isinstance(part, Pipeline))
+    pipeline = next(part for part in pipelines if is_fitted(part))
+    first, decide = _end(pipeline, 0), _end(pipeline, -1)
     known = {"diagnoser": type(diagnoser).__name__, "healthy": None}
     if hasattr(diagnoser, "classes_"):
         if not hasattr(diagnoser, "predict_proba"):

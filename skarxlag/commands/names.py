@@ -1,4 +1,4 @@
-"""Names of recordings as a table shows them: without the folder that all of them are in."""
+"""Names and numbers of recordings, as people read them."""
 
 import re
 from collections.abc import Iterable
@@ -36,3 +36,28 @@ def below_common_folder(names: Iterable[str]) -> tuple[str, list[str]]:
     if not folder.strip("./\\"):
         return "", names
     return folder, [name.removeprefix(folder) for name in names]
+
+
+def counted(number: int, things: str) -> str:
+    """A number and what is counted.
+
+    Parameters
+    ----------
+    number : int
+        How many.
+    things : str
+        What, in the plural.
+
+    Returns
+    -------
+    str
+        In the singular for one.
+
+    Examples
+    --------
+    >>> counted(1, "recordings"), counted(1, "stretches"), counted(2, "windows")
+    ('1 recording', '1 stretch', '2 windows')
+    """
+    if number == 1:
+        things = things.removesuffix("es") if things.endswith("ches") else things.removesuffix("s")
+    return f"{number} {things}"

@@ -5,6 +5,8 @@ import sys
 from time import perf_counter
 from typing import Any, Self
 
+from .names import counted
+
 
 def add_progress_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare how much is said meanwhile."""
@@ -72,4 +74,6 @@ class Progress:
             self._bar.close()
         if self._verbose and kind is None:
             seconds = perf_counter() - self._started
-            print(f"{self._done} {self._unit} in {seconds:.1f} s", file=sys.stderr, flush=True)
+            print(
+                f"{counted(self._done, self._unit)} in {seconds:.1f} s", file=sys.stderr, flush=True
+            )

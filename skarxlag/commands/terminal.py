@@ -23,7 +23,8 @@ def verdict_table(rows: pd.DataFrame, *, width: int | None = None) -> str:
     -------
     str
         One line for each recording. Where they do not fit, the shares of the conditions are left
-        out, and then the names of recordings are cut at their front.
+        out, then ``none of these`` is ``none``, and then the names of recordings are cut at their
+        front.
 
     Examples
     --------
@@ -60,6 +61,9 @@ def verdict_table(rows: pd.DataFrame, *, width: int | None = None) -> str:
     table = table.astype(object).where(table.notna(), "-")
     if _width(table) > width:
         table = table.drop(columns=shares)
+    if _width(table) > width and "p-value" in table:
+        # A remark below the table says it in full.
+        table["p-value"] = [text.removesuffix(" of these") for text in table["p-value"]]
     excess = _width(table) - width
     if excess > 0:
         longest = max(max(map(len, table.index)) - excess, _SHORTEST_NAME)

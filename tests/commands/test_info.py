@@ -45,9 +45,7 @@ def test_what_fit_saved_is_told(run, tmp_path, windows):
     rows, limits = card(out)
     assert code == 0 and rows["Model"] == str(model)
     assert rows["Diagnoser"].startswith("alpio: ARXLaguerre -> PIObserver -> ThresholdLadder")
-    assert rows["Conditions"] == (
-        "good (1 recordings, 20 windows), worn (1 recordings, 20 windows)"
-    )
+    assert rows["Conditions"] == ("good (1 recording, 20 windows), worn (1 recording, 20 windows)")
     assert rows["Healthy"] == "good" and rows["Speeds"] == "300 rpm"
     assert rows["Window"] == "200 samples, 0.04 s" and rows["Sampling rate"] == "5000 Hz"
     assert rows["Channels"] == "2, the output first (drive, load)"
@@ -89,9 +87,11 @@ def classifiers(windows, tmp_path_factory):
     folder = tmp_path_factory.mktemp("classifiers")
     X, y = windows
     calibrated = CalibratedClassifierCV(make_alpio(healthy="good"), cv=2).fit(X, y)
-    facts = {"window_length": WINDOW, "conditions": ["good", "worn"], "sampling_rate": 1e3}
+    facts = {"conditions": ["good", "worn"], "sampling_rate": 1e3}
     save_diagnoser(calibrated, folder / "calibrated.skops", **facts)
     save_diagnoser(ended_by(LogisticRegression()).fit(X, y), folder / "logistic.skops")
+    nested = make_pipeline(StandardScaler(), make_alpio(healthy="good")).fit(X, y)
+    save_diagnoser(nested, folder / "nested.skops")
     save_diagnoser(ended_by(LinearSVC()).fit(X, y), folder / "svc.skops")
     for name in ("good", "worn"):
         np.save(folder / f"{name}.npy", X[y == name].ravel())
@@ -102,12 +102,11 @@ def test_classifiers_of_others_in_all_commands(run, classifiers, windows, monkey
     folder = classifiers
     model = folder / "calibrated.skops"
     rows, limits = card(run("info", model)[1])
-    assert "CalibratedClassifierCV of ARXLaguerre -> PIObserver" in " ".join(
-        rows["Diagnoser"].split()
-    )
+    assert rows["Diagnoser"].startswith("CalibratedClassifierCV of ARXLaguerre -> PIObserver")
+    assert rows["Window"] == f"{WINDOW} samples, 0.2 s"
     assert rows["Healthy"] == "good" and "raises no alarm" in limits
     files = folder / "good.npy", folder / "worn.npy"
-    for name in ("calibrated", "logistic"):
+    for name in ("calibrated", "logistic", "nested"):
         model, output = folder / f"{name}.skops", folder / f"{name}.json"
         code, out, _ = run("diagnose", model, *files, "-o", output)
         found = json.loads(output.read_text())["recordings"]
@@ -119,6 +118,13 @@ def test_classifiers_of_others_in_all_commands(run, classifiers, windows, monkey
     monkeypatch.setattr("sys.stdin", TextIOWrapper(BytesIO(windows[0][0].tobytes())))
     code, out, _ = run("watch", folder / "calibrated.skops", "-", "--dtype", "<f8")
     assert json.loads(out)["verdict"] == "worn" and json.loads(out)["alarm"] is None
+
+
+def test_a_pipeline_within_a_pipeline_is_told_whole(run, classifiers):
+    rows, _ = card(run("info", classifiers / "nested.skops")[1])
+    steps = "Pipeline: StandardScaler -> DiagnosisPipeline of ARXLaguerre -> PIObserver"
+    assert " ".join(rows["Diagnoser"].split()).startswith(steps)
+    assert rows["Healthy"] == "good" and rows["Window"] == f"{WINDOW} samples"
 
 
 def test_what_nobody_stated_is_asked_for(run, classifiers):

@@ -174,3 +174,7 @@ def test_the_table_fits_the_width_of_a_terminal():
         text = verdict_table(rows, width=width)
         assert max(map(len, text.splitlines())) <= width
         assert "run_0001.npy" in text and "inner race" in text and "share of" not in text
+    rows = rows.assign(**{"p-value": [0.002, 1.0], "none of these": [True, False]})
+    assert "0.002, none of these" in verdict_table(rows, width=200)
+    narrow = verdict_table(rows, width=90)
+    assert "0.002, none\n" in narrow and max(map(len, narrow.splitlines())) <= 90

@@ -36,10 +36,10 @@ def test_long_recordings_are_compared_by_stretches_and_speeds(run, workshop):
     code, out, err = run("fit", workshop / "900.csv", "-o", model)
     assert code == 0 and "8 stretches: fitting" in err
     assert "Stretches of 7200 samples, 0.9 s at 8000 Hz, 13.5 turns at 900 rpm" in out
-    assert "inner: 1 recordings, 4 stretches" in out and "Saved stretches to" in out
+    assert "inner: 1 recording, 4 stretches" in out and "Saved stretches to" in out
     diagnoser, facts = load_diagnoser(model)
     assert facts["window_length"] == 7200 and facts["diagnoser"] == "stretches"
-    assert "inner (1 recordings, 4 stretches)" in run("info", model)[1]
+    assert "inner (1 recording, 4 stretches)" in run("info", model)[1]
     # The number of threads belongs to the machine, not to the file.
     assert diagnoser["compare"].order_residual_.n_jobs is None
     assert diagnoser["compare"].order_residual_.samples_a_turn_ == pytest.approx(60 * RATE / 900)
@@ -90,7 +90,7 @@ def test_more_than_memory_shall_hold_is_sampled(run, workshop, monkeypatch):
     # Two recordings of 4 stretches of 7200 samples, or of 26 windows of 1200.
     monkeypatch.setattr("skarxlag.commands.training_windows.MOST_SAMPLES", 4 * 7200)
     code, out, err = run(*fit, "-v")
-    assert code == 0 and "inner: 1 recordings, 2 stretches" in out
+    assert code == 0 and "inner: 1 recording, 2 stretches" in out
     assert "; at most 2 windows of each, fewer than there are in 2 (which keeps " in out
     assert "[1/2] inner_900.npy: read (26 windows of 1200 samples)" in err
     assert "[2/2] outer_900.npy: read (4 windows of 7200 samples)" in err
@@ -104,10 +104,10 @@ def test_more_than_memory_shall_hold_is_sampled(run, workshop, monkeypatch):
         stretches.predict_proba(X[0], rpm=900), by_hand.predict_proba(X[0], rpm=900)
     )
     code, out, err = run(*fit, "--diagnoser", "diagnoser", "-q")
-    assert code == 0 and "inner: 1 recordings, 7 windows" in out and err == ""
+    assert code == 0 and "inner: 1 recording, 7 windows" in out and err == ""
     assert "at most 12 windows of each, fewer than there are in 2 (which keeps" in out
     code, out, err = run(*fit, "--max-windows", 20, "-q")
-    assert code == 0 and "inner: 1 recordings, 13 windows" in out and "keeps" not in out
+    assert code == 0 and "inner: 1 recording, 13 windows" in out and "keeps" not in out
 
 
 def test_short_recordings_are_compared_by_windows(run, workshop):
