@@ -14,6 +14,7 @@ from ._contents import (
     letters,
     stated_rates,
 )
+from ._matlab_nodes import INTERNAL, matlab_nodes
 
 TITLE = "HDF5, MATLAB 7.3"
 SUFFIXES = (".h5", ".hdf5", ".hdf")
@@ -22,24 +23,21 @@ ISOLATED = True
 IN_PARTS = True
 STATES = "rate and unit, in attributes named `fs`, `units` or alike, or in single numbers"
 
-#: Where MATLAB 7.3 keeps the elements of cell arrays and its classes.
-_INTERNAL = ("#refs#", "#subsystem#")
 
-
-def contents(path: Path, separator: str = "/") -> Contents:
+def contents(path: Path, is_matlab: bool = False) -> Contents:
     """Channels of every numeric data set of more than one value, by its path in the file.
 
     Parameters
     ----------
     path : Path
         The file.
-    separator : str
-        Between the groups of a path; a MATLAB struct is a group, and its fields have a dot.
+    is_matlab : bool
+        Whether MATLAB wrote it: a struct is a group, and its fields have a dot.
     """
+    separator = "." if is_matlab else "/"
     with _open(path) as file:
         channels, scalars, units, places, refused = {}, {}, {}, {}, {}
-        for name, node in _nodes(file):
-            label = name.replace("/", separator)
+        for label, node in _nodes(file, is_matlab):
             for key, value in node.attrs.items():
                 _note(f"{label}{separator}{key}" if label else key, value, scalars)
             if not hasattr(node, "shape") or not _is_signal(node):
@@ -61,9 +59,9 @@ def contents(path: Path, separator: str = "/") -> Contents:
     def read(names, n_samples):
         with _open(path) as file:
             found = {}
-            for name, node in _nodes(file):
+            for label, node in _nodes(file, is_matlab):
                 if hasattr(node, "shape") and _is_signal(node) and node.size > 1:
-                    found |= channels_or_refusal(name.replace("/", separator), node, {})
+                    found |= channels_or_refusal(label, node, {})
             yield from array_blocks(found, names, n_samples)
 
     return Contents(
@@ -84,12 +82,15 @@ def _open(path):
         yield file
 
 
-def _nodes(file):
+def _nodes(file, is_matlab):
     """The root and all groups and data sets, those with a place of their own (not links) once."""
+    if is_matlab:
+        return matlab_nodes(file)
     found = [("", file)]
 
     def visit(name, node):
-        if not name.startswith(_INTERNAL):
+        # A file of MATLAB under another name.
+        if not name.startswith(INTERNAL):
             found.append((name, node))
 
     file.visititems(visit)
@@ -101,7 +102,9 @@ def _is_signal(node):
         return False
     if node.external:
         raise ContentError(f"data set {node.name!r} lies in another file, which is not followed")
-    # MATLAB stores texts and flags as integers and says so.
+    # MATLAB stores texts, flags, objects, and the shapes of empty arrays as integers and says so.
+    if "MATLAB_object_decode" in node.attrs or "MATLAB_empty" in node.attrs:
+        return False
     return node.attrs.get("MATLAB_class", b"") not in (b"char", b"logical", b"cell")
 
 

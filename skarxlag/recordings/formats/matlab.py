@@ -34,7 +34,7 @@ def contents(path: Path) -> Contents:
         head = file.read(520)
     # What early versions of MATLAB wrote as HDF5 does not call itself 7.3.
     if (head.startswith(b"MATLAB 7.3") and len(head) >= 512) or head[512:] == _HDF5:
-        return hdf5.contents(path, separator=".")
+        return hdf5.contents(path, is_matlab=True)
     check_unpacked(path, _unpacked_size(path))
     with warnings.catch_warnings():
         # Function handles and other objects that SciPy cannot read are no channels.

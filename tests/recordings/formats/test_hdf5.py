@@ -107,3 +107,46 @@ def test_a_file_of_matlab_itself():
         pytest.skip("SciPy was installed without its test data")
     signal, _ = read_recording(path)
     np.testing.assert_allclose(signal, np.arange(9) * np.pi / 4)
+
+
+def test_cells_and_arrays_of_structs_of_matlab(tmp_path):
+    """References, columns first, named as those of version 7; what is no signal is left out."""
+    path = tmp_path / "cells.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        stored = file.create_group("#refs#")
+
+        def refer(*arrays):
+            for array in arrays:
+                name = f"r{len(stored)}"
+                stored[name] = np.asarray(array)
+                stored[name].attrs["MATLAB_class"] = np.bytes_(b"double")
+                yield stored[name].ref
+
+        def put(name, references, **attributes):
+            file.create_dataset(name, data=np.array(references, dtype=h5py.ref_dtype))
+            file[name].attrs.update(attributes)
+
+        cell = {"MATLAB_class": np.bytes_(b"cell")}
+        # Two rows and two columns, which MATLAB writes as [[1, 2], [3, 4]].
+        put("runs", np.reshape([*refer(Y, 2 * Y, 3 * Y, 4 * Y)], (2, 2)), **cell)
+        put("one", [[*refer(U)]], **cell)
+        put("s/acc", [[*refer(Y, U)]])
+        put("s/fs", [[*refer([[100.0]], [[200.0]])]])
+        put("text", [[*refer(Y)]], MATLAB_object_decode=3)
+        file["empty"] = np.array([0, 7], dtype="u8")
+        file["empty"].attrs["MATLAB_empty"] = 1
+        file["sparse/data"], file["sparse/ir"] = Y, np.arange(103)
+        file["sparse"].attrs["MATLAB_sparse"] = 200
+        file["s"].attrs["MATLAB_class"] = np.bytes_(b"struct")
+        file["s/back"] = file["/"]
+    head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
+    with path.open("r+b") as file:
+        file.write(head)
+    channels = list_channels(path).set_index("channel")["sampling_rate"]
+    assert channels.dropna().to_dict() == {"s[0].acc": 100, "s[1].acc": 200}
+    names = ["one", "runs[0]", "runs[1]", "runs[2]", "runs[3]", "s[0].acc", "s[1].acc"]
+    assert sorted(channels.index) == names
+    for name, expected in zip(names, [U, Y, 3 * Y, 2 * Y, 4 * Y, Y, U], strict=True):
+        for n_samples in (None, 20):
+            blocks = [block for block, _ in recording_blocks(path, n_samples, channel=name)]
+            np.testing.assert_array_equal(np.concatenate(blocks), expected)
