@@ -25,7 +25,7 @@ from benchmarks.speed.rows import coloured_windows, rate
 from benchmarks.speed.timing import matrix_product, ratio, take_turns
 from skarxlag import make_diagnoser, save_diagnoser
 from skarxlag.commands.recording_task import Task
-from skarxlag.commands.runner import WorkerDied, run_tasks
+from skarxlag.commands.runner import WorkerDied, Workers, run_tasks
 from skarxlag.recordings.listing import list_files
 
 WINDOW_LENGTH = 1200
@@ -56,7 +56,7 @@ def _warm_workers(n_workers, tasks):
 
 
 def _run(executor, tasks, n_workers):
-    for _, outcome in run_tasks(tasks, lambda: executor, n_workers):
+    for _, outcome in run_tasks(tasks, Workers(executor.submit, lambda: n_workers)):
         if isinstance(outcome, WorkerDied) or getattr(outcome, "error", None):
             raise RuntimeError(f"a task failed: {outcome}")
 

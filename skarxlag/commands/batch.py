@@ -46,9 +46,9 @@ def diagnose_all(
             elif journal is not None and (known := journal.result(recording)) is not None:
                 finish(place, known, f"{known.verdict['verdict']} (from an earlier run)")
         places = [place for place, known in enumerate(diagnoses) if known is None]
-        with executors(args) as (start_executor, n_workers):
-            tasks = _tasks(args, [recordings[place] for place in places], n_workers)
-            for number, outcome in run_tasks(tasks, start_executor, n_workers):
+        with executors(args) as workers:
+            tasks = _tasks(args, [recordings[place] for place in places], workers.count())
+            for number, outcome in run_tasks(tasks, workers):
                 place = places[number]
                 if isinstance(outcome, WorkerDied):
                     path = recordings[place].path

@@ -151,12 +151,12 @@ def _evaluate(args, rig, train_speeds):
     loaded_rigs[key] = rig
     names = [(train_rpm, name) for train_rpm in train_speeds for name in DIAGNOSERS]
     outcomes = [None] * len(names)
-    with as_command_error(), executors(args) as (start_executor, n_workers):
+    with as_command_error(), executors(args) as workers:
         is_elsewhere = args.processes or args.dask is not None
-        n_jobs = 1 if is_elsewhere else max(n_workers // len(names), 1)
+        n_jobs = 1 if is_elsewhere else max(workers.count() // len(names), 1)
         tasks = [Trial(*key, *each, n_jobs) for each in names]
         with Progress(len(names), "fits", args) as progress:
-            for place, outcome in run_tasks(tasks, start_executor, n_workers):
+            for place, outcome in run_tasks(tasks, workers):
                 train_rpm, name = names[place]
                 title = DIAGNOSERS[name][0]
                 if isinstance(outcome, WorkerDied):

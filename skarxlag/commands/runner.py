@@ -1,36 +1,31 @@
 """Tasks on threads, on processes or on a cluster, by one code path; workers may die.
 
-All three are executors of `concurrent.futures`: the standard library's threads, joblib's
-processes (loky), and the client of `dask.distributed`. joblib's own `Parallel` is not used on top
-of them, for two reasons. On Dask it waits for ever for a task that killed its workers, and where a
-cluster has a single core it computes in the calling process.
-
-A task that kills every worker of a cluster is Dask's to find: it counts the workers that died with
-a task, and gives up at ``distributed.scheduler.allowed-failures``. Two things are not in our hands.
-A task that waited on the same workers is counted, too. And now and then a result that was lost with
-its worker is never made again, so that the run waits. So no test does this on a cluster; processes
-of one machine have no such doubt, and there it is tested.
+The three are the standard library's threads, joblib's processes (loky), and `dask.distributed`.
+joblib's own `Parallel` is not used on top of them, for two reasons. On Dask it waits for ever for a
+task that killed its workers, and where a cluster has a single core it computes in the calling
+process.
 """
 
 import argparse
 import threading
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 from joblib import effective_n_jobs
 from joblib.externals.loky import get_reusable_executor
 
-from .errors import CommandError
+from .cluster import Cluster, connected
 
-#: Tasks that wait beside each one that runs, so that no worker waits for the next.
+#: Tasks in hand for each one that runs, so that no worker waits for the next.
 _AHEAD = 2
-
-
-_CONNECT_SECONDS = 10
+#: How often a task is tried alone, and how often one is asked for whose result was lost.
+_TRIALS = 2
+#: How long nothing may come before the workers are looked after.
+_LOOK_SECONDS = 5
 #: Set when nobody waits for results any more; a thread cannot be ended from outside.
 cancelled: threading.Event = threading.Event()
 
@@ -39,70 +34,93 @@ class WorkerDied:
     """In the place of a result: whatever process worked on the task ended."""
 
 
+def _trust() -> None:
+    """Threads and processes of this machine tell by themselves when they end."""
+
+
+@dataclass(frozen=True)
+class Workers:
+    """What runs tasks.
+
+    Parameters
+    ----------
+    submit : callable
+        Starts a task; returns a `concurrent.futures.Future`. If the worker dies, a
+        `concurrent.futures.BrokenExecutor` comes of it.
+    count : callable
+        Tasks that run at a time.
+    look : callable
+        Called when nothing has come for a while; raises if nothing will.
+    """
+
+    submit: Callable[[Any], Future[Any]]
+    count: Callable[[], int]
+    look: Callable[[], None] = _trust
+
+
 def run_tasks(
-    tasks: Sequence[Any], start_executor: Callable[..., Any], n_workers: int
-) -> Iterator[Any]:
+    tasks: Sequence[Callable[[], Any]], workers: Workers | Cluster
+) -> Iterator[tuple[int, Any]]:
     """Run tasks and yield what they return as soon as it is there.
 
     A worker process that dies takes other tasks with it, and nobody can tell which of them was the
-    cause. Each of these is tried again, alone, up to twice. Dask tells which it was, and has tried
-    it on several workers. A result that is lost on its way is asked for once more.
+    cause. Each of these is tried again when all others are done, alone, up to twice. A result that
+    is lost on its way is asked for once more.
 
     Parameters
     ----------
     tasks : sequence of callables
         They take no argument, can be sent to a process, and raise nothing.
-    start_executor : callable
-        Returns an executor; called again when a worker has died.
-    n_workers : int
-        Tasks that run at a time.
+    workers : Workers or Cluster
+        What runs them.
 
     Yields
     ------
     int, object
         Position of a task, and what it returned, or a `WorkerDied`.
     """
-    fresh, suspects, running = deque(range(len(tasks))), deque(), {}
-    executor, on_trial, tried, lost = start_executor(), None, set(), set()
+    fresh, suspects, on_trial = deque(range(len(tasks))), deque(), None
+    deaths, losses, running = Counter(), Counter(), {}
     while fresh or suspects or running:
-        if suspects:
-            on_trial = suspects.popleft()
-            running[executor.submit(tasks[on_trial])] = on_trial
-        while fresh and on_trial is None and len(running) < _AHEAD * n_workers:
+        while fresh and len(running) < _AHEAD * max(workers.count(), 1):
             place = fresh.popleft()
-            running[executor.submit(tasks[place])] = place
-        done, _ = wait(running, return_when=FIRST_COMPLETED)
-        is_broken = False
+            running[_started(workers, tasks[place])] = place
+        if suspects and not running:
+            on_trial = suspects.popleft()
+            running[_started(workers, tasks[on_trial])] = on_trial
+        done, _ = wait(running, timeout=_LOOK_SECONDS, return_when=FIRST_COMPLETED)
+        if not done:
+            workers.look()
         for future in done:
-            error = future.exception()
+            place, error = running.pop(future), future.exception()
             if error is None:
-                yield running.pop(future), future.result()
-            elif type(error).__name__ == "KilledWorker":
-                yield running.pop(future), WorkerDied()
-            elif isinstance(error, BrokenProcessPool):
-                is_broken = True
-            elif isinstance(error, Exception) and running[future] not in lost:
-                # Tasks raise nothing: Dask has lost a result with the worker that held it.
-                lost.add(running[future])
-                fresh.append(running.pop(future))
+                yield place, future.result()
+            elif isinstance(error, BrokenExecutor):
+                deaths[place] += place == on_trial
+                if deaths[place] < _TRIALS:
+                    suspects.append(place)
+                else:
+                    yield place, WorkerDied()
+            elif isinstance(error, Exception) and losses[place] + 1 < _TRIALS:
+                # Tasks raise nothing: the result was lost with the worker that held it.
+                losses[place] += 1
+                fresh.append(place)
             else:
                 raise error
-        if is_broken:
-            executor = start_executor()
-            if on_trial is None:
-                # What a broken pool has not finished it will not finish.
-                suspects.extend(sorted(running.values()))
-            elif on_trial in tried:
-                yield on_trial, WorkerDied()
-            else:
-                tried.add(on_trial)
-                suspects.appendleft(on_trial)
-            running.clear()
-        on_trial = None
+            on_trial = None
+
+
+def _started(workers, task):
+    try:
+        return workers.submit(task)
+    except BrokenExecutor as error:
+        future = Future()
+        future.set_exception(error)
+        return future
 
 
 @contextmanager
-def executors(args: argparse.Namespace) -> Iterator[tuple[Callable[..., Any], int]]:
+def executors(args: argparse.Namespace) -> Iterator[Workers | Cluster]:
     """What runs the tasks of a command.
 
     Parameters
@@ -112,8 +130,8 @@ def executors(args: argparse.Namespace) -> Iterator[tuple[Callable[..., Any], in
 
     Yields
     ------
-    callable, int
-        `start_executor` and `n_workers` of `run_tasks`.
+    Workers or Cluster
+        For `run_tasks`.
 
     Raises
     ------
@@ -121,14 +139,18 @@ def executors(args: argparse.Namespace) -> Iterator[tuple[Callable[..., Any], in
         If there is no cluster, or nothing to connect to it with.
     """
     if args.dask is not None:
-        with _connected(args.dask) as client:
-            n_workers = sum(client.nthreads().values())
-            yield lambda: client.get_executor(pure=False), n_workers
+        with connected(args.dask) as cluster:
+            yield cluster
         return
     n_workers = effective_n_jobs(args.n_jobs)
     if args.processes:
+
+        def submit(task):
+            # A pool that has broken is replaced here.
+            return get_reusable_executor(max_workers=n_workers).submit(task)
+
         try:
-            yield lambda: get_reusable_executor(max_workers=n_workers), n_workers
+            yield Workers(submit, lambda: n_workers)
         except BaseException:
             get_reusable_executor(max_workers=n_workers).shutdown(kill_workers=True)
             raise
@@ -136,27 +158,7 @@ def executors(args: argparse.Namespace) -> Iterator[tuple[Callable[..., Any], in
     cancelled.clear()
     executor = ThreadPoolExecutor(n_workers)
     try:
-        yield lambda: executor, n_workers
+        yield Workers(executor.submit, lambda: n_workers)
     finally:
         cancelled.set()
         executor.shutdown(cancel_futures=True)
-
-
-@contextmanager
-def _connected(address):
-    try:
-        from distributed import Client
-    except ImportError as error:
-        raise CommandError(
-            "--dask needs distributed: pip install 'skarxlag[distributed]'"
-        ) from error
-    try:
-        client = Client(address, timeout=_CONNECT_SECONDS)
-    except (OSError, TimeoutError, ValueError) as error:
-        raise CommandError(f"--dask {address}: no scheduler answers there ({error})") from error
-    with client:
-        try:
-            client.wait_for_workers(1, timeout=30)
-        except TimeoutError as error:
-            raise CommandError(f"--dask {address}: the cluster has no workers") from error
-        yield client

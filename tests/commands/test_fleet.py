@@ -13,10 +13,12 @@ from scipy.signal import lfilter
 from sklearn.model_selection import cross_val_score
 
 from skarxlag import load_diagnoser, make_alpio, save_diagnoser
+from skarxlag.commands.cluster import Cluster
+from skarxlag.commands.errors import CommandError
 from skarxlag.commands.journal import Journal
 from skarxlag.commands.progress import Progress
-from skarxlag.commands.recording_task import Diagnosis
-from skarxlag.commands.runner import WorkerDied, executors, run_tasks
+from skarxlag.commands.recording_task import Diagnosis, Task
+from skarxlag.commands.runner import WorkerDied, Workers, executors, run_tasks
 from skarxlag.recordings.listing import ListedRecording
 
 from .deadly_tasks import KILL, Deadly, Harmless
@@ -44,7 +46,14 @@ def fleet(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def cluster():
-    options = {"distributed.scheduler.allowed-failures": 1}
+    # With no failure allowed a task is given up with the first worker that dies, as are those that
+    # waited beside it. The times are how long Dask tries to fetch a result from a dead worker, and
+    # when a local cluster, unlike others, closes a nanny whose worker has not come back.
+    options = {
+        "distributed.scheduler.allowed-failures": 0,
+        "distributed.comm.timeouts.connect": "5s",
+        "distributed.deploy.lost-worker-timeout": "5m",
+    }
     with (
         dask.config.set(options),
         distributed.LocalCluster(
@@ -52,19 +61,22 @@ def cluster():
         ) as cluster,
     ):
         yield cluster
+        with distributed.Client(cluster) as client:
+            # A cluster that is closed while a worker starts may wait for it for ever.
+            client.wait_for_workers(2)
 
 
 @pytest.fixture
 def diagnose(run, fleet, tmp_path):
     """Diagnose the fleet; the contents of the two files of results."""
 
-    def diagnose_fleet(*options, name="out.csv"):
+    def diagnose_fleet(*options, name="out.csv", n_failed=1):
         output = tmp_path / name
         table = fleet / "table.csv"
         code, out, err = run(
             "diagnose", fleet / "m.skops", "--table", table, "-o", output, *options
         )
-        assert code == 1 and "1 of 21 recordings failed" in err and "lost.npy" in err
+        assert code == 1 and f"{n_failed} of 21 recordings failed" in err and "lost.npy" in err
         assert not list(tmp_path.glob("*.partial"))
         windows = output.with_name(f"{output.stem}_windows.csv")
         return output.read_bytes(), windows.read_bytes(), out.replace(output.stem, "")
@@ -99,8 +111,31 @@ def test_a_cluster_that_loses_a_worker_during_the_run_changes_nothing(
     assert victim not in [worker.pid for worker in cluster.workers.values()]
 
 
+def test_a_recording_that_kills_each_of_its_workers_costs_itself_alone(
+    diagnose, in_order, cluster, fleet, tmp_path, monkeypatch
+):
+    killer = "7.npy"
+
+    def task(recording, *arguments):
+        return Deadly() if recording.name == killer else Task(recording, *arguments)
+
+    monkeypatch.setattr("skarxlag.commands.batch.Task", task)
+    diagnose("--dask", cluster.scheduler_address, n_failed=2)
+    for name in ("{}.csv", "{}_windows.csv"):
+        expected, found = (pd.read_csv(tmp_path / name.format(run)) for run in ("order", "out"))
+        is_killer = found["recording"] == killer
+        pd.testing.assert_frame_equal(
+            found[~is_killer].reset_index(drop=True),
+            expected[expected["recording"] != killer].reset_index(drop=True),
+            check_exact=True,
+        )
+        if "error" in found:
+            (error,) = found.loc[is_killer, "error"]
+            assert error == f"{fleet / killer}: every process that read it died"
+
+
 def test_an_address_where_no_scheduler_answers_is_named(run, fleet, monkeypatch):
-    monkeypatch.setattr("skarxlag.commands.runner._CONNECT_SECONDS", 0.3)
+    monkeypatch.setattr("skarxlag.commands.cluster._CONNECT_SECONDS", 0.3)
     arguments = ("diagnose", fleet / "m.skops", fleet / "0.npy", "--dask", "tcp://127.0.0.1:1")
     code, out, err = run(*arguments)
     assert code == 1 and not out and "--dask tcp://127.0.0.1:1: no scheduler answers" in err
@@ -113,8 +148,8 @@ class Options:
 def test_a_death_costs_a_retry_and_a_second_one_that_task_alone(tmp_path):
     tasks = [Harmless(0), Deadly(tmp_path / "flag"), Harmless(2), Deadly()]
     tasks += [Harmless(place) for place in range(4, 9)]
-    with executors(Options()) as (start_executor, n_workers):
-        results = dict(run_tasks(tasks, start_executor, n_workers))
+    with executors(Options()) as workers:
+        results = dict(run_tasks(tasks, workers))
     assert isinstance(results.pop(3), WorkerDied)
     assert results.pop(1) == "survived"
     assert results == {place: place for place in (0, 2, 4, 5, 6, 7, 8)}
@@ -134,10 +169,51 @@ def test_a_result_that_is_lost_is_asked_for_once_more():
 
     with Losing(1) as executor:
         n_lost = 1
-        assert dict(run_tasks([Harmless(5)], lambda: executor, 1)) == {0: 5}
+        assert dict(run_tasks([Harmless(5)], Workers(executor.submit, lambda: 1))) == {0: 5}
         Losing.asked, n_lost = 0, 2
         with pytest.raises(TypeError, match="cannot unpack"):
-            dict(run_tasks([Harmless(5)], lambda: executor, 1))
+            dict(run_tasks([Harmless(5)], Workers(executor.submit, lambda: 1)))
+
+
+class IdleClient:
+    """Client of a cluster of which nothing comes."""
+
+    status = "running"
+
+    def __init__(self, work):
+        self.work, self.cancelled = work, []
+
+    def processing(self):
+        if self.work is None:
+            raise OSError("connection refused")
+        return self.work
+
+    def cancel(self, futures):
+        self.cancelled.append(futures)
+
+
+def test_a_cluster_on_which_nothing_happens_is_not_waited_for(monkeypatch):
+    monkeypatch.setattr("skarxlag.commands.cluster._IDLE_SECONDS", -1)
+    busy, idle, empty, gone = map(IdleClient, ({"a": ("key",)}, {"a": ()}, {}, None))
+    for client in (busy, idle):
+        cluster = Cluster(client, "tcp://host:1")
+        cluster.look()
+        assert client.cancelled == []
+        cluster.look()
+    assert busy.cancelled == [] and idle.cancelled == [[]]
+    cluster = Cluster(empty, "tcp://host:1")
+    cluster.look()
+    with pytest.raises(CommandError, match="tcp://host:1: no workers are left"):
+        cluster.look()
+    with pytest.raises(CommandError, match="tcp://host:1: the scheduler was lost"):
+        Cluster(gone, "tcp://host:1").look()
+
+
+def test_workers_that_are_silent_are_looked_after(monkeypatch):
+    monkeypatch.setattr("skarxlag.commands.runner._LOOK_SECONDS", 0.01)
+    future = Future()
+    workers = Workers(lambda task: future, lambda: 1, lambda: future.set_result("found"))
+    assert dict(run_tasks([Harmless(5)], workers)) == {0: "found"}
 
 
 def test_an_interrupted_run_goes_on_where_it_stopped(run, fleet, tmp_path, monkeypatch, diagnose):
