@@ -52,7 +52,7 @@ class Journal:
         self._file.close()
         if kind is None:
             self.path.unlink()
-        elif kind is KeyboardInterrupt:
+        else:
             print(f"{self.path}: the same command goes on from here", file=sys.stderr)
 
     def result(self, recording: ListedRecording) -> Diagnosis | None:
