@@ -2,15 +2,13 @@
 
 import argparse
 import sys
-from functools import partial
 from pathlib import Path
-from time import perf_counter
 
 import numpy as np
 import pandas as pd
 
 from .._files import write_atomically
-from ..paper import run_protocol
+from ..paper.protocol import joined_outcomes
 from . import figures
 from .arguments import add_execution_arguments, positive_int, seed, speed_or_all, window_length
 from .diagnosers import DIAGNOSERS, LADDERS
@@ -18,9 +16,9 @@ from .errors import CommandError, UsageError, as_command_error
 from .paper_report import paper_heading, paper_report
 from .progress import Progress, add_progress_arguments
 from .report import evaluation_report
-from .rigs import TITLES, load_parts, select_windows
+from .rigs import TITLES, load_parts
 from .runner import WorkerDied, executors, run_tasks
-from .trials import Trial, loaded_rigs
+from .trials import PaperTrial, Trial
 
 _DESCRIPTION = """\
 Compare the three diagnosers across shaft speeds: ALPIO, the paper's baseline; the extended-state
@@ -81,8 +79,6 @@ def run(args: argparse.Namespace) -> int:
         args.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"argument --output: {error}") from error
-    if args.rig == "simulated" and (args.processes or args.dask is not None):
-        raise UsageError("argument --processes, --dask: only the real rigs are worked on elsewhere")
     title = TITLES[args.rig]
     say = _nothing if args.quiet else _progress
     say(f"{title}: loading\n")
@@ -106,16 +102,13 @@ def run(args: argparse.Namespace) -> int:
 def _paper_tables(args, parts):
     """The paper's tables, its protocol applied to the parts of the simulated rig."""
     ladder = "bank" if args.ladder is None else args.ladder
-
-    def load(crack_mm, rpm):
-        rig = next(part.rig for part in parts if part.crack_mm == crack_mm)
-        return select_windows(rig, rig.rpm == rpm)
-
-    started, say = perf_counter(), _nothing if args.quiet else _progress
-    makers = {title: partial(make, n_jobs=args.n_jobs) for title, make in LADDERS[ladder].items()}
-    with as_command_error():
-        outcome = run_protocol(load, makers, progress=say)
-    say(f"{perf_counter() - started:.1f} s\n")
+    names = [(part, title) for part in parts for title in LADDERS[ladder]]
+    outcomes = _outcomes(
+        args,
+        [f"{title}, crack {part.crack_mm:g} mm" for part, title in names],
+        lambda n_jobs: [PaperTrial(part.source, ladder, title, n_jobs) for part, title in names],
+    )
+    outcome = joined_outcomes(outcomes)
     heading = paper_heading(parts[0].rig, ladder, 0 if args.seed is None else args.seed)
     return heading, paper_report(outcome), outcome.verdicts, outcome.fitted
 
@@ -124,7 +117,7 @@ def _speed_tables(args, parts):
     """Every pair of speeds of a real rig."""
     (part,) = parts
     rig = part.rig
-    verdicts, fitted = _evaluate(args, rig, _train_speeds(args, rig.rpm))
+    verdicts, fitted = _speed_pairs(args, part, _train_speeds(args, rig.rpm))
     title = TITLES[args.rig]
     speeds = ", ".join(f"{speed:g}" for speed in np.unique(rig.rpm))
     heading = (
@@ -145,30 +138,35 @@ def _train_speeds(args, rpm):
     return [args.train_rpm]
 
 
-def _evaluate(args, rig, train_speeds):
+def _speed_pairs(args, part, train_speeds):
     """Verdicts on all tested windows, and the diagnosers of the first training speed."""
-    key = args.rig, args.data_home, args.window_length
-    loaded_rigs[key] = rig
     names = [(train_rpm, name) for train_rpm in train_speeds for name in DIAGNOSERS]
-    outcomes = [None] * len(names)
-    with as_command_error(), executors(args) as workers:
-        is_elsewhere = args.processes or args.dask is not None
-        n_jobs = 1 if is_elsewhere else max(workers.count() // len(names), 1)
-        tasks = [Trial(*key, *each, n_jobs) for each in names]
-        with Progress(len(names), "fits", args) as progress:
-            for place, outcome in run_tasks(tasks, workers):
-                train_rpm, name = names[place]
-                title = DIAGNOSERS[name][0]
-                if isinstance(outcome, WorkerDied):
-                    raise CommandError(f"{title} at {train_rpm:g} rpm: every process for it died")
-                outcomes[place] = outcome
-                progress.step(f"{title}, calibrated at {train_rpm:g} rpm: {outcome.seconds:.1f} s")
+    outcomes = _outcomes(
+        args,
+        [f"{DIAGNOSERS[name][0]}, calibrated at {train_rpm:g} rpm" for train_rpm, name in names],
+        lambda n_jobs: [Trial(part.source, *each, n_jobs) for each in names],
+    )
     fitted = {
         (None, DIAGNOSERS[name][0]): outcome.diagnoser
         for (train_rpm, name), outcome in zip(names, outcomes, strict=True)
         if train_rpm == train_speeds[0]
     }
     return pd.concat([outcome.verdicts for outcome in outcomes], ignore_index=True), fitted
+
+
+def _outcomes(args, names, make_trials):
+    """What comes of trials, in order, on whatever workers there are."""
+    outcomes = [None] * len(names)
+    with as_command_error(), executors(args) as workers:
+        is_elsewhere = args.processes or args.dask is not None
+        trials = make_trials(1 if is_elsewhere else max(workers.count() // len(names), 1))
+        with Progress(len(names), "fits", args) as progress:
+            for place, outcome in run_tasks(trials, workers):
+                if isinstance(outcome, WorkerDied):
+                    raise CommandError(f"{names[place]}: every process for it died")
+                outcomes[place] = outcome
+                progress.step(f"{names[place]}: {outcome.seconds:.1f} s")
+    return outcomes
 
 
 def _file(args):

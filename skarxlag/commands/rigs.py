@@ -2,6 +2,7 @@
 
 import argparse
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,71 @@ _ROW_WISE = ("data", "target", "rpm", "recording", "start")
 
 
 @dataclass(frozen=True)
+class FetchedRig:
+    """Where a real rig comes from, small enough to be sent to a worker.
+
+    Parameters
+    ----------
+    name : str
+        Of the rig.
+    data_home : Path or None
+        Folder of its files.
+    window_length : int
+        Samples in a window.
+    """
+
+    name: str
+    data_home: Path | None
+    window_length: int
+
+    def load(self) -> Bunch:
+        """The rig from its files."""
+        return FETCHERS[self.name](data_home=self.data_home, window_length=self.window_length)
+
+
+@dataclass(frozen=True)
+class SimulatedRig:
+    """What a simulated rig is made from, small enough to be sent to a worker.
+
+    Parameters
+    ----------
+    crack_mm : float
+        Crack size of its faulty windows.
+    n_samples : int
+        Samples in a recording.
+    window_length : int
+        Samples in a window.
+    seed : int
+        Of its random numbers.
+    """
+
+    crack_mm: float
+    n_samples: int
+    window_length: int
+    seed: int
+
+    def load(self) -> Bunch:
+        """The rig, simulated."""
+        return simulate_rig(
+            crack_mm=self.crack_mm,
+            n_samples=self.n_samples,
+            window_length=self.window_length,
+            random_state=self.seed,
+        )
+
+
+#: Rigs that this process has loaded; threads share them, a worker process loads its own.
+loaded_rigs: dict[FetchedRig | SimulatedRig, Bunch] = {}
+
+
+def loaded(source: FetchedRig | SimulatedRig) -> Bunch:
+    """A rig, loaded once in a process."""
+    if source not in loaded_rigs:
+        loaded_rigs[source] = source.load()
+    return loaded_rigs[source]
+
+
+@dataclass(frozen=True)
 class Part:
     """Windows that are diagnosed together.
 
@@ -30,10 +96,13 @@ class Part:
         Crack size of its faulty windows; None where the rig has no such thing.
     rig : Bunch
         As `skarxlag.datasets` returns it.
+    source : FetchedRig or SimulatedRig
+        Where the rig comes from.
     """
 
     crack_mm: float | None
     rig: Bunch
+    source: FetchedRig | SimulatedRig
 
     @property
     def stem(self) -> str:
@@ -73,14 +142,21 @@ def load_parts(args: argparse.Namespace) -> list[Part]:
         if getattr(args, name) is not None:
             option = "--" + name.replace("_", "-")
             raise UsageError(f"argument {option}: only the simulated rig has it, not {args.rig}")
+    # A worker may run in another folder.
+    data_home = None if args.data_home is None else args.data_home.absolute()
     try:
         with as_command_error(OSError):
-            rig = FETCHERS[args.rig](data_home=args.data_home, window_length=args.window_length)
+            part = _part(FetchedRig(args.rig, data_home, args.window_length))
     except ValueError as error:
         # Of files that are the original ones a fetcher can refuse nothing else.
         raise UsageError(f"argument --window-length: {error}") from error
-    _check_halves(rig, args.window_length)
-    return [Part(None, rig)]
+    _check_halves(part.rig, args.window_length)
+    return [part]
+
+
+def _part(source, crack_mm=None):
+    loaded_rigs[source] = source.load()
+    return Part(crack_mm, loaded_rigs[source], source)
 
 
 def _simulate(args):
@@ -97,16 +173,10 @@ def _simulate(args):
         raise UsageError(
             "argument --train-rpm: only the real rigs have it; the paper calibrates at 500 rpm"
         )
+    whole = n_windows * args.window_length
+    seed = 0 if args.seed is None else args.seed
     return [
-        Part(
-            crack_mm,
-            simulate_rig(
-                crack_mm=crack_mm,
-                n_samples=n_windows * args.window_length,
-                window_length=args.window_length,
-                random_state=0 if args.seed is None else args.seed,
-            ),
-        )
+        _part(SimulatedRig(crack_mm, whole, args.window_length, seed), crack_mm)
         for crack_mm in _SIMULATED_CRACKS_MM
     ]
 

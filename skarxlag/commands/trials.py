@@ -1,19 +1,17 @@
 """A diagnoser calibrated at one speed and scored at every speed: the unit of work of `evaluate`."""
 
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
 from time import perf_counter
-from typing import Any
 
 import pandas as pd
+from sklearn.utils import Bunch
 
 from ..accuracy_tables import scored_windows
 from ..model_selection import speed_splits
-from .diagnosers import DIAGNOSERS
-from .rigs import FETCHERS
-
-#: Rigs that this process has loaded; threads share it, a worker process loads the files itself.
-loaded_rigs: dict[Any, Any] = {}
+from ..paper.protocol import score_crack
+from .diagnosers import DIAGNOSERS, LADDERS
+from .rigs import FetchedRig, SimulatedRig, loaded, select_windows
 
 
 @dataclass(frozen=True)
@@ -41,12 +39,8 @@ class Trial:
 
     Parameters
     ----------
-    rig : str
-        Name of a real rig.
-    data_home : Path or None
-        Folder of its files.
-    window_length : int
-        Samples in a window.
+    rig : FetchedRig
+        A real rig.
     train_rpm : float
         Speed to calibrate at.
     name : str
@@ -55,16 +49,14 @@ class Trial:
         Threads that work on windows.
     """
 
-    rig: str
-    data_home: Path | None
-    window_length: int
+    rig: FetchedRig
     train_rpm: float
     name: str
     n_jobs: int
 
-    def __call__(self) -> Any:
+    def __call__(self) -> Scores:
         """Fit on first halves of the recordings at the speed, score on second halves of all."""
-        rig = self._loaded()
+        rig = loaded(self.rig)
         started = perf_counter()
         splits = speed_splits(
             rig.rpm, train_rpm=self.train_rpm, recording=rig.recording, same_speed=True
@@ -78,9 +70,36 @@ class Trial:
         verdicts = pd.concat(frames, ignore_index=True)
         return Scores(verdicts, diagnoser, perf_counter() - started)
 
-    def _loaded(self):
-        key = self.rig, self.data_home, self.window_length
-        if key not in loaded_rigs:
-            fetch = FETCHERS[self.rig]
-            loaded_rigs[key] = fetch(data_home=self.data_home, window_length=self.window_length)
-        return loaded_rigs[key]
+
+@dataclass(frozen=True)
+class PaperTrial:
+    """A crack size and a diagnoser under the paper's protocol.
+
+    Parameters
+    ----------
+    rig : SimulatedRig
+        All conditions and speeds at the crack size.
+    ladder : str
+        Of `LADDERS`.
+    title : str
+        Of the diagnoser.
+    n_jobs : int
+        Threads that work on windows.
+    """
+
+    rig: SimulatedRig
+    ladder: str
+    title: str
+    n_jobs: int
+
+    def __call__(self) -> Bunch:
+        """What `skarxlag.paper.protocol.score_crack` returns, with ``seconds``."""
+        rig = loaded(self.rig)
+        started = perf_counter()
+        make = partial(LADDERS[self.ladder][self.title], n_jobs=self.n_jobs)
+        outcome = score_crack(
+            lambda crack_mm, rpm: select_windows(rig, rig.rpm == rpm),
+            self.rig.crack_mm,
+            {self.title: make},
+        )
+        return Bunch(**outcome, seconds=perf_counter() - started)

@@ -1,6 +1,6 @@
 """The protocol behind Tables 2-9 of Piltan and Kim (2019)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -60,44 +60,81 @@ def run_protocol(
     >>> len(outcome.verdicts), len(outcome.halves)  # 2 cracks, 4 speeds, 8 conditions, 6 windows
     (384, 48)
     """
+    cracks = load_tables().tables[2].frame.columns.unique("crack_mm")
+    return joined_outcomes([score_crack(load, mm, diagnosers, progress=progress) for mm in cracks])
+
+
+def score_crack(
+    load: Callable[[float, float], Bunch],
+    crack_mm: float,
+    diagnosers: dict[str, Callable[..., Any]],
+    *,
+    progress: Callable[[str], object] = lambda text: None,
+) -> Bunch:
+    """The protocol for one crack size.
+
+    Parameters
+    ----------
+    load, diagnosers, progress
+        As for `run_protocol`.
+    crack_mm : float
+        Crack size in mm.
+
+    Returns
+    -------
+    Bunch
+        As of `run_protocol`, for this crack size, in the order of the work.
+    """
     frames, halves, fitted = [], [], {}
     printed = load_tables().tables
-    cracks = printed[2].frame.columns.unique("crack_mm")
-    for crack_mm in cracks:
-        progress(f"crack {crack_mm:g} mm: {CALIBRATION_RPM:g} rpm,")
-        rig = load(crack_mm, CALIBRATION_RPM)
-        ((first, second),) = speed_splits(
-            rig.rpm, train_rpm=CALIBRATION_RPM, recording=rig.recording, same_speed=True
-        )
-        constants = {
-            name: {"diagnoser": name, "crack_mm": crack_mm, "train_rpm": CALIBRATION_RPM}
-            for name in diagnosers
-        }
-        for name, make in diagnosers.items():
-            progress(f" {name},")
-            half = _fitted(make, rig, first)
-            halves.append(scored_windows(half, rig, second, constants[name]))
-            everything = np.arange(len(rig.data))
-            whole = _fitted(make, rig, everything)
-            frames.append(scored_windows(whole, rig, everything, constants[name]))
-            fitted[crack_mm, name] = whole
-        for number in (2, 3, 4):
-            rpm = float(printed[number].rpm)
-            progress(f" {rpm:g} rpm,")
-            del rig  # before the next one is made
-            rig = load(crack_mm, rpm)
-            for name in diagnosers:
-                diagnoser = fitted[crack_mm, name]
-                frames.append(
-                    scored_windows(diagnoser, rig, np.arange(len(rig.data)), constants[name])
-                )
-        del rig
-        progress(" done\n")
-    verdicts = pd.concat(frames).sort_values(["crack_mm", "test_rpm"], kind="stable")
+    progress(f"crack {crack_mm:g} mm: {CALIBRATION_RPM:g} rpm,")
+    rig = load(crack_mm, CALIBRATION_RPM)
+    ((first, second),) = speed_splits(
+        rig.rpm, train_rpm=CALIBRATION_RPM, recording=rig.recording, same_speed=True
+    )
+    constants = {
+        name: {"diagnoser": name, "crack_mm": crack_mm, "train_rpm": CALIBRATION_RPM}
+        for name in diagnosers
+    }
+    for name, make in diagnosers.items():
+        progress(f" {name},")
+        half = _fitted(make, rig, first)
+        halves.append(scored_windows(half, rig, second, constants[name]))
+        everything = np.arange(len(rig.data))
+        whole = _fitted(make, rig, everything)
+        frames.append(scored_windows(whole, rig, everything, constants[name]))
+        fitted[crack_mm, name] = whole
+    for number in (2, 3, 4):
+        rpm = float(printed[number].rpm)
+        progress(f" {rpm:g} rpm,")
+        del rig  # before the next one is made
+        rig = load(crack_mm, rpm)
+        for name in diagnosers:
+            diagnoser = fitted[crack_mm, name]
+            frames.append(scored_windows(diagnoser, rig, np.arange(len(rig.data)), constants[name]))
+    progress(" done\n")
+    return Bunch(verdicts=pd.concat(frames), halves=pd.concat(halves), fitted=fitted)
+
+
+def joined_outcomes(outcomes: Sequence[Bunch]) -> Bunch:
+    """What `run_protocol` returns, of parts of its work.
+
+    Parameters
+    ----------
+    outcomes : sequence of Bunch
+        As `score_crack` returns them: all diagnosers of one crack size, then those of the next.
+
+    Returns
+    -------
+    Bunch
+        All of them.
+    """
+    verdicts = pd.concat([outcome.verdicts for outcome in outcomes])
+    verdicts = verdicts.sort_values(["crack_mm", "test_rpm"], kind="stable")
     return Bunch(
         verdicts=verdicts.reset_index(drop=True),
-        halves=pd.concat(halves, ignore_index=True),
-        fitted=fitted,
+        halves=pd.concat([outcome.halves for outcome in outcomes], ignore_index=True),
+        fitted={key: each for outcome in outcomes for key, each in outcome.fitted.items()},
     )
 
 

@@ -22,6 +22,8 @@ from skarxlag.commands import figures, main, rigs, trials
 from skarxlag.datasets.simulated import simulate_rig
 from skarxlag.paper import load_tables
 
+from .deadly_tasks import Deadly
+
 TITLES = ("ALPIO", "Extended state", "Diagnoser")
 TINY = ("evaluate", "--n-samples", "2400", "--window-length", "400")
 
@@ -192,8 +194,7 @@ def test_report_tells_progress_and_folder(run, tmp_path, no_figures):
     folder = tmp_path / "new" / "folder"
     code, out, err = run(*TINY[:3], "--window-length", "600", "--output", folder)
     assert code == 0
-    names = "ALPIO, Extended state, Diagnoser"
-    assert f"crack 6 mm: 500 rpm, {names}, 300 rpm, 400 rpm, 450 rpm, done" in err
+    assert "[6/6]" in err and "Diagnoser, crack 6 mm: " in err
     assert "No figures today." in out
     assert out.rstrip().endswith(str(folder))
     assert not list(folder.glob("*.png"))
@@ -213,14 +214,26 @@ def test_single_ladder_has_no_diagnoser_of_ours(single_ladder):
 
 
 @pytest.mark.parametrize(
-    ("options", "is_same"), [(["--n-jobs", "1", "--seed", "0"], True), (["--seed", "1"], False)]
+    ("options", "is_same"),
+    [
+        (["--n-jobs", "1", "--seed", "0"], True),
+        (["--n-jobs", "2", "--processes"], True),
+        (["--seed", "1"], False),
+    ],
 )
-def test_seed_changes_the_rig_and_threads_change_nothing(
+def test_seed_changes_the_rig_and_threads_and_processes_change_nothing(
     run, tmp_path, no_figures, simulated, options, is_same
 ):
     assert run(*TINY, "--output", tmp_path, *options)[0] == 0
     name = "simulated_verdicts.csv"
     assert ((tmp_path / name).read_text() == (simulated / name).read_text()) == is_same
+
+
+def test_a_process_that_dies_each_time_names_its_trial(run, tmp_path, no_figures, monkeypatch):
+    monkeypatch.setattr("skarxlag.commands.evaluate.PaperTrial", lambda *arguments: Deadly())
+    code, out, err = run(*TINY, "--output", tmp_path, "--n-jobs", "1", "--processes")
+    assert code == 1 and not out
+    assert "crack 6 mm: every process for it died" in err or "crack 3 mm: every process" in err
 
 
 @pytest.fixture
@@ -290,13 +303,11 @@ def test_threads_change_nothing_and_progress_can_be_silenced(run, tmp_path, fetc
         assert bool(err) == ("-q" not in options)
     first, second = ((output / "uestc_verdicts.csv").read_bytes() for output in outputs)
     assert first == second
-    code, _, err = run("evaluate", "--processes", "--output", tmp_path)
-    assert code == 2 and "only the real rigs are worked on elsewhere" in err
 
 
 def test_a_worker_loads_the_rig_itself(fetched, real_rig, tmp_path):
-    trials.loaded_rigs.clear()
-    scores = trials.Trial("uestc", tmp_path, 200, 800.0, "alpio", 1)()
+    rigs.loaded_rigs.clear()
+    scores = trials.Trial(rigs.FetchedRig("uestc", tmp_path, 200), 800.0, "alpio", 1)()
     assert fetched == {"data_home": tmp_path, "window_length": 200}
     assert set(scores.verdicts["test_rpm"]) == {800, 900} and len(scores.diagnoser.classes_) == 3
 

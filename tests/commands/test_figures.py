@@ -53,7 +53,7 @@ def test_files_say_which_figure_of_the_paper_they_are(
     diagnoser = request.getfixturevalue(name)
     figures.save_figures(
         verdicts_of(diagnoser, rig, [300, 500], crack_mm),
-        [Part(crack_mm, rig)],
+        [Part(crack_mm, rig, source=None)],
         {(crack_mm, "ALPIO"): diagnoser},
         title,
         None,
