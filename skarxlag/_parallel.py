@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ContextDecorator
-from typing import Any, Self
+from typing import Any
 
 from joblib import effective_n_jobs
 from sklearn import config_context, get_config
@@ -36,7 +36,7 @@ class _OneThread(ContextDecorator):
     def __init__(self) -> None:
         self._lock, self._n_inside = threading.Lock(), 0
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> None:
         with self._lock:
             if self._n_inside == 0:
                 _let_any_thread_set()

@@ -264,7 +264,7 @@ def check_fitted_array(
     return value
 
 
-def is_moderate(values: Any) -> bool:
+def is_moderate(values: Any) -> NDArray[np.bool_]:
     """Whether squares of the values can be summed without overflow."""
     return np.abs(values) < _LARGEST
 

@@ -284,8 +284,8 @@ def check_real(value: Any, name: str, **bounds: Any) -> None:
 
 
 def check_networks(
-    order: int | Sequence[int], pole: float | Sequence[float], n_channels: int
-) -> tuple[NDArray[Any], list[float] | None]:
+    order: int | Sequence[int], pole: float | str | Sequence[float | str], n_channels: int
+) -> tuple[NDArray[Any], list[float | None] | None]:
     """Order and pole of each channel's Laguerre network.
 
     Parameters

@@ -5,6 +5,7 @@ Verdicts are a DataFrame with one row for each window that was tested and the co
 rig with cracks adds ``crack_mm``.
 """
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -53,7 +54,7 @@ def scored_windows(
 
 
 def condition_accuracy(
-    verdicts: pd.DataFrame, conditions: list[str], columns: list[str]
+    verdicts: pd.DataFrame, conditions: Iterable[str], columns: list[str]
 ) -> pd.DataFrame:
     """Accuracy for each condition: the shape of Tables 2-5, 8 and 9 of Piltan and Kim (2019).
 

@@ -149,7 +149,7 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         self,
         *,
         order: int | Sequence[int] = 32,
-        pole: Any = 0.3,
+        pole: float | str | Sequence[float | str] = 0.3,
         alpha: float = 1e-6,
         bank: bool = True,
         healthy: Any = None,

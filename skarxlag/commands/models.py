@@ -2,6 +2,7 @@
 
 import functools
 import math
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -62,12 +63,12 @@ class SavedModel:
     known: Any = None
 
 
-def load_model(path: Path, n_jobs: int | None = None) -> SavedModel:
+def load_model(path: str | os.PathLike[str], n_jobs: int | None = None) -> SavedModel:
     """Load a model. What `fit` states and `save_diagnoser` may not is taken from its steps.
 
     Parameters
     ----------
-    path : Path
+    path : path-like
         The file.
     n_jobs : int or None, default=None
         Threads that work on windows.
@@ -128,12 +129,12 @@ def stated_facts(model: SavedModel) -> dict[str, Any]:
 
 
 @functools.lru_cache(maxsize=2)
-def cached_model(path: Path, changed: int, n_jobs: int | None) -> SavedModel:
+def cached_model(path: str | os.PathLike[str], changed: int, n_jobs: int | None) -> SavedModel:
     """`load_model` of a file as it was at a time: a worker loads it once for all recordings.
 
     Parameters
     ----------
-    path : Path
+    path : path-like
         The file.
     changed : int
         Its time of modification in nanoseconds.

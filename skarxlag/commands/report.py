@@ -84,7 +84,9 @@ def of_part(verdicts: pd.DataFrame, part: Part) -> pd.DataFrame:
     return verdicts if part.crack_mm is None else verdicts[verdicts["crack_mm"] == part.crack_mm]
 
 
-def confusion_verdicts(verdicts: pd.DataFrame, confusion_rpm: float | None) -> pd.DataFrame | str:
+def confusion_verdicts(
+    verdicts: pd.DataFrame, confusion_rpm: float | None
+) -> tuple[pd.DataFrame, str]:
     """Rows that confusion matrices count, and what to call them.
 
     Tests at the training speed count only where there is no other.

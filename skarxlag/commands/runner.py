@@ -91,7 +91,8 @@ def run_tasks(
         done, _ = wait(running, timeout=_LOOK_SECONDS, return_when=FIRST_COMPLETED)
         if not done:
             workers.look()
-        for future in done:
+        # What was finished meanwhile is told in its order.
+        for future in sorted(done, key=running.__getitem__):
             place, error = running.pop(future), future.exception()
             if error is None:
                 yield place, future.result()

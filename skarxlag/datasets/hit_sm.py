@@ -66,7 +66,7 @@ def fetch_hit_sm(
     n_retries: int = 3,
     delay: float = 1.0,
     verbose: bool = True,
-) -> tuple[Any, tuple[Any, ...], tuple[Any, ...]]:
+) -> Any:
     """Fetch the SpectraQuest rig of the HIT-SM data sets, cut into windows (download of 37 MB).
 
     Vibration of normal bearings and of bearings with a fault of the inner or the outer race in

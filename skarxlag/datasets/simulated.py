@@ -6,14 +6,13 @@ from itertools import product
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from sklearn.utils import Bunch, check_random_state, check_scalar
 
-from skarxlag.bearings import SKF_6205
+from skarxlag.bearings import SKF_6205, BearingGeometry
 from skarxlag.datasets.rig import LOCATIONS, Rig, background, defect_emission
 from skarxlag.datasets.torque import DriveTorque
 from skarxlag.datasets.transmission import TransmissionPaths
-
-from ..bearings import BearingGeometry
 
 __all__ = ["CONDITIONS", "simulate_rig"]
 
@@ -86,8 +85,8 @@ def _generator(entropy, key, stream):
 
 def simulate_rig(
     *,
-    rpm: float | Sequence[float] = (300, 400, 450, 500),
-    crack_mm: float | Sequence[float] = (3, 6),
+    rpm: ArrayLike = (300, 400, 450, 500),
+    crack_mm: ArrayLike = (3, 6),
     conditions: str | Sequence[str] | None = None,
     n_samples: int = 120_000,
     window_length: int = 1200,
@@ -95,7 +94,7 @@ def simulate_rig(
     bearing: BearingGeometry = SKF_6205,
     paths: TransmissionPaths | None = None,
     torque: DriveTorque | None = None,
-    torque_leak: Sequence[float] = (0.10, 0.05, -0.05, -0.10),
+    torque_leak: ArrayLike = (0.10, 0.05, -0.05, -0.10),
     slip: float = 0.01,
     load_distribution: float = 0.5,
     impact_level: float = 0.5,
@@ -107,7 +106,7 @@ def simulate_rig(
     random_state: int | np.random.RandomState | None = 0,
     return_fault: bool = False,
     return_X_y: bool = False,
-) -> Bunch:
+) -> Any:
     r"""Simulate the acoustic emission and the drive torque of a bearing rig.
 
     The output of a recording is

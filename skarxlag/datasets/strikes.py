@@ -5,9 +5,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from skarxlag.bearings import METRES_PER_MM, contact_speed, defect_frequencies, strike_rate
-
-from ..bearings import BearingGeometry
+from skarxlag.bearings import (
+    METRES_PER_MM,
+    BearingGeometry,
+    contact_speed,
+    defect_frequencies,
+    strike_rate,
+)
 
 __all__ = ["impact_velocity", "load_distribution_at", "simulate_strikes", "transit_time"]
 

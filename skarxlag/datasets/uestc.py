@@ -62,7 +62,7 @@ def fetch_uestc(
     n_retries: int = 3,
     delay: float = 1.0,
     verbose: bool = True,
-) -> tuple[Any, tuple[Any, ...], tuple[Any, ...]]:
+) -> Any:
     """Fetch the UESTC bearing rig, cut into windows (download of 34 MB).
 
     Vibration of normal bearings and of bearings with a fault of the ball, the inner or the outer

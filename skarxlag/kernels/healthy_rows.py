@@ -1,6 +1,6 @@
 """Features of rows, where each row is a stretch that is cut into windows."""
 
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +45,7 @@ class Rows(NamedTuple):
     cepstra: np.ndarray
     values: np.ndarray
 
-    def take(self, chosen: NDArray[Any]) -> Self:
+    def take(self, chosen: NDArray[Any]) -> "Rows":
         """Some of the rows."""
         return Rows(*(part[chosen] for part in self))
 

@@ -97,7 +97,7 @@ def adapt_switching_gain(surface: NDArray[Any], start: NDArray[Any], step: float
     return gain
 
 
-def settled_level(gain: float) -> float:
+def settled_level(gain: NDArray[Any]) -> NDArray[Any]:
     """Return the geometric mean of a gain over the last half of the window; 0 if the gain is 0."""
     tail = gain[..., int(_SETTLED * gain.shape[-1]) :]
     silent = tail[..., 0] == 0

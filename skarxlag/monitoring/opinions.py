@@ -27,7 +27,7 @@ class Opinions:
     log_probability: np.ndarray | None = None
     exceeds: np.ndarray | None = None
 
-    def window(self, i: int | None) -> tuple[NDArray[Any] | None, bool | None]:
+    def window(self, i: int | np.integer | None) -> tuple[NDArray[Any] | None, bool | None]:
         """Both opinions on one window; None for no window."""
         return (
             None if i is None or self.log_probability is None else self.log_probability[i],

@@ -3,8 +3,6 @@
 The verdicts come from `skarxlag.paper.run_protocol`, with the method names in `METHODS`.
 """
 
-from typing import Any
-
 import numpy as np
 import pandas as pd
 
@@ -19,7 +17,7 @@ PRINTED_AVERAGE = "Average, as printed"
 _BY_SPEED, _BY_CRACK = (2, 3, 4, 5), (8, 9)
 
 
-def accuracy_beside_paper(verdicts: pd.DataFrame, number: str) -> pd.DataFrame:
+def accuracy_beside_paper(verdicts: pd.DataFrame, number: int) -> pd.DataFrame:
     """Return one of Tables 2-5, 8 and 9: accuracy by condition, next to the paper's values.
 
     Parameters
@@ -57,7 +55,9 @@ def accuracy_beside_paper(verdicts: pd.DataFrame, number: str) -> pd.DataFrame:
     return pd.concat({OWN: own, PAPER: paper}, axis=1, names=["source", "method", inner])
 
 
-def confusion_beside_paper(verdicts: pd.DataFrame, number: str) -> dict[str, Any]:
+def confusion_beside_paper(
+    verdicts: pd.DataFrame, number: int
+) -> dict[tuple[str, str], pd.DataFrame]:
     """Return Table 6 or 7: confusion matrices at 400 rpm, that of the paper first.
 
     The last column is the recall and the last row the precision. Both are recomputed from the

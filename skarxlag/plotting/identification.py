@@ -81,7 +81,7 @@ class IdentificationDisplay:
         self.sampling_rate = sampling_rate
 
     @property
-    def fit_percentage(self) -> NDArray[Any]:
+    def fit_percentage(self) -> float:
         """Agreement of the prediction with the output, in percent."""
         return float(fit_percentage(self.output, self.prediction))
 
@@ -96,7 +96,7 @@ class IdentificationDisplay:
         condition: Any = None,
         conditions: Sequence[Any] | None = None,
         sampling_rate: float | None = None,
-        axes: Sequence[Any] | None = None,
+        axes: Sequence[Any] | NDArray[Any] | None = None,
     ) -> Self:
         """Predict one window with a model of a fitted estimator, and plot the prediction.
 
@@ -160,7 +160,7 @@ class IdentificationDisplay:
         condition: Any = None,
         conditions: Sequence[Any] | None = None,
         sampling_rate: float | None = None,
-        axes: Sequence[Any] | None = None,
+        axes: Sequence[Any] | NDArray[Any] | None = None,
     ) -> Self:
         """Plot a prediction that was computed elsewhere.
 
@@ -203,7 +203,7 @@ class IdentificationDisplay:
         )
         return display.plot(axes=axes)
 
-    def plot(self, axes: Sequence[Any] | None = None, **line_kw: Any) -> Self:
+    def plot(self, axes: Sequence[Any] | NDArray[Any] | None = None, **line_kw: Any) -> Self:
         """Draw the plot.
 
         Parameters

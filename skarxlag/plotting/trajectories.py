@@ -100,7 +100,7 @@ class TrajectoryDisplay:
         condition: Any = None,
         conditions: Sequence[Any] | None = None,
         sampling_rate: float | None = None,
-        axes: Sequence[Any] | None = None,
+        axes: Sequence[Any] | NDArray[Any] | None = None,
     ) -> Self:
         """Run the observer of a fitted diagnoser on one window, and plot its trajectories.
 
@@ -159,7 +159,7 @@ class TrajectoryDisplay:
         condition: Any = None,
         conditions: Sequence[Any] | None = None,
         sampling_rate: float | None = None,
-        axes: Sequence[Any] | None = None,
+        axes: Sequence[Any] | NDArray[Any] | None = None,
     ) -> Self:
         """Plot trajectories that were computed elsewhere.
 
@@ -202,7 +202,7 @@ class TrajectoryDisplay:
         )
         return display.plot(axes=axes)
 
-    def plot(self, axes: Sequence[Any] | None = None, **line_kw: Any) -> Self:
+    def plot(self, axes: Sequence[Any] | NDArray[Any] | None = None, **line_kw: Any) -> Self:
         """Draw the plot.
 
         Parameters

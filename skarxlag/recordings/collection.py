@@ -141,7 +141,7 @@ class CommonFacts:
 
     def checked_blocks(
         self, entry: ListedRecording, n_samples: int | None, resample: float | None
-    ) -> Iterator[tuple[NDArray[Any], float | None]]:
+    ) -> Iterator[NDArray[Any]]:
         """Signals of a recording, of which the sampling rate and the channels are checked."""
         blocks = entry.blocks(n_samples)
         if resample is not None:
