@@ -15,6 +15,9 @@ ISOLATED = True
 IN_PARTS = True
 STATES = "the rate, by a time column"
 
+#: Bytes of a column that are read at a time.
+_BUFFER_BYTES = 2**20
+
 
 def contents(path: Path) -> Contents:
     """Channels by the names of the columns."""
@@ -37,7 +40,8 @@ def _open(path):
     from pyarrow.parquet import ParquetFile
 
     if path.suffix.lower() == ".parquet":
-        with ParquetFile(path) as file:
+        # Otherwise a group of rows is loaded whole before the first of them is given.
+        with ParquetFile(path, pre_buffer=False, buffer_size=_BUFFER_BYTES) as file:
             yield _Parquet(path, file)
     else:
         with pyarrow.ipc.open_file(str(path)) as file:

@@ -1,3 +1,7 @@
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -50,3 +54,24 @@ def test_parquet_is_read_one_group_of_rows_after_another(tmp_path):
     assert [len(block) for block in blocks] == [7, 3, 7, 3, 5]
     np.testing.assert_array_equal(np.concatenate(blocks), signal)
     np.testing.assert_array_equal(np.concatenate(list(iter_windows(path, 4))).ravel(), signal[:24])
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="tells no peak of memory")
+def test_a_group_of_rows_is_not_loaded_whole(tmp_path):
+    program = """
+import pathlib, sys
+from skarxlag.recordings.formats import arrow
+peaks = []
+for path in sys.argv[1:]:
+    n_rows = sum(len(block[0]) for block in arrow.contents(pathlib.Path(path)).read(["acc"], 9999))
+    status = pathlib.Path("/proc/self/status").read_text()
+    peaks.append(int(status.split("VmHWM:")[1].split()[0]) * 1024)
+print(n_rows, peaks[1] - peaks[0])
+"""
+    paths, signal = [tmp_path / "few.parquet", tmp_path / "many.parquet"], np.arange(6e6)
+    for path, n_rows in zip(paths, (60_000, 6_000_000), strict=True):
+        frame = pd.DataFrame({"acc": np.sin(signal[:n_rows])})
+        frame.to_parquet(path, row_group_size=n_rows)
+    done = subprocess.run([sys.executable, "-c", program, *paths], stdout=subprocess.PIPE)
+    n_read, more = map(int, done.stdout.split())
+    assert n_read == len(signal) and more < signal.nbytes / 2
