@@ -71,6 +71,32 @@ def peak_of_predict(maker, n_windows, window_length):
     print("MiB", _peak() - imported - X.nbytes / 2**20)
 
 
+def peak_of_fit(maker, folder, n_windows, window_length):
+    """Peak memory above the imports, beside mapped windows, while a diagnoser is fitted."""
+    import benchmarks.speed.rows
+    import skarxlag
+
+    make, load = getattr(skarxlag, maker), skarxlag.load_recordings
+    imported = _peak()
+    folder, length = Path(folder), int(window_length)
+    for seed in range(0, int(n_windows), 400):
+        # No window is repeated, or it would be counted instead of used twice.
+        windows, y = benchmarks.speed.rows.coloured_windows(400, length, seed=seed)
+        for name in range(4):
+            with (folder / f"{name}.bin").open("ab") as file:
+                windows[y == name].tofile(file)
+    rig = load(
+        folder / "?.bin",
+        pattern=r"(?P<condition>\d).bin",
+        dtype="<f8",
+        sampling_rate=20e3,
+        window_length=length,
+        memory_map=folder / "windows",
+    )
+    make().fit(rig.data, rig.target)
+    print("MiB", _peak() - imported - rig.data.nbytes / 2**20)
+
+
 def _windows(n_windows, window_length):
     from benchmarks.speed.rows import coloured_windows
 

@@ -69,7 +69,7 @@ def memory(n_windows=100_000, window_length=1200):
             "make_extended_state_pio",
         ),
     }
-    lines = []
+    lines = _memory_of_fit(window_length=window_length)
     with tempfile.TemporaryDirectory() as folder:
         for what, (task, *arguments) in tasks.items():
             first = [folder] if task == "peak_of_command" else arguments
@@ -84,4 +84,22 @@ imports",
                     "at_most": True,
                 }
             )
+    return lines
+
+
+def _memory_of_fit(n_windows=20_000, window_length=1200):
+    lines = []
+    for maker in ("make_diagnoser", "make_alpio"):
+        with tempfile.TemporaryDirectory() as folder:
+            peak = _run("MiB", "peak_of_fit", maker, folder, n_windows, window_length, cache=folder)
+        size = n_windows * window_length * 8 / 2**20
+        lines.append(
+            {
+                "what": f"`{maker}().fit`, beside {n_windows} windows of {window_length} of four \
+conditions, mapped from a file: MiB above the imports, over the size of the windows",
+                "ours": f"{peak:.0f} MiB",
+                "beside": f"the windows: {size:.0f} MiB",
+                "reached": peak / size,
+            }
+        )
     return lines

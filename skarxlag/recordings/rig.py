@@ -169,12 +169,17 @@ def cut_recordings(
     for entry in listed:
         blocks = facts.checked_blocks(entry, block_length(window_length), resample)
         parts = cut_blocks(blocks, str(entry.path), window_length, hop)
-        windows, position, n_available = thin_windows(parts, max_windows)
-        store.add(windows)
+        if max_windows is None:
+            # A recording may be longer than what memory holds.
+            position = np.arange(sum(map(store.add, parts)))
+            available.append(len(position))
+        else:
+            windows, position, n_available = thin_windows(parts, max_windows)
+            store.add(windows)
+            available.append(n_available)
         starts.append(position * hop)
-        available.append(n_available)
         if note is not None:
-            note(entry, n_available)
+            note(entry, available[-1])
     table = facts.described()
     conditions = [] if table["condition"] is None else list(dict.fromkeys(table["condition"]))
     conditions = [str(condition) for condition in conditions]
@@ -216,13 +221,15 @@ class _WindowStore:
         if path is not None:
             Path(path).write_bytes(b"")
 
-    def add(self, windows: NDArray[Any]) -> None:
+    def add(self, windows: NDArray[Any]) -> int:
+        """Keep windows, and say how many."""
         self._shape = (self._shape[0] + len(windows), *windows.shape[1:])
         if self._path is None:
             self._parts.append(windows)
         else:
             with Path(self._path).open("ab") as file:
                 windows.tofile(file)
+        return len(windows)
 
     def windows(self) -> NDArray[Any]:
         if self._path is None:

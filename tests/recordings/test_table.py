@@ -1,3 +1,5 @@
+import tracemalloc
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -304,3 +306,21 @@ def test_windows_never_replace_what_is_read(folder, name):
     with pytest.raises(ValueError, match=rf"memory_map=.*{name}' is among the files that are read"):
         load_recordings(path, window_length=4, memory_map=folder / "sub" / ".." / name)
     assert (folder / name).read_bytes() == content
+
+
+def test_a_recording_is_mapped_without_being_in_memory(tmp_path):
+    signal = np.random.default_rng(0).integers(-99, 99, size=12_000_000, dtype=np.int8)
+    np.save(tmp_path / "long.npy", signal)
+    tracemalloc.start()
+    try:
+        rig = load_recordings(
+            tmp_path / "*.npy",
+            sampling_rate=1.0,
+            window_length=1000,
+            memory_map=tmp_path / "windows.bin",
+        )
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    np.testing.assert_array_equal(rig.data.ravel()[::997], signal[::997])
+    assert peak < rig.data.nbytes / 2

@@ -226,9 +226,10 @@ def test_rows_on_processes(monkeypatch):
     cold, warm = processes.start_up(n_rounds=2, makers=("make_alpio",))
     assert (cold["reached"], cold["target"]) == (4, 3)
     assert (warm["reached"], warm["target"]) == (1.5, 0.6)
-    numbers = iter([100.0, 200.0, 400.0])
-    reached = [line["reached"] for line in processes.memory(n_windows=3)]
-    assert reached in ([100, 200, 400], [])
+    size = 20_000 * 1000 * 8 / 2**20
+    numbers = iter([size, 3 * size, 100.0, 200.0, 400.0])
+    lines = processes.memory(n_windows=3, window_length=1000)
+    assert [line["reached"] for line in lines] in ([1, 3, 100, 200, 400], [])
 
 
 def test_children(tmp_path, capsys):
@@ -237,8 +238,10 @@ def test_children(tmp_path, capsys):
     if children.has_peak():
         children.peak_of_predict("make_alpio", 500, 100)
         children.peak_of_command(tmp_path, 500, 100)
-        first, second = capsys.readouterr().out.split("MiB ")[1:]
-        assert float(first.split()[0]) > -1 and float(second) >= 0
+        children.peak_of_fit("make_alpio", tmp_path, 400, 100)
+        first, *others = capsys.readouterr().out.split("MiB ")[1:]
+        assert float(first.split()[0]) > -1 and all(float(o.split()[0]) > -1 for o in others)
+        assert (tmp_path / "windows").stat().st_size == 400 * 100 * 8
         assert np.load(tmp_path / "long.npy").shape == (50_000,)
 
 
