@@ -197,6 +197,17 @@ PARTS = {
         ("skarxlag/commands/r*.py", "benchmarks/speed/fleet.py", "benchmarks/speed/timing.py"),
         {"docs/fleet.md": ("fleet",)},
     ),
+    "fleet-figure": Part(
+        "-m benchmarks.pages.fleet_figure",
+        (
+            "skarxlag/commands/r*.py",
+            "skarxlag/commands/cluster.py",
+            "benchmarks/pages/fleet_figure.py",
+            "benchmarks/pages/svg_figures.py",
+        ),
+        {},
+        ("docs/images/fleet.svg",),
+    ),
     "paper-tables": Part(
         "-m benchmarks.paper tables --write docs/paper/tables.md",
         (*_SIMULATED, "skarxlag/paper/*", "benchmarks/paper/tables*.py"),

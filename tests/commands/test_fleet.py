@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from joblib import parallel_config
 from scipy.signal import lfilter
-from sklearn.model_selection import cross_val_score
+from sklearn.model_selection import GridSearchCV, cross_val_score
 
 from skarxlag import load_diagnoser, make_alpio, save_diagnoser
 from skarxlag.commands.cluster import Cluster
@@ -187,6 +187,23 @@ def test_a_result_that_is_lost_is_asked_for_once_more():
             dict(run_tasks([Harmless(5)], Workers(executor.submit, lambda: 1)))
 
 
+def test_tasks_in_hand_follow_the_number_of_workers():
+    n_workers, asked = 1, []
+
+    def submit(task):
+        asked.append(task)
+        future = Future()
+        future.set_result(task())
+        return future
+
+    results = run_tasks([Harmless(n) for n in range(20)], Workers(submit, lambda: n_workers))
+    next(results)
+    assert len(asked) == 2
+    n_workers = 3
+    next(results), next(results)
+    assert len(asked) == 2 + 6
+
+
 class IdleClient:
     """Client of a cluster of which nothing comes."""
 
@@ -284,13 +301,22 @@ def test_a_result_at_another_speed_or_channel_is_not_used(fleet, tmp_path):
             assert journal.result(replace(recording, **change)) is None
 
 
-def test_scikit_learn_cross_validates_on_a_cluster(cluster):
+def test_scikit_learn_scores_and_searches_on_a_cluster(cluster):
     rng = np.random.default_rng(0)
     X, y = rng.normal(size=(24, WINDOW)), np.repeat(["good", "worn"], 12)
-    X[12:] = lfilter([1.0], [1.0, -0.9], X[12:])
+    X[12:] = lfilter([1.0], [1.0, -0.2], X[12:])
+    orders = {"identify__order": [1, 2, 4]}
     expected = cross_val_score(make_alpio(), X, y, cv=2)
-    with distributed.Client(cluster.scheduler_address), parallel_config("dask"):
+    alone = GridSearchCV(make_alpio(), orders, cv=2).fit(X, y)
+    assert len(set(alone.cv_results_["mean_test_score"])) > 1
+    with distributed.Client(cluster.scheduler_address) as client, parallel_config("dask"):
+        client.wait_for_workers(2)
         np.testing.assert_array_equal(cross_val_score(make_alpio(), X, y, cv=2), expected)
+        search = GridSearchCV(make_alpio(), orders, cv=2).fit(X, y)
+    assert search.best_params_ == alone.best_params_
+    for name in ("split0_test_score", "split1_test_score", "rank_test_score"):
+        np.testing.assert_array_equal(search.cv_results_[name], alone.cv_results_[name])
+    np.testing.assert_array_equal(search.predict_proba(X), alone.predict_proba(X))
 
 
 def test_a_dask_array_is_refused_with_a_recipe_that_works(fleet):
