@@ -123,7 +123,8 @@ def test_cells_and_arrays_of_structs_of_matlab(tmp_path):
                 yield stored[name].ref
 
         def put(name, references, **attributes):
-            file.create_dataset(name, data=np.array(references, dtype=h5py.ref_dtype))
+            references = np.array(references, dtype=object)
+            file.create_dataset(name, references.shape, h5py.ref_dtype)[...] = references
             file[name].attrs.update(attributes)
 
         cell = {"MATLAB_class": np.bytes_(b"cell")}
