@@ -62,7 +62,7 @@ def condition_accuracy(
     ----------
     verdicts : DataFrame
         See above.
-    conditions : list of str
+    conditions : iterable of str
         Rows, in this order.
     columns : list of str
         Names of the columns of `verdicts` whose values head the table, outermost first; their

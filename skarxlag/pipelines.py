@@ -89,7 +89,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
     def __init__(
         self,
-        steps: Any,
+        steps: list[tuple[str, Any]],
         *,
         transform_input: list[str] | None = None,
         memory: Any = None,

@@ -3,6 +3,7 @@
 import importlib
 import inspect
 import pkgutil
+import re
 import tomllib
 from pathlib import Path
 
@@ -45,6 +46,46 @@ def test_public_functions_are_annotated(name):
         missing = [p.name for p in given if p.annotation is inspect.Parameter.empty]
         assert not missing, f"{function.__qualname__}: {missing}"
         assert signature.return_annotation is not inspect.Signature.empty, function.__qualname__
+
+
+PLAIN = re.compile(r"(int|float|str|bool|dict|list|DataFrame)\b")
+
+
+def documented(owner):
+    """What a docstring says of each parameter, and of a single result."""
+    parts = re.split(r"\n\n(\w[\w ]*)\n---+\n", inspect.getdoc(owner) or "")
+    sections = dict(zip(parts[1::2], parts[2::2], strict=True))
+    for names, said in re.findall(
+        r"^(\w+(?:, \w+)*) : (.+)$", sections.get("Parameters", ""), flags=re.M
+    ):
+        for name in names.split(", "):
+            yield name, said
+    results = re.findall(r"^(?:\w+ : )?(\w.*)$", sections.get("Returns", ""), flags=re.M)
+    if len(results) == 1:
+        yield "return", results[0]
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_annotations_are_what_docstrings_say(name):
+    module = importlib.import_module(name)
+    owners = list(own_functions(module, name))
+    for each in vars(module).values():
+        if inspect.isclass(each) and each.__module__ == name and "__init__" in vars(each):
+            owners.append(each)
+    for owner in owners:
+        signature = inspect.signature(owner)
+        annotations = {key: each.annotation for key, each in signature.parameters.items()}
+        annotations["return"] = signature.return_annotation
+        for key, said in documented(owner):
+            plain = PLAIN.match(said)
+            # joblib has no types.
+            if plain is None or key not in annotations or "joblib." in said:
+                continue
+            given = annotations[key]
+            text = given if isinstance(given, str) else inspect.formatannotation(given)
+            # numpy writes out what it takes for an array.
+            fits = plain[1] in text or "_array_like" in text
+            assert fits, f"{owner.__qualname__}, {key}: {said!r}, but {text}"
 
 
 def test_types_reach_checkers_of_installations_in_place():

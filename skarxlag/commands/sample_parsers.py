@@ -63,7 +63,7 @@ class RawSamples:
 
     n_cut: int
 
-    def __init__(self, dtype: str, channel: Any = None) -> None:
+    def __init__(self, dtype: str, channel: str | Sequence[str] | None = None) -> None:
         self._frame = frame_type(dtype)
         if any(self._frame[name].kind == "c" for name in self._frame.names):
             raise ContentError(f"dtype is {dtype!r}, expected real numbers such as '<f4'")
@@ -120,7 +120,9 @@ class TextSamples:
 
     n_bad: int
 
-    def __init__(self, channel: Any = None, times: StreamTimes | None = None) -> None:
+    def __init__(
+        self, channel: str | Sequence[str] | None = None, times: StreamTimes | None = None
+    ) -> None:
         self.n_bad, self._channel, self._times = 0, channel, times
         self.begin()
 

@@ -149,9 +149,9 @@ def simulate_rig(
 
     Parameters
     ----------
-    rpm : float or sequence of float, default=(300, 400, 450, 500)
+    rpm : float or array-like of float, default=(300, 400, 450, 500)
         Shaft speeds in revolutions per minute. Source: [1]_, Table 1.
-    crack_mm : float or sequence of float, default=(3, 6)
+    crack_mm : float or array-like of float, default=(3, 6)
         Widths of the crack along the rolling direction, in mm. They must not exceed the diameter of
         an element. Source: [1]_, Table 1. The normal condition has no crack and has one recording
         for each speed.
