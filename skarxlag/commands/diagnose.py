@@ -14,7 +14,7 @@ from ..bearings import fault_orders
 from ..recordings.table import list_recordings
 from ..stretches import order_comparison
 from ..verdicts import NO_SIGNAL, rejection_rate, takes_rpm
-from .arguments import add_execution_arguments, bearing, positive_number
+from .arguments import add_execution_arguments, bearing
 from .batch import diagnose_all
 from .errors import UsageError, as_command_error
 from .html_report import html_report
@@ -60,9 +60,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--table", type=Path, help="csv table of further recordings")
     add_source_arguments(parser, "each RECORDING")
-    parser.add_argument(
-        "--rpm", type=positive_number, help="shaft speed of each RECORDING, where the model uses it"
-    )
     parser.add_argument(
         "--resample",
         action="store_true",

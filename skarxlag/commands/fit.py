@@ -13,7 +13,6 @@ import numpy as np
 
 from ..diagnosers import make_detector, make_stretch_diagnoser
 from ..persistence import save_diagnoser
-from ..recordings.table import list_recordings
 from .arguments import (
     job_count,
     positive_int,
@@ -29,7 +28,7 @@ from .models import calibration_basis, held_rate, is_model_file
 from .names import counted
 from .progress import add_progress_arguments
 from .results import check_output
-from .sources import add_source_arguments, stated
+from .sources import add_source_arguments, table_recordings
 from .training_windows import DETECTOR, MOST_SAMPLES, STRETCHES, training_windows
 
 _DESCRIPTION = """\
@@ -124,7 +123,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     with as_command_error():
-        listed = list_recordings(args.table, **stated(args))
+        listed = table_recordings(args)
         inputs = [args.table, *(recording.path for recording in listed)]
     check_output(args.output, inputs, is_own=is_model_file, force=args.force)
     if find_spec("skops") is None:
@@ -238,7 +237,8 @@ def _choose_speed(args, rig):
     if not chosen.any():
         listed = ", ".join(f"{speed:g}" for speed in np.unique(rig.rpm))
         raise UsageError(
-            f"argument --train-rpm: {args.train_rpm}, expected a speed of {args.table}: {listed}"
+            f"argument --train-rpm: {args.train_rpm}, expected a speed of {args.table}: {listed}; "
+            "1797+-30 and 1700..1800 take several"
         )
     return chosen
 

@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ..recordings.listing import ListedRecording, is_file_source, list_files
+from ..recordings.table import list_recordings
 from .arguments import positive_number
+from .errors import UsageError
 
 #: Arguments that say what no table says, by the names that the readers give them.
 _STATED = ("pattern", "channel", "sampling_rate", "dtype")
@@ -40,6 +42,9 @@ def add_source_arguments(parser: argparse.ArgumentParser, of: str) -> None:
         type=positive_number,
         metavar="HZ",
         help=f"of {of}, where the files do not state it",
+    )
+    parser.add_argument(
+        "--rpm", type=positive_number, help=f"of {of}: shaft speed, the same for all"
     )
     parser.add_argument(
         "--dtype", metavar="TYPE", help=f"of {of}: samples of raw binary files, such as <i2"
@@ -88,3 +93,24 @@ def named_recordings(args: argparse.Namespace) -> list[ListedRecording]:
         else:
             recordings.append(ListedRecording(None, str(path), Path(path)))
     return recordings
+
+
+def table_recordings(args: argparse.Namespace) -> list[ListedRecording]:
+    """Recordings of a table, a folder or a glob.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        With ``table`` and the arguments of `add_source_arguments`.
+
+    Raises
+    ------
+    UsageError
+        If a speed is stated for all recordings of a table, which has a column for it.
+    """
+    listed = list_recordings(args.table, **stated(args))
+    if args.rpm is None:
+        return listed
+    if not is_file_source(args.table):
+        raise UsageError(f"argument --rpm: for a folder; {args.table} has a column for it")
+    return [replace(recording, rpm=args.rpm) for recording in listed]

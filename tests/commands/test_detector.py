@@ -50,6 +50,16 @@ def model(run, plant):
     return path
 
 
+def test_one_speed_for_all_files_of_a_folder(run, plant, tmp_path):
+    path, options = tmp_path / "d.skops", ("--sampling-rate", RATE, "--rpm", 750)
+    command = ("fit", "--diagnoser", "detector", "-o", path, "--force", *options)
+    code, _, err = run(*command, plant / "[679]*0.npy")
+    assert code == 0 and "rpm is not given" not in err
+    assert load_diagnoser(path)[1]["train_rpm"] == [750.0]
+    code, _, err = run(*command[:-4], "--rpm", 750, plant / "healthy.csv")
+    assert code == 2 and "argument --rpm: for a folder" in err and "has a column for it" in err
+
+
 def test_recordings_at_a_speed_between_are_told(run, plant, model):
     detector, facts = load_diagnoser(model)
     assert facts["window_length"] == 8400
