@@ -1,7 +1,11 @@
 import numpy as np
 import pytest
+from sklearn.calibration import CalibratedClassifierCV
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import StandardScaler
 
 from skarxlag import ChannelRows, DiagnosisPipeline, load_diagnoser, make_alpio, save_diagnoser
+from skarxlag.commands.errors import CommandError
 from skarxlag.commands.models import load_model
 
 X = np.random.default_rng(0).normal(size=(20, 3, 50))
@@ -56,3 +60,35 @@ def test_a_saved_diagnoser_of_rows_works_on_rows_and_in_commands_on_recordings(t
     model = load_model(tmp_path / "d.skops")
     assert (model.n_channels, model.window_length) == (3, 50)
     np.testing.assert_array_equal(model.diagnoser.predict_proba(X), expected)
+
+
+def saved_as(diagnoser, rows, path):
+    save_diagnoser(diagnoser.fit(rows, Y), path)
+    return load_model(path)
+
+
+@pytest.mark.parametrize("wrap", [make_pipeline, lambda rows: CalibratedClassifierCV(rows, cv=2)])
+def test_rows_within_other_tools_are_windows_in_commands(tmp_path, wrap):
+    steps = [("channels", ChannelRows(n_channels=3)), *make_alpio().steps]
+    diagnoser = wrap(DiagnosisPipeline(steps))
+    model = saved_as(diagnoser, X.reshape(20, -1), tmp_path / "d.skops")
+    assert (model.n_channels, model.window_length) == (3, 50)
+    expected = diagnoser.predict_proba(X.reshape(20, -1))
+    np.testing.assert_array_equal(model.diagnoser.predict_proba(X), expected)
+
+
+def test_rows_of_one_channel_are_windows(tmp_path):
+    steps = [("channels", ChannelRows(n_channels=1)), *make_alpio().steps]
+    model = saved_as(DiagnosisPipeline(steps), X[:, 0], tmp_path / "d.skops")
+    assert (model.n_channels, model.window_length) == (1, 50)
+    assert model.diagnoser.predict_proba(X[:, 0]).shape == (20, 2)
+
+
+def test_rows_behind_another_step_are_refused_by_commands(tmp_path):
+    inner = DiagnosisPipeline([("channels", ChannelRows(n_channels=3)), *make_alpio().steps])
+    for diagnoser in (
+        make_pipeline(StandardScaler(), inner),
+        make_pipeline(StandardScaler(), *inner),
+    ):
+        with pytest.raises(CommandError, match=r"ChannelRows\(n_channels=3\) stands behind other"):
+            saved_as(diagnoser, X.reshape(20, -1), tmp_path / "d.skops")

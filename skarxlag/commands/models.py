@@ -85,9 +85,7 @@ def load_model(path: str | os.PathLike[str], n_jobs: int | None = None) -> Saved
     """
     with as_command_error():
         diagnoser, facts = load_diagnoser(path)
-    if isinstance(diagnoser, Pipeline) and isinstance(diagnoser[0], ChannelRows):
-        # Recordings are cut into windows, not into rows.
-        diagnoser = diagnoser[1:]
+    _take_windows(path, diagnoser)
     known_conditions = facts.pop("known_conditions", None)
     for each in (diagnoser, known_conditions):
         if each is not None:
@@ -222,6 +220,23 @@ def _end(step, place):
     while isinstance(step, Pipeline):
         step = step[place]
     return step
+
+
+def _take_windows(path, diagnoser):
+    """Leave out the step that makes windows of rows: recordings are cut into windows."""
+    pipelines = [part for part in estimators_within(diagnoser) if isinstance(part, Pipeline)]
+    behind = {id(step) for pipeline in pipelines for _, step in pipeline.steps[1:]}
+    for pipeline in pipelines:
+        for _, step in pipeline.steps:
+            # Windows of one channel are rows.
+            if not isinstance(step, ChannelRows) or step.n_channels == 1:
+                continue
+            if step is not pipeline[0] or id(pipeline) in behind:
+                raise CommandError(
+                    f"{path}: ChannelRows(n_channels={step.n_channels}) stands behind other steps, "
+                    "expected the first step: recordings are cut into windows, not into rows"
+                )
+            pipeline.steps = pipeline.steps[1:]
 
 
 def _of_steps(path, diagnoser):
