@@ -23,6 +23,9 @@ ISOLATED = True
 IN_PARTS = True
 STATES = "rate (`wf_increment`), unit (`unit_string`) and date (`wf_start_time`)"
 
+#: LabVIEW counts from 1904, and writes this where no date was set. NaT is not later either.
+_NO_DATE = np.datetime64("1904-01-02")
+
 
 def contents(path: Path) -> Contents:
     """Channels by name, or by ``group/name`` where two groups have a channel of one name."""
@@ -41,9 +44,10 @@ def contents(path: Path) -> Contents:
             if isinstance(step, float | np.floating) and is_rate(step) and is_rate(1 / step):
                 rates[name] = rounded(1 / step, 1e-12)
                 date = channel.properties.get("wf_start_time")
-                offset = channel.properties.get("wf_start_offset", 0.0)
-                if isinstance(date, np.datetime64) and not np.isnat(date):
-                    starts[name] = float(date.astype("datetime64[us]").astype(float) / 1e6 + offset)
+                if isinstance(date, np.datetime64) and date > _NO_DATE:
+                    starts[name] = float(date.astype("datetime64[us]").astype(float) / 1e6)
+                    offset = channel.properties.get("wf_start_offset")
+                    starts[name] += offset if isinstance(offset, float | np.floating) else 0.0
             for key, value in channel.properties.items():
                 if letters(key) in ("unitstring", "unit", "units", "niunitdescription") and value:
                     units[name] = str(value)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skarxlag.recordings import list_channels, read_recording
-from skarxlag.recordings.files import recording_blocks
+from skarxlag.recordings.files import recording_blocks, recording_start
 
 nptdms = pytest.importorskip("nptdms")
 
@@ -95,3 +95,23 @@ def test_two_channels_block_by_block(path):
     blocks = [block for block, _ in recording_blocks(path, 25, channel=["u", "y"])]
     assert [block.shape for block in blocks] == [(2, 25)] * 4 + [(2, 3)]
     np.testing.assert_array_equal(np.concatenate(blocks, axis=1), [U, Y])
+
+
+@pytest.mark.parametrize(
+    ("properties", "start"),
+    [
+        ({"wf_start_time": np.datetime64("2026-11-22T07:00:00.25", "us")}, 1795330800.25),
+        (
+            {"wf_start_time": np.datetime64("2026-11-22T07:00", "us"), "wf_start_offset": 0.5},
+            1795330800.5,
+        ),
+        ({"wf_start_time": np.datetime64("1904-01-01", "us")}, None),
+        ({}, None),
+    ],
+)
+def test_date_of_the_first_sample(tmp_path, properties, start):
+    path = tmp_path / "run.tdms"
+    with nptdms.TdmsWriter(path) as writer:
+        properties = {"wf_increment": 1e-3} | properties
+        writer.write_segment([nptdms.ChannelObject("g", "y", np.arange(9.0), properties)])
+    assert recording_start(path) == recording_start(path, channel=["y"]) == start
