@@ -290,7 +290,7 @@ class ConditionMonitor:
 
     def _check_samples(self, samples):
         signal = np.asarray(samples)
-        if signal.dtype.kind not in "iuf" or signal.ndim not in (1, 2):
+        if signal.dtype.kind not in "iuf" or signal.ndim not in (1, 2) or signal.shape[:-1] == (0,):
             raise ValueError(
                 f"samples of type {signal.dtype} and shape {signal.shape}, expected real numbers "
                 "of shape (n_samples,) or (n_channels, n_samples)"

@@ -78,6 +78,15 @@ def test_what_is_no_text_with_numbers(run, models, piped, data, message):
     assert code == 1 and out == "" and "error: -: " in err and message in err
 
 
+def test_the_layout_does_not_depend_on_how_the_lines_come():
+    data = b"1 2\n" * 6 + b"3,4\n" * 70
+    whole = TextSamples().parse(data)
+    pieces = TextSamples()
+    parts = [pieces.parse(data[i : i + 5]) for i in range(0, len(data), 5)]
+    np.testing.assert_array_equal(np.concatenate([p for p in parts if p.size], axis=1), whole)
+    assert whole[:, 0].tolist() == [1.0, 2.0] and pieces.n_bad == 70
+
+
 def test_a_line_without_an_end_takes_no_memory():
     parser, noise = TextSamples(), b"7" * 2**18
     assert parser.parse(b"1\n2\n3\n4\n").shape == (1, 4)

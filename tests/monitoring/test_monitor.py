@@ -378,6 +378,7 @@ def test_samples_of_any_real_type(make, dtype):
         (["a"], "samples of type <U1"),
         (np.zeros(3, dtype=complex), "samples of type complex128"),
         (np.zeros((1, 1, 3)), r"shape \(1, 1, 3\)"),
+        (np.zeros((0, 3)), r"shape \(0, 3\), expected real numbers"),
         (np.zeros((2, 3)), "samples of 2 channels, expected 1"),
     ],
 )
