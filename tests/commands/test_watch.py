@@ -316,6 +316,15 @@ def test_ctrl_c_and_termination_end_cleanly(run, models, monkeypatch, number, tm
     assert load_monitor_state(tmp_path / "state.npz")[0]["stream"]["n_samples"] == 450
 
 
+@pytest.fixture
+def interruptible():
+    """The signal of Ctrl-C as on a terminal: a shell has its jobs in the background ignore it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_a_signal_ends_a_wait_and_is_noted_during_work():
     with Stopping() as stopping:
         os.kill(os.getpid(), signal.SIGINT)
