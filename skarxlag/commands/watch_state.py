@@ -59,8 +59,12 @@ class WatchState:
                 raise CommandError(
                     printable(f"{self.path}: a state {found}; name another --state or delete it")
                 )
+        place = facts.get("place")
+        is_pair = isinstance(place, list) and len(place) == 2 and isinstance(place[0], int)
+        if place is not None and not is_pair:
+            raise CommandError(f"{printable(self.path)}: place {place!r}, expected two values")
         monitor.restore(state)
-        return facts.get("place")
+        return place
 
     def save(self, monitor: Any, place: Any) -> None:
         """Write the file, if one is kept."""

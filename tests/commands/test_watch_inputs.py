@@ -8,7 +8,7 @@ import threading
 import numpy as np
 import pytest
 
-from skarxlag import save_diagnoser
+from skarxlag import ConditionMonitor, save_diagnoser, save_monitor_state
 from skarxlag.commands.live_sources import Patience, from_growing_file
 from skarxlag.commands.sample_parsers import TextSamples
 from skarxlag.commands.stopping import Stopping
@@ -186,6 +186,16 @@ def test_a_state_belongs_to_its_source_and_model(run, models, fitted, tmp_path):
     code, out, err = run("watch", models[0], path, *options)
     assert code == 0 and "was started afresh since the state was saved" in err
     assert [v["start"] for v in verdicts_of(out)] == list(range(400, 1300, 200))
+
+
+@pytest.mark.parametrize("place", [7, "here", [1], ["a", 1]])
+def test_a_place_that_is_none(run, models, fitted, tmp_path, place):
+    path, state = tmp_path / "log.csv", tmp_path / "state.npz"
+    path.write_bytes(lines_of(sound("good", 450, 3)))
+    monitor = ConditionMonitor(fitted[0], RATE, window_length=WINDOW)
+    save_monitor_state(monitor, state, place=place)
+    code, out, err = run("watch", models[0], path, *IDLE, "--state", state)
+    assert code == 1 and out == "" and f"state.npz: place {place!r}, expected two values" in err
 
 
 def test_a_state_that_cannot_be_written_is_told_at_once(run, models, piped, tmp_path):
