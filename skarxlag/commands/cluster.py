@@ -68,7 +68,9 @@ class Cluster:
         elif monotonic() - self._idle_since > _IDLE_SECONDS:
             self._idle_since = None
             if not work:
-                raise CommandError(f"--dask {self._address}: no workers are left on the cluster")
+                raise CommandError(
+                    f"--dask {self._address}: no workers are left; their logs say why"
+                )
             # Nobody works and yet we wait. A cancelled task ends with an error and is asked for
             # once more.
             self._client.cancel(list(self._asked))
