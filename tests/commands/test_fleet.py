@@ -55,16 +55,16 @@ def cluster():
         "distributed.comm.timeouts.connect": "5s",
         "distributed.deploy.lost-worker-timeout": "5m",
     }
-    with (
-        dask.config.set(options),
-        distributed.LocalCluster(
+    with dask.config.set(options):
+        cluster = distributed.LocalCluster(
             n_workers=2, threads_per_worker=1, processes=True, dashboard_address="localhost:0"
-        ) as cluster,
-    ):
+        )
         yield cluster
-        with distributed.Client(cluster) as client, suppress(TimeoutError):
-            # A cluster that is closed while a worker starts may wait for it for ever.
+        # A cluster that is closed while a worker starts may wait for it for ever.
+        with suppress(TimeoutError), distributed.Client(cluster) as client:
             client.wait_for_workers(2, timeout=60)
+        with suppress(TimeoutError):
+            cluster.close(timeout=30)
 
 
 @pytest.fixture
