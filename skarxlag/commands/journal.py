@@ -1,6 +1,5 @@
 """Results on disk as they come, so that an interrupted run goes on where it stopped."""
 
-import hashlib
 import json
 import sys
 from pathlib import Path
@@ -10,6 +9,7 @@ import pandas as pd
 
 from .._files import write_atomically
 from ..recordings.listing import ListedRecording
+from .models import model_digest
 from .recording_task import Diagnosis
 
 _FORMAT = "skarxlag journal 2"
@@ -32,8 +32,7 @@ class Journal:
 
     def __init__(self, output: Path, model: Path, settings: list[Any]) -> None:
         self.path = output.with_name(output.name + ".partial")
-        digest = hashlib.sha256(Path(model).read_bytes()).hexdigest()
-        self._head = {"format": _FORMAT, "model": digest, "settings": settings}
+        self._head = {"format": _FORMAT, "model": model_digest(model), "settings": settings}
         self._file = None
 
     def __enter__(self) -> Self:

@@ -1,6 +1,7 @@
 """A saved diagnoser and what must be known to use it on recordings."""
 
 import functools
+import hashlib
 import math
 import os
 from dataclasses import dataclass
@@ -145,6 +146,12 @@ def cached_model(path: str | os.PathLike[str], changed: int, n_jobs: int | None)
         The model.
     """
     return load_model(path, n_jobs)
+
+
+def model_digest(path: str | os.PathLike[str]) -> str:
+    """SHA-256 of a model file, by which later runs know that the model is the same."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def is_model_file(path: Path) -> bool:

@@ -1,11 +1,11 @@
 """What a later run of ``skarxlag watch`` goes on from."""
 
-import hashlib
 from pathlib import Path
 from typing import Any
 
 from ..monitoring import load_monitor_state, save_monitor_state
 from .errors import CommandError, printable
+from .models import model_digest
 
 
 class WatchState:
@@ -25,7 +25,7 @@ class WatchState:
         self.path = path
         self._facts = {
             "source": source if source == "-" else str(Path(source).resolve()),
-            "models": [_digest(each) for each in models],
+            "models": [model_digest(each) for each in models],
         }
 
     def restore(self, monitor: Any) -> Any:
@@ -70,8 +70,3 @@ class WatchState:
         """Write the file, if one is kept."""
         if self.path is not None:
             save_monitor_state(monitor, self.path, place=place, **self._facts)
-
-
-def _digest(path):
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
