@@ -1,5 +1,7 @@
 """What detectors need around their limits: speeds of rows, weak calibrations, consistency."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np

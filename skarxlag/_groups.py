@@ -1,5 +1,7 @@
 """What all transformers share that measure windows by groups of log spectra."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np

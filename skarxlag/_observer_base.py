@@ -1,5 +1,7 @@
 """What all observers share: validation, residual evaluation, trajectories."""
 
+from __future__ import annotations
+
 from numbers import Integral
 from typing import Any, Self
 

@@ -1,5 +1,7 @@
 """What the outlier detectors of rows have in common."""
 
+from __future__ import annotations
+
 from typing import Any, ClassVar
 
 import numpy as np

@@ -1,5 +1,7 @@
 """What transformers of stretches share: rows with a speed, and a residual for each condition."""
 
+from __future__ import annotations
+
 from typing import Any, ClassVar
 
 import numpy as np

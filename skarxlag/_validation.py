@@ -1,5 +1,7 @@
 """Checks of what estimators are given."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from numbers import Integral, Real

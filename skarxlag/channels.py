@@ -1,5 +1,7 @@
 """Windows of several channels as rows of a table, for tools that take two axes only."""
 
+from __future__ import annotations
+
 from numbers import Integral
 from typing import Any, Self
 

@@ -1,5 +1,7 @@
 """Comparison of log spectra with those of each condition, across speeds."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any, ClassVar, Self
 

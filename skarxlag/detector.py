@@ -1,5 +1,7 @@
 """Detection of faults from healthy recordings alone, at any speed."""
 
+from __future__ import annotations
+
 import warnings
 from numbers import Integral
 from typing import Any, ClassVar, Self

@@ -1,5 +1,7 @@
 """ARX-Laguerre identification: from windows to innovations."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from numbers import Integral
 from typing import Any, ClassVar, Self

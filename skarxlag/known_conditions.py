@@ -1,5 +1,7 @@
 """None of these: whether rows are of any condition that is known."""
 
+from __future__ import annotations
+
 import warnings
 from typing import Any, ClassVar, Self
 

@@ -1,5 +1,7 @@
 """Calibrated decisions on residual levels: the threshold ladder."""
 
+from __future__ import annotations
+
 from typing import Any, ClassVar, Self
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Cross-validation across shaft speeds."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from typing import Any
 

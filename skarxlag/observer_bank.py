@@ -1,5 +1,7 @@
 """Banks of observers over frequency: from innovations to groups of log spectra."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from numbers import Integral
 from typing import Any, Self

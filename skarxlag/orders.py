@@ -1,5 +1,7 @@
 """Residuals of order spectra: what strikes with the shaft, whatever the shaft's speed."""
 
+from __future__ import annotations
+
 from numbers import Integral
 from typing import Any, Self
 

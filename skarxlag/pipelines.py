@@ -1,5 +1,7 @@
 """A Pipeline that gives its verdicts batch by batch."""
 
+from __future__ import annotations
+
 import math
 from typing import Any, Self
 

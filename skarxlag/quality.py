@@ -1,5 +1,7 @@
 """Whether a window carries a signal at all."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Measures of windows: their log spectra, in groups that a comparison can weigh."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from numbers import Integral
 from typing import Any, Self

@@ -1,5 +1,7 @@
 """Shaft speeds: what users give, and what a signal tells."""
 
+from __future__ import annotations
+
 from numbers import Integral
 from typing import Any
 

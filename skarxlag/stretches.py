@@ -1,5 +1,7 @@
 """Residuals of stretches: the colour of the windows in them, times the orders of the shaft."""
 
+from __future__ import annotations
+
 from numbers import Integral
 from typing import Any, Self
 

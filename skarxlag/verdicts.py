@@ -1,5 +1,7 @@
 """From the windows of recordings to one verdict for each recording."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np

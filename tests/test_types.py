@@ -83,8 +83,8 @@ def test_annotations_are_what_docstrings_say(name):
                 continue
             given = annotations[key]
             text = given if isinstance(given, str) else inspect.formatannotation(given)
-            # numpy writes out what it takes for an array.
-            fits = plain[1] in text or "_array_like" in text
+            # An array-like may be a list or a table.
+            fits = plain[1] in text or "ArrayLike" in text
             assert fits, f"{owner.__qualname__}, {key}: {said!r}, but {text}"
 
 
@@ -93,3 +93,9 @@ def test_types_reach_checkers_of_installations_in_place():
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
     assert settings["package-dir"] == {"": "."}
     assert (ROOT / "skarxlag" / "py.typed").exists()
+
+
+def test_help_shows_array_like_by_its_name():
+    shown = str(inspect.signature(skarxlag.ThresholdLadder.fit))
+    assert "ArrayLike | None" in shown
+    assert "Buffer" not in shown

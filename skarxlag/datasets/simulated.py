@@ -1,5 +1,7 @@
 """The simulated rig: the acoustic emission of a faulty bearing, and the drive torque."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from functools import partial
 from itertools import product

@@ -1,5 +1,7 @@
 """A fitted diagnoser on a running sensor."""
 
+from __future__ import annotations
+
 from collections import Counter
 from typing import Any, Self
 

@@ -1,5 +1,7 @@
 """Plot of the measured and the predicted output of one window, and of the prediction error."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any, Self
 

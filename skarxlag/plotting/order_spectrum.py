@@ -1,5 +1,7 @@
 """Plot of the order spectrum of one stretch, with the references of the nearest conditions."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any, Self
 

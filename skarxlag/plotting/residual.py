@@ -1,5 +1,7 @@
 """Plot of the residual of one window, with the thresholds that its level is compared with."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Self
 
@@ -116,7 +118,7 @@ class ResidualDisplay:
         model: Any = None,
         condition: Any = None,
         conditions: Sequence[Any] | None = None,
-        ax: "Axes | None" = None,
+        ax: Axes | None = None,
     ) -> Self:
         r"""Compute the residual of one window with a fitted diagnoser, and plot it.
 
@@ -189,7 +191,7 @@ class ResidualDisplay:
         model: Any = None,
         condition: Any = None,
         conditions: Sequence[Any] | None = None,
-        ax: "Axes | None" = None,
+        ax: Axes | None = None,
     ) -> Self:
         r"""Plot a residual that was computed elsewhere.
 
@@ -238,7 +240,7 @@ class ResidualDisplay:
         )
         return display.plot(ax=ax)
 
-    def plot(self, ax: "Axes | None" = None, **line_kw: Any) -> Self:
+    def plot(self, ax: Axes | None = None, **line_kw: Any) -> Self:
         """Draw the plot.
 
         Parameters

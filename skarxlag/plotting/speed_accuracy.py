@@ -1,5 +1,7 @@
 """Plot of the accuracy across shaft speeds."""
 
+from __future__ import annotations
+
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -74,7 +76,7 @@ class SpeedAccuracyDisplay:
         recording: ArrayLike | None = None,
         train_rpm: float | None = None,
         name: str | None = None,
-        ax: "Axes | None" = None,
+        ax: Axes | None = None,
     ) -> Self:
         """Fit a clone at each training speed, test it at the other speeds and plot the accuracy.
 
@@ -136,7 +138,7 @@ class SpeedAccuracyDisplay:
         train_rpm: ArrayLike,
         test_rpm: ArrayLike,
         name: str | None = None,
-        ax: "Axes | None" = None,
+        ax: Axes | None = None,
     ) -> Self:
         """Compute the accuracy of verdicts and plot it.
 
@@ -167,7 +169,7 @@ class SpeedAccuracyDisplay:
         accuracy = np.divide(hits, count, out=np.full_like(hits, np.nan), where=count > 0)
         return cls(accuracy, train_rpm=train, test_rpm=test, name=name).plot(ax=ax)
 
-    def plot(self, ax: "Axes | None" = None, *, name: str | None = None, **line_kw: Any) -> Self:
+    def plot(self, ax: Axes | None = None, *, name: str | None = None, **line_kw: Any) -> Self:
         """Draw the plot.
 
         Parameters

@@ -1,5 +1,7 @@
 """Plot of the residual levels of many windows, with the thresholds of the ladder."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Self
 
@@ -115,7 +117,7 @@ class ThresholdLadderDisplay:
         *,
         decision: str | None = None,
         conditions: Sequence[Any] | None = None,
-        ax: "Axes | None" = None,
+        ax: Axes | None = None,
     ) -> Self:
         r"""Compute the levels of windows with a fitted diagnoser, and plot them.
 
@@ -183,7 +185,7 @@ class ThresholdLadderDisplay:
         detection_threshold: float | None = None,
         isolation_thresholds: dict[str, Any] | None = None,
         conditions: Sequence[Any] | None = None,
-        ax: "Axes | None" = None,
+        ax: Axes | None = None,
     ) -> Self:
         r"""Plot levels that were computed elsewhere.
 
@@ -238,7 +240,7 @@ class ThresholdLadderDisplay:
         )
         return display.plot(ax=ax)
 
-    def plot(self, ax: "Axes | None" = None, **line_kw: Any) -> Self:
+    def plot(self, ax: Axes | None = None, **line_kw: Any) -> Self:
         """Draw the plot.
 
         Parameters

@@ -1,5 +1,7 @@
 """Plot of the trajectories of an observer on the innovations of one window."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any, Self
 

@@ -1,5 +1,7 @@
 """Shaft speeds that a user states with a tolerance or as a range."""
 
+from __future__ import annotations
+
 import re
 from dataclasses import dataclass
 from typing import Any, Self

@@ -1,5 +1,7 @@
 """Windows of a recording: the rows that every estimator of the package works on."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Iterator, Sequence
 from numbers import Integral
 from typing import Any
