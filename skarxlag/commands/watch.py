@@ -8,14 +8,20 @@ from pathlib import Path
 
 from ..monitoring import ConditionMonitor
 from ..recordings.formats._contents import ContentError
+from ..recordings.live import (
+    Patience,
+    Stopping,
+    StopRequestedError,
+    from_folder,
+    from_growing_file,
+    from_stream,
+)
+from ..recordings.live_samples import RawSamples, TextSamples
+from ..recordings.live_times import StreamTimes
 from ..recordings.rates import rates_agree
 from .arguments import positive_number
 from .errors import CommandError, UsageError, as_command_error, printable
-from .live_sources import Patience, from_folder, from_growing_file, from_stream
 from .models import load_model
-from .sample_parsers import RawSamples, TextSamples
-from .stopping import Stopping, StopRequestedError
-from .stream_times import StreamTimes
 from .watch_output import VerdictLines, sentence, summary
 from .watch_state import WatchState
 
@@ -216,7 +222,7 @@ def _source(args, model, sampling_rate, stopping, place):
             "settle": args.settle,
             "has_times": args.timed_files,
         }
-        return None, from_folder(path, options, patience, _warn, place)
+        return None, from_folder(path, options, patience, _warn_printable, place)
     if args.dtype is None:
         tolerance = args.gap_tolerance or 0.5 * model.window_length / sampling_rate
         times = StreamTimes(args.time_column, sampling_rate, tolerance, model.window_length)
@@ -233,7 +239,7 @@ def _source(args, model, sampling_rate, stopping, place):
         return parser, from_stream(lambda: path.open("rb"), parser, stopping)
     if not path.is_file():
         raise FileNotFoundError(f"{printable(path)}: no such file or folder")
-    return parser, from_growing_file(path, parser, patience, _warn, place)
+    return parser, from_growing_file(path, parser, patience, _warn_printable, place)
 
 
 def _follow(args, model, monitor, blocks, stopping, state, place):
@@ -265,6 +271,10 @@ def _follow(args, model, monitor, blocks, stopping, state, place):
         # A later run would read twice what was read behind the place.
         if is_at_place:
             state.save(monitor, place)
+
+
+def _warn_printable(text):
+    _warn(printable(text))
 
 
 def _warn(text):

@@ -17,9 +17,14 @@ from skarxlag import (
     save_diagnoser,
 )
 from skarxlag.commands import main
-from skarxlag.commands.live_sources import Patience, from_folder, from_growing_file
-from skarxlag.commands.sample_parsers import RawSamples, TextSamples
-from skarxlag.commands.stopping import Stopping, StopRequestedError
+from skarxlag.recordings.live import (
+    Patience,
+    Stopping,
+    StopRequestedError,
+    from_folder,
+    from_growing_file,
+)
+from skarxlag.recordings.live_samples import RawSamples, TextSamples
 from tests.commands.watching import IDLE, RATE, WINDOW, expected, lines_of, sound, verdicts_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")

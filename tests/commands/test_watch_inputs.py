@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from skarxlag import ConditionMonitor, save_diagnoser, save_monitor_state
-from skarxlag.commands.live_sources import Patience, from_growing_file
-from skarxlag.commands.sample_parsers import TextSamples
-from skarxlag.commands.stopping import Stopping
+from skarxlag.recordings.live import Patience, Stopping, from_growing_file
+from skarxlag.recordings.live_samples import TextSamples
 from tests.commands.watching import IDLE, RATE, WINDOW, expected, lines_of, sound, verdicts_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
@@ -209,7 +208,7 @@ def test_a_request_to_end_waits_for_the_end_of_a_file(run, models, tmp_path, mon
     folder, state = tmp_path / "logger", tmp_path / "state.npz"
     folder.mkdir()
     np.save(folder / "a.npy", sound("good", 1000, 3))
-    monkeypatch.setattr("skarxlag.commands.live_sources.block_length", lambda length: length)
+    monkeypatch.setattr("skarxlag.recordings.live.block_length", lambda length: length)
     told = []
 
     def write(self, verdicts, source):

@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 from skarxlag import ConditionMonitor
-from skarxlag.commands.sample_parsers import TextSamples
-from skarxlag.commands.stream_times import StreamTimes
 from skarxlag.recordings.formats._contents import ContentError
+from skarxlag.recordings.live_samples import TextSamples
+from skarxlag.recordings.live_times import StreamTimes
 from tests.commands.watching import IDLE, RATE, WINDOW, expected, lines_of, sound, verdicts_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")

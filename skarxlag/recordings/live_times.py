@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..recordings.formats._contents import ContentError
-from ..recordings.formats._naming import choose_channel
-from ..recordings.formats._time_axis import SECONDS, names_times
+from .formats._contents import ContentError
+from .formats._naming import choose_channel
+from .formats._time_axis import SECONDS, names_times
 
 #: What stands for a column that shall not be looked for.
 NO_TIMES = "none"

@@ -1,24 +1,72 @@
-"""Blocks of samples from standard input, from a file that grows, and from a folder."""
+"""Blocks of samples from standard input, from a growing file, and from a folder."""
 
 import os
+import signal
 import stat
+import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
-from ..recordings.files import recording_blocks, recording_start
-from ..recordings.rates import rates_agree
-from ..recordings.windows import block_length
-from .errors import printable
-from .sample_parsers import RawSamples, TextSamples
-from .stopping import Stopping
+from .files import recording_blocks, recording_start
+from .live_samples import RawSamples, TextSamples
+from .rates import rates_agree
+from .windows import block_length
 
 _BYTES_AT_A_TIME = 2**18
+
+
+class StopRequestedError(Exception):
+    """The user or the system asked for the end while the program was waiting."""
+
+
+class Stopping:
+    """Takes the signals SIGINT and SIGTERM as a request to end, at a moment that does no harm.
+
+    While the program computes, a request is only noted. While it waits for input, the wait ends.
+
+    Attributes
+    ----------
+    requested : bool
+        Whether a signal came.
+    """
+
+    requested: bool
+
+    def __init__(self) -> None:
+        self.requested, self._is_waiting, self._before = False, False, {}
+
+    def __enter__(self) -> Self:
+        # Python lets only the main thread handle signals.
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGINT, signal.SIGTERM):
+                self._before[number] = signal.signal(number, self._note)
+        return self
+
+    def __exit__(self, *exception: Any) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _note(self, number, frame):
+        self.requested = True
+        if self._is_waiting:
+            raise StopRequestedError
+
+    @contextmanager
+    def waiting(self) -> Iterator[Any]:
+        """Let a signal end what is done in here, by a `StopRequestedError`."""
+        self._is_waiting = True
+        try:
+            if self.requested:
+                raise StopRequestedError
+            yield
+        finally:
+            self._is_waiting = False
 
 
 @dataclass
@@ -124,7 +172,7 @@ def from_growing_file(
             parser.begin(file.read(min(offset, _BYTES_AT_A_TIME)))
             file.seek(offset)
         elif offset > 0:
-            warn(f"{printable(path)} was started afresh since the state was saved")
+            warn(f"{path} was started afresh since the state was saved")
 
         def behind():
             return [file.tell() - parser.n_pending, _number(file)]
@@ -140,7 +188,7 @@ def from_growing_file(
             if _started_afresh(path, file):
                 while data := file.read(_BYTES_AT_A_TIME):
                     yield from _parsed(parser, data, place=lambda: None)
-                warn(f"{printable(path)} was started afresh")
+                warn(f"{path} was started afresh")
                 file.close()
                 file = path.open("rb")
                 parser.begin()
@@ -209,7 +257,7 @@ def from_folder(
                 break
             read.add(key)
             if key < done:
-                warn(f"{printable(folder / key[1])}: older than the file before, read nevertheless")
+                warn(f"{folder / key[1]}: older than the file before, read nevertheless")
             done = max(done, key)
             patience.renew()
             yield from _blocks_of_file(folder / key[1], key[0], options, warn, list(done))
@@ -238,33 +286,33 @@ def _blocks_of_file(path, changed, options, warn, place):
             if start is None:
                 start = changed * 1e-9 - length / options["sampling_rate"]
         n_read = 0
-        for signal, _ in _signals(path, options):
-            n_read += signal.shape[1]
-            yield Block(signal, start, path.name, place, is_last=n_read == length)
+        for samples, _ in _signals(path, options):
+            n_read += samples.shape[1]
+            yield Block(samples, start, path.name, place, is_last=n_read == length)
             start = None
     except (OSError, ValueError, ImportError, MemoryError) as error:
-        warn(f"skipped: {printable(error)}")
+        warn(f"skipped: {error}")
 
 
 def _checked_length(path, options):
     """Samples of a file that fits; all of it is read, so that no file is used in part."""
     length = 0
-    for signal, rate in _signals(path, options):
-        length += signal.shape[1]
+    for samples, rate in _signals(path, options):
+        length += samples.shape[1]
         if not rates_agree(rate, options["sampling_rate"]):
             raise ValueError(
                 f"{path}: sampled at {rate:g} Hz, expected {options['sampling_rate']:g} Hz"
             )
-        if len(signal) != options["n_channels"]:
-            raise ValueError(f"{path}: {len(signal)} channels, expected {options['n_channels']}")
+        if len(samples) != options["n_channels"]:
+            raise ValueError(f"{path}: {len(samples)} channels, expected {options['n_channels']}")
     return length
 
 
 def _signals(path, options):
-    for signal, rate in recording_blocks(
+    for samples, rate in recording_blocks(
         path,
         block_length(options["window_length"]),
         channel=options["channel"],
         dtype=options["dtype"],
     ):
-        yield np.atleast_2d(signal), rate
+        yield np.atleast_2d(samples), rate

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..recordings.formats._contents import ContentError
-from ..recordings.formats._layout import is_number, text_layout
-from ..recordings.formats._naming import choose_channel
-from ..recordings.formats._time_axis import names_times
-from ..recordings.formats.raw import frame_type
-from .stream_times import StreamTimes
+from .formats._contents import ContentError
+from .formats._layout import is_number, text_layout
+from .formats._naming import choose_channel
+from .formats._time_axis import names_times
+from .formats.raw import frame_type
+from .live_times import StreamTimes
 
 #: Lines from which the layout of a text is told: names, units, and two of samples.
 _HEAD_LINES = 4
