@@ -1,30 +1,28 @@
-"""The figures of ``evaluate``; drawn without pyplot, so no backend is chosen for the user."""
+"""Figures of ``evaluate``. They are drawn without pyplot, so no backend is chosen for the user."""
 
-from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from sklearn.pipeline import Pipeline
+from sklearn.utils import Bunch
 
-from ..plotting import SpeedAccuracyDisplay
-from .diagnosers import DIAGNOSERS
-from .paper_figures import (
-    RESIDUAL_FIGURES,
-    detection_figure,
-    identification_figure,
-    new_figure,
-    raw_signal_figure,
-    residual_figure,
+from ..plotting import (
+    IdentificationDisplay,
+    ResidualDisplay,
+    SpeedAccuracyDisplay,
+    ThresholdLadderDisplay,
+    condition_styles,
 )
-from .report import confusion_verdicts, of_part
-from .rigs import TITLES
+from .report import confusion_verdicts
 
-#: The diagnoser with one observer for each model, whose residual can be drawn as the paper does.
-_RESIDUALS_OF = DIAGNOSERS["alpio"][0]
+#: Samples of a window that an identification is drawn of, and parts of a raw signal.
+_SHOWN_SAMPLES, _BINS = 320, 800
 
 
 def why_missing() -> str | None:
-    """A sentence that tells why no figures can be drawn, or None if they can."""
+    """Return why no figures can be drawn, or None if they can."""
     try:
         import matplotlib  # noqa: F401
     except ImportError:
@@ -33,72 +31,44 @@ def why_missing() -> str | None:
 
 
 def save_figures(
-    verdicts: pd.DataFrame,
-    parts: list[Any],
-    fitted: dict[str, Any],
-    rig_title: str,
-    confusion_rpm: float | None,
-    path: Callable[..., Any],
+    verdicts: pd.DataFrame, rig: Bunch, diagnoser: Pipeline, title: str, stem: Path
 ) -> None:
-    """Draw and save everything.
-
-    Accuracy by speed, confusion matrices, and what the paper shows in its Figures 7, 8, 10, 11
-    and 12-19; on the simulated rig, which has the paper's conditions, files say which.
+    """Draw and save all figures of a rig.
 
     Parameters
     ----------
     verdicts : DataFrame
         As `skarxlag.accuracy_tables` describes it.
-    parts : list of Part
-        Of the rig.
-    fitted : dict
-        Fitted diagnosers of the first training speed, by crack size and title.
-    rig_title : str
-        Stands over every figure.
-    confusion_rpm : float or None
-        Test speed of the confusion matrices; None for all.
-    path : callable
-        From stem and suffix to the path of a file.
+    rig : Bunch
+        As `skarxlag.datasets` returns it.
+    diagnoser : Pipeline
+        Diagnoser with observers and a ladder, calibrated at the first training speed.
+    title : str
+        Title of the rig, which begins the title of every figure.
+    stem : Path
+        Folder, and first part of the files' names.
     """
-    for part in parts:
-        own = of_part(verdicts, part)
-        title = f"{rig_title}{part.title}"
-        drawn = {
-            "speeds": _speed_figure(own, title),
-            "confusion": _confusion_figure(own, part.rig.target_names, title, confusion_rpm),
-        }
-        diagnoser = fitted[part.crack_mm, _RESIDUALS_OF]
-        of_paper = _figures_of_paper(own, part.rig, diagnoser, title)
-        prefixed = rig_title == TITLES["simulated"]
-        drawn |= {f"{number}_{s}" if prefixed else s: f for (number, s), f in of_paper.items()}
-        for stem, figure in drawn.items():
-            figure.savefig(path(f"{stem}{part.stem}", ".png"), dpi=120)
-
-
-def _figures_of_paper(verdicts, rig, diagnoser, title):
-    """Figures by their number in the paper and what they show."""
-    train_rpm = verdicts["train_rpm"].min()
+    train_rpm = verdicts["train_rpm"].iloc[0]
     test_rpm, tested = _tested_windows(verdicts, rig, train_rpm)
-    # The first tested window of each condition, in the paper's order where it has them.
-    names = sorted(rig.target_names, key=lambda name: RESIDUAL_FIGURES.get(name, 0))
+    names = rig.target_names
     windows = {name: rig.data[tested[rig.target[tested] == name][0]] for name in names}
-    healthy, faulty = rig.target_names[0], rig.target_names[-1]
-    of = f"{title}, {_RESIDUALS_OF} calibrated at {train_rpm:g}, windows at {test_rpm:g} rpm"
-    return {
-        ("figure_07", "identification_healthy"): identification_figure(
-            diagnoser, rig, healthy, windows[healthy], of
-        ),
-        ("figure_08", "identification_faulty"): identification_figure(
-            diagnoser, rig, faulty, windows[faulty], of
-        ),
-        ("figure_10", "raw_signals"): raw_signal_figure(rig, train_rpm, title),
-        ("figure_11", "detection"): detection_figure(diagnoser, rig, tested, of),
-        ("figures_12-19", "residuals"): residual_figure(diagnoser, rig, windows, of),
+    of = f"{title}, calibrated at {train_rpm:g}, windows at {test_rpm:g} rpm"
+    drawn = {
+        "speeds": _speed_figure(verdicts, title),
+        "confusion": _confusion_figure(verdicts, names, title),
+        "raw_signals": raw_signal_figure(rig, train_rpm, title),
+        "detection": _detection_figure(diagnoser, rig, tested, of),
+        "residuals": residual_figure(diagnoser, rig, windows, of),
     }
+    for name, condition in (("healthy", names[0]), ("faulty", names[-1])):
+        figure = identification_figure(diagnoser, rig, condition, windows[condition], of)
+        drawn[f"identification_{name}"] = figure
+    for name, figure in drawn.items():
+        figure.savefig(stem.with_name(f"{stem.name}_{name}.png"), dpi=120)
 
 
 def _tested_windows(verdicts, rig, train_rpm):
-    """Windows tested at the training speed, which the paper shows; if none, at the lowest."""
+    """Return windows that were tested at the training speed, or else at the lowest, and it."""
     tested = verdicts[verdicts["train_rpm"] == train_rpm]
     at = train_rpm if (tested["test_rpm"] == train_rpm).any() else tested["test_rpm"].min()
     tested = tested[tested["test_rpm"] == at]
@@ -107,41 +77,121 @@ def _tested_windows(verdicts, rig, train_rpm):
     return at, np.flatnonzero(chosen)
 
 
+def _new_figure(title, width, height):
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    figure.suptitle(title, fontsize="medium")
+    return figure
+
+
+def identification_figure(
+    diagnoser: Pipeline, rig: Bunch, condition: str, window: Any, title: str
+) -> Any:
+    """Draw the output of a window, its prediction by the healthy model, and their difference."""
+    figure = _new_figure(f"{title}, window of {condition}", 9, 4.6)
+    display = IdentificationDisplay.from_estimator(
+        diagnoser,
+        window,
+        condition=condition,
+        conditions=rig.target_names,
+        sampling_rate=rig.sampling_rate,
+        axes=figure.subplots(2, sharex=True),
+    )
+    display.axes_[0].set_xlim(0, _SHOWN_SAMPLES / rig.sampling_rate)
+    return figure
+
+
+def raw_signal_figure(rig: Bunch, rpm: float, title: str) -> Any:
+    """Draw the first recording of each condition at one speed.
+
+    A signal is drawn as the area between the smallest and the largest sample of each of 800 parts,
+    so that no peak is lost.
+    """
+    names = rig.target_names
+    figure = _new_figure(f"{title}, {rpm:g} rpm", 9, 0.9 + 0.85 * len(names))
+    styles = condition_styles(names)
+    all_axes = figure.subplots(len(names), sharex=True, sharey=True, squeeze=False)[:, 0]
+    for ax, name in zip(all_axes, names, strict=True):
+        chosen = (rig.target == name) & (rig.rpm == rpm)
+        chosen &= rig.recording == rig.recording[chosen][0]
+        windows = rig.data[chosen][np.argsort(rig.start[chosen])]
+        signal = (windows[:, 0] if windows.ndim == 3 else windows).ravel()
+        begins = np.unique(np.linspace(0, len(signal), _BINS, endpoint=False).astype(int))
+        low, high = (each.reduceat(signal, begins) for each in (np.minimum, np.maximum))
+        color = styles[name]["color"]
+        time = begins / rig.sampling_rate
+        ax.fill_between(time, low, high, color=color, linewidth=0.5, step="post")
+        ax.set_title(name, fontsize="small", loc="left", pad=2)
+        ax.set_xlim(0, len(signal) / rig.sampling_rate)
+    figure.supylabel("Output", fontsize="medium")
+    all_axes[-1].set_xlabel("Time (s)")
+    return figure
+
+
+def _detection_figure(diagnoser, rig, chosen, title):
+    figure = _new_figure(title, 9, 4.4)
+    ThresholdLadderDisplay.from_estimator(
+        diagnoser,
+        rig.data[chosen],
+        rig.target[chosen],
+        decision="detection",
+        conditions=rig.target_names,
+        ax=figure.subplots(),
+    )
+    return figure
+
+
+def residual_figure(diagnoser: Pipeline, rig: Bunch, windows: dict[str, Any], title: str) -> Any:
+    """Draw the residuals of a window of each condition: healthy model and the condition's own."""
+    healthy = rig.target_names[0]
+    figure = _new_figure(title, 15.5, 0.6 + 2.6 * len(windows))
+    all_axes = figure.subplots(len(windows), 2, sharex=True, squeeze=False)
+    for row, (condition, window) in zip(all_axes, windows.items(), strict=True):
+        for ax, model in zip(row, (healthy, condition), strict=True):
+            if ax is row[1] and condition == healthy:
+                ax.set_axis_off()
+                continue
+            ResidualDisplay.from_estimator(
+                diagnoser,
+                window,
+                model=model,
+                condition=condition,
+                conditions=rig.target_names,
+                ax=ax,
+            )
+    for ax in all_axes[:-1].ravel():
+        ax.set_xlabel("")
+    return figure
+
+
 def _speed_figure(verdicts, title):
     by_diagnoser = list(verdicts.groupby("diagnoser", sort=False))
-    train_speeds = verdicts["train_rpm"].unique()
-    if len(train_speeds) == 1:
-        figure = new_figure(f"{title}, calibrated at {train_speeds[0]:g} rpm", 6.4, 4.8)
-        axes = [figure.subplots()] * len(by_diagnoser)
-    else:
-        figure = new_figure(title, 4.6 * len(by_diagnoser), 4.6)
-        axes = figure.subplots(1, len(by_diagnoser), sharey=True, squeeze=False)[0]
+    figure = _new_figure(title, 4.6 * len(by_diagnoser), 4.6)
+    axes = figure.subplots(1, len(by_diagnoser), sharey=True, squeeze=False)[0]
     for ax, (name, own) in zip(axes, by_diagnoser, strict=True):
-        display = SpeedAccuracyDisplay.from_predictions(
+        SpeedAccuracyDisplay.from_predictions(
             own["true"],
             own["predicted"],
             train_rpm=own["train_rpm"],
             test_rpm=own["test_rpm"],
             ax=ax,
         )
-        if len(train_speeds) == 1:
-            display.lines_[0].set_label(name)
-        else:
-            ax.set_title(name)
+        ax.set_title(name)
         ax.legend(loc="lower right", fontsize="small")
     return figure
 
 
-def _confusion_figure(verdicts, conditions, title, confusion_rpm):
+def _confusion_figure(verdicts, conditions, title):
     from sklearn.metrics import ConfusionMatrixDisplay
 
     by_diagnoser = list(verdicts.groupby("diagnoser", sort=False))
-    _, speeds = confusion_verdicts(verdicts, confusion_rpm)
+    _, speeds = confusion_verdicts(verdicts)
     side = 1.6 + 0.46 * len(conditions)
-    figure = new_figure(f"{title}, {speeds}", side * len(by_diagnoser), side + 1.4)
+    figure = _new_figure(f"{title}, {speeds}", side * len(by_diagnoser), side + 1.4)
     axes = figure.subplots(1, len(by_diagnoser), sharey=True, squeeze=False)[0]
     for ax, (name, own) in zip(axes, by_diagnoser, strict=True):
-        chosen, _ = confusion_verdicts(own, confusion_rpm)
+        chosen, _ = confusion_verdicts(own)
         right = np.mean(chosen["true"] == chosen["predicted"])
         ConfusionMatrixDisplay.from_predictions(
             chosen["true"],

@@ -1,4 +1,4 @@
-"""The tables of ``evaluate`` on a real rig, as text and as CSV."""
+"""Tables of ``evaluate``, as text and as CSV."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,7 +11,6 @@ from ..accuracy_tables import (
     speed_accuracy,
     speed_summary,
 )
-from .rigs import Part
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,7 @@ def evaluation_report(verdicts: pd.DataFrame, conditions: list[str], rig_title: 
         for train_rpm, trained in verdicts.groupby("train_rpm")
     ]
     for name, own in verdicts.groupby("diagnoser", sort=False):
-        chosen, speeds = confusion_verdicts(own, None)
+        chosen, speeds = confusion_verdicts(own)
         title = f"{rig_title}: confusion matrix, {name}, {speeds}"
         table = confusion_table(chosen, conditions)
         block = "rows: true condition, columns: verdict, corner: accuracy in %", matrix_text(table)
@@ -79,32 +78,11 @@ def evaluation_report(verdicts: pd.DataFrame, conditions: list[str], rig_title: 
     ]
 
 
-def of_part(verdicts: pd.DataFrame, part: Part) -> pd.DataFrame:
-    """Rows of one part."""
-    return verdicts if part.crack_mm is None else verdicts[verdicts["crack_mm"] == part.crack_mm]
+def confusion_verdicts(verdicts: pd.DataFrame) -> tuple[pd.DataFrame, str]:
+    """Return the rows that confusion matrices count, and their speeds in words.
 
-
-def confusion_verdicts(
-    verdicts: pd.DataFrame, confusion_rpm: float | None
-) -> tuple[pd.DataFrame, str]:
-    """Rows that confusion matrices count, and what to call them.
-
-    Tests at the training speed count only where there is no other.
-
-    Parameters
-    ----------
-    verdicts : DataFrame
-        Of one part.
-    confusion_rpm : float or None
-        Test speed; None for all.
-
-    Returns
-    -------
-    DataFrame, str
-        The rows, and their speeds in words.
+    Tests at the training speed count only if there are no others.
     """
-    if confusion_rpm is not None:
-        verdicts = verdicts[verdicts["test_rpm"] == confusion_rpm]
     other = verdicts[verdicts["train_rpm"] != verdicts["test_rpm"]]
     chosen = other if len(other) else verdicts
     trained, tested = (chosen[f"{role}_rpm"].unique() for role in ("train", "test"))
