@@ -101,13 +101,12 @@ def main(arguments=None):
                     pairs = run(label, rig, method, make_classifier, window_length, options.output)
     summary = reporting.summarise(pairs)
     summary.to_csv(options.output / "summary.csv", index=False)
-    command = reporting.command_line(summary, DEFAULTS)
     blocks = {
         # Kept for comparison only, so it has no place in a table of five rows.
         reporting.OVERVIEW: reporting.overview(
-            summary[summary.method != "make_single_observer_pio"], command, OURS
+            summary[summary.method != "make_single_observer_pio"], OURS
         ),
-        reporting.TABLES: reporting.report(summary, command),
+        reporting.TABLES: reporting.report(summary),
     }
     tables = "\n\n".join(blocks.values()) + "\n"
     (options.output / "tables.md").write_text(tables, encoding="utf-8")

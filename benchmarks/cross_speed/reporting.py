@@ -1,6 +1,5 @@
 """From the scores of speed pairs to data frames, Markdown tables and a block of a README."""
 
-import shlex
 from itertools import product
 from pathlib import Path
 
@@ -160,8 +159,8 @@ def rig_table(summary):
     head, columns = ["method"], []
     for length in lengths:
         windows, groups = wide["window", length], wide["group", length]
-        head += [f"{length}: mean", "worst pair", "same speed", "balanced"]
-        head += [f"{GROUP_SIZE} x {length}: mean", "worst pair"]
+        head += [f"{length}: {name}" for name in ("mean", "worst pair", "same speed", "balanced")]
+        head += [f"{GROUP_SIZE} x {length}: {name}" for name in ("mean", "worst pair")]
         columns += [windows[name] for name in ("mean", "worst", "same_speed", "balanced")]
         columns += [groups[name] for name in ("mean", "worst")]
     body = pd.concat(columns, axis=1, keys=range(len(columns))).sort_values(0, ascending=False)
@@ -170,15 +169,13 @@ def rig_table(summary):
     return markdown(body)
 
 
-def overview(summary, command, ours=()):
+def overview(summary, ours=()):
     """Markdown of the small table: all of ours and the best peers, on the real rigs.
 
     Parameters
     ----------
     summary : DataFrame
         Rows of :func:`summarise`.
-    command : str
-        Shell command.
     ours : collection of str, default=()
         Methods of this package. They are marked, and each of them has a row.
 
@@ -208,7 +205,7 @@ def overview(summary, command, ours=()):
     cells.index = [f"`{name}` (ours)" if name in ours else name for name in wide.index]
     table = markdown(cells.rename_axis("method").reset_index())
     return (
-        f"Made by `{command}`. Mean accuracy over all pairs of different speeds; 1 is perfect. "
+        "Mean accuracy over all pairs of different speeds; 1 is perfect. "
         "Each verdict rests on one window; the number in the head of a column is the length of "
         "the window in samples. An empty cell was not run. Peers see windows that are scaled to "
         f"unit RMS, as ours do.\n\n{table}"
@@ -219,22 +216,20 @@ def _emphasised(value, best):
     return f"**{value:.3f}**" if round(value, 3) == round(best, 3) else f"{value:.3f}"
 
 
-def report(summary, command):
-    """Markdown of all rigs, with the command that makes it and what the columns mean.
+def report(summary):
+    """Return the tables of all rigs as Markdown, with the meaning of the columns.
 
     Parameters
     ----------
     summary : DataFrame
         Rows of :func:`summarise`.
-    command : str
-        Shell command.
 
     Returns
     -------
     text : str
     """
     parts = [
-        f"Made by `{command}`. Fitted on the first halves of the recordings of one speed, scored "
+        "Fitted on the first halves of the recordings of one speed, scored "
         "on the second halves at every other speed. Accuracy of single windows (their length in "
         f"samples leads the columns) and of {GROUP_SIZE} consecutive windows: mean over all "
         "ordered pairs of speeds, worst pair; mean over the pairs of equal speeds; mean balanced "
@@ -245,44 +240,3 @@ def report(summary, command):
             f"<details>\n<summary>{rig}: all methods</summary>\n\n{rig_table(rows)}\n\n</details>"
         )
     return "\n\n".join(parts)
-
-
-def command_line(summary, defaults, module="cross_speed"):
-    """Return the shell commands that produce the results in `summary`.
-
-    Parameters
-    ----------
-    summary : DataFrame
-        Rows of :func:`summarise`.
-    defaults : dict of str to list
-        Default of ``rig``, ``method`` and the further options that tell runs from one another: an
-        option that equals its default is left out.
-    module : str, default="cross_speed"
-        Module of ``benchmarks`` that is run.
-
-    Returns
-    -------
-    command : str
-        One command for all methods that ran on the same rigs and lengths, joined by ``&&``.
-    """
-    groups, others = {}, [name for name in defaults if name not in ("rig", "method")]
-    for method, rows in summary.groupby("method", sort=False):
-        rigs = dict.fromkeys(rig.split(",")[0] for rig in rows.rig)
-        present = tuple(sorted(rigs)), *(tuple(sorted(set(rows[name]))) for name in others)
-        groups.setdefault(present, []).append(method)
-    return " && ".join(
-        _command(
-            {"rig": rigs, "method": methods, **dict(zip(others, values, strict=True))},
-            defaults,
-            module,
-        )
-        for (rigs, *values), methods in groups.items()
-    )
-
-
-def _command(present, defaults, module):
-    words = ["python", "-m", f"benchmarks.{module}"]
-    for name, values in present.items():
-        if set(values) != set(defaults[name]):
-            words += [f"--{name.replace('_', '-')}", *map(str, values)]
-    return shlex.join(words)

@@ -102,7 +102,7 @@ def rates_table(rates):
             line[split] = f"{'/'.join(false)}, {'/'.join(missed)}, {auc:.3f}"
         lines.append(line)
     return (
-        "Made by `python -m benchmarks.detection rates`. Stated rates 1 % / 5 %. In each cell: "
+        "Stated rates 1 % / 5 %. In each cell: "
         "false alarms in %, missed faults in %, area under the receiver's curve; means over "
         "speeds. "
         + "; ".join(f"*{name}*: {text}" for name, text in SPLITS.items())

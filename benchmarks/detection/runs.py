@@ -115,7 +115,7 @@ def main(arguments=None):
     found = found.sort_values(["run", "level counts"], kind="stable")
     found.to_csv(chosen.output / "runs.csv", index=False)
     text = (
-        "Made by `python -m benchmarks.detection runs`. Runs to failure of the PRONOSTIA test "
+        "Runs to failure of the PRONOSTIA test "
         f"bench; stated rate {RATE:.0%}, rows of 0.1 s. The first tenth of a run is taken for "
         f"healthy. An alarm is raised when {SOME} of {OF} rows in a row are flagged.\n\n"
     )

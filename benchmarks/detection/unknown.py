@@ -104,7 +104,7 @@ def table(rates):
         line["AUC"] = group["auc"].mean()
         lines.append(line)
     return (
-        "Made by `python -m benchmarks.detection unknown`. Stated rates of rejection 1 % / 5 %; "
+        "Stated rates of rejection 1 % / 5 %; "
         "each condition left out in turn, means over conditions and speeds. The model of the "
         "signal is of all conditions, also of the one that is left out."
         f"\n\n{markdown(pd.DataFrame(lines))}"

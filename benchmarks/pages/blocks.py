@@ -1,11 +1,12 @@
 """Markdown tables, and the marked blocks of a page that a command writes."""
 
 import argparse
+import re
 from pathlib import Path
 
 import pandas as pd
 
-from benchmarks.pages.parts import ROOT, record
+from benchmarks.pages.parts import PARTS, ROOT, record, recorded
 
 
 def page_parser(doc, name):
@@ -87,8 +88,48 @@ def put_block(text, name, block):
     return f"{before}{begin}\n{block}\n{end}{after}"
 
 
+def to_csv(block, path, link):
+    """Store the tables of a block in one csv file; return the block with a link in their place.
+
+    The first column of the file names the table, if there are several: by the text of its fold, or
+    by the line before it.
+
+    Parameters
+    ----------
+    block : str
+        Markdown with one or more tables.
+    path : Path
+        The csv file to write.
+    link : str
+        Its address as seen from the page.
+    """
+    frames, prose, fold, caption = [], [], "", ""
+    for paragraph in block.split("\n\n"):
+        if summary := re.search(r"<summary>(.*)</summary>", paragraph):
+            fold = summary[1]
+        elif paragraph == "</details>":
+            fold = ""
+        elif paragraph.startswith("| "):
+            head, _, *rows = [line[2:-2].split(" | ") for line in paragraph.splitlines()]
+            title = "; ".join(filter(None, [fold, caption]))
+            frame = pd.DataFrame(rows, columns=[name or "row" for name in head])
+            frames.append(frame.assign(table=title))
+            caption = ""
+        elif fold or paragraph.startswith("**") or paragraph.endswith(":"):
+            caption = paragraph.replace("**", "").rstrip(":")
+        else:
+            prose.append(paragraph)
+    frame = pd.concat(frames)
+    first = ["table"] if frame["table"].any() else []
+    path.parent.mkdir(exist_ok=True)
+    frame[first + [name for name in frame if name != "table"]].to_csv(path, index=False)
+    return "\n\n".join([*prose, f"[Table as csv]({link})"])
+
+
 def write_blocks(path, blocks):
     """Put into a Markdown file those named blocks whose marks it holds.
+
+    A line below each block states the command, the version of the package and the date.
 
     Raises
     ------
@@ -99,12 +140,29 @@ def write_blocks(path, blocks):
     held = [name for name in blocks if f"<!-- {name}: " in text]
     if not held:
         raise ValueError(f"{path} holds no marks of any of {list(blocks)}.")
-    for name in held:
-        text = put_block(text, name, blocks[name])
+    page = path.resolve()
+    page = page.relative_to(ROOT).as_posix() if page.is_relative_to(ROOT) else path.name
+    outputs = {name: f"{page}: {name}" for name in held}
+    record(outputs.values())
+    for name, output in outputs.items():
+        block = blocks[name]
+        if any(output in part.outputs() and name in part.tables for part in PARTS.values()):
+            link = f"tables/{name.replace(' ', '_')}.csv"
+            block = to_csv(block, path.parent / link, link)
+        if made := stamp(output):
+            block = f"{block}\n\n{made}"
+        text = put_block(text, name, block)
     path.write_text(text, encoding="utf-8")
-    if path.resolve().is_relative_to(ROOT):
-        page = path.resolve().relative_to(ROOT).as_posix()
-        record(f"{page}: {name}" for name in held)
+
+
+def stamp(output):
+    """Return the line that states how and when an output was made, empty if it is not listed."""
+    names = [name for name, part in PARTS.items() if output in part.outputs()]
+    state = recorded().get(output)
+    if not (names and state):
+        return ""
+    command = f"python -m benchmarks.pages {names[0]}"
+    return f"*Made by `{command}` with version {state['version']}, {state['date']} UTC.*"
 
 
 def publish(options, blocks):

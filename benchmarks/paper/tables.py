@@ -170,24 +170,21 @@ def table_text(cells):
     )
 
 
-def blocks(outcomes, command):
+def blocks(outcomes):
     """Markdown blocks of the page by name: one for each run, and what compares them.
 
     Parameters
     ----------
     outcomes : dict of str to Bunch
         What ``run_protocol`` returned for each of the ``runs``.
-    command : str
-        That made them.
     """
-    made = f"Made by `{command}`."
     reports = {run: paper_report(outcome) for run, outcome in outcomes.items()}
-    parts = [made]
+    parts = []
     for title, cells in compared(reports).values():
         parts += [f"**{title}**", table_text(cells)]
     named = {"paper tables compared": "\n\n".join(parts)}
     for place, run in enumerate(SHOWN):
-        parts = [f"{made} Simulated rig, {_size(outcomes[run].verdicts)}."]
+        parts = [f"Simulated rig, {_size(outcomes[run].verdicts)}."]
         parts += [folded(table, beside_paper=place == 0) for table in reports[run]]
         named[f"paper tables {run}"] = "\n\n".join(filter(None, parts))
     return named
@@ -196,10 +193,10 @@ def blocks(outcomes, command):
 def folded(table, *, beside_paper):
     """Markdown of one table that opens at a click; nothing where it would repeat another.
 
-    Averages and improvements of all runs stand together on the page. The figures of the paper, and
-    Tables 8 and 9, which are Tables 2-5 in another order, stand beside the first run.
+    Averages and improvements of all runs stand together on the page. Tables 8 and 9 are left out,
+    as they are Tables 2-5 in another order. The figures of the paper stand beside the first run.
     """
-    if table.stem in COMPARED or (table.stem in REORDERED and not beside_paper):
+    if table.stem in (*COMPARED, *REORDERED):
         return ""
     parts = [f"<details>\n<summary>{table.title}</summary>"]
     for caption, cells in table.blocks:
@@ -245,7 +242,7 @@ def main(arguments=None):
     _, averages = compared(reports)["averages"]
     images = (options.write.parent if options.write else options.output) / "images"
     averages_figure(averages, images / "tables_averages.svg")
-    publish(options, blocks(outcomes, "python -m benchmarks.paper tables"))
+    publish(options, blocks(outcomes))
 
 
 def _progress(text):

@@ -227,12 +227,13 @@ def report(pairs):
     """Markdown of both tables."""
     rows = differences(pairs)
     return (
-        "Made by `python -m benchmarks.recipe ablation`. Accuracy of single windows at the speeds "
-        "that a variant was not fitted at: mean over ordered pairs of speeds, worst pair.\n\n"
+        "Accuracy of single windows at the speeds that a variant was not fitted at: mean over "
+        "ordered pairs of speeds, worst pair.\n\n"
+        "**Accuracy**\n\n"
         f"{markdown(accuracies(pairs))}\n\n"
         "Paired differences in accuracy, variant minus reference, mean ± standard error over the "
         "ordered pairs of speeds of a rig. Pairs share training and test windows, so the standard "
-        "errors are rather too small.\n\n"
+        "errors are rather too small.\n\n**Differences**\n\n"
         f"{markdown(difference_table(rows))}"
     )
 

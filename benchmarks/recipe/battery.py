@@ -304,24 +304,19 @@ def score_table(scores):
     return table
 
 
-def report(scores, command):
+def report(scores):
     """Markdown of the choice and of both tables.
 
     Parameters
     ----------
     scores : dict of str to DataFrame
         Of the "choosing" and of the "confirming" seeds.
-    command : str
-        That made them.
     """
     eligible = {name: each[list(CANDIDATES)] for name, each in scores.items()}
     refused = []
     while not confirmed(eligible["confirming"], name := choose(eligible["choosing"], refused)):
         refused.append(name)
-    parts = [
-        f"Made by `{command}`. Chosen: **{name}**. Not confirmed before: "
-        f"{'; '.join(refused) or 'none'}."
-    ]
+    parts = [f"Chosen: **{name}**. Not confirmed before: {'; '.join(refused) or 'none'}."]
     for title, each in scores.items():
         parts += [f"Seeds for {title}, {len(each)} items:", markdown(score_table(each))]
     return "\n\n".join(parts)
@@ -339,10 +334,7 @@ def main(arguments=None):
     for name, seeds, rigs in (("choosing", CHOOSING, real), ("confirming", CONFIRMING, None)):
         scores[name] = battery(seeds, CANDIDATES | SHOWN, rigs)
         scores[name].to_csv(options.output / f"{name}.csv", float_format="%.6g")
-    command = "python -m benchmarks.recipe battery"
-    if options.rig:
-        command += f" --rig {' '.join(options.rig)}"
-    publish(options, {"battery": report(scores, command)})
+    publish(options, {"battery": report(scores)})
 
 
 if __name__ == "__main__":

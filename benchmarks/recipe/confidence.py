@@ -216,15 +216,16 @@ def wide_reliability(reliability):
 def report(calibration, reliability):
     """Markdown of the two tables of confidence."""
     return (
-        "Made by `python -m benchmarks.recipe confidence`. `make_diagnoser`, second halves, all "
+        "`make_diagnoser`, second halves, all "
         "training speeds pooled. Confidence: its mean. Error: mean distance of stated confidence "
         "and accuracy over ten equal bins. Groups of ten consecutive windows by the sum and by the "
         "mean of their log-probabilities. Scale: `confidence_scale_`, fitted on the training "
         "windows with smoothed targets, or the factor of least log loss on blocks of the training "
         "half which the references were not fitted on.\n\n"
-        f"{markdown(wide_calibration(calibration))}\n\n"
+        f"**Calibration**\n\n{markdown(wide_calibration(calibration))}\n\n"
         "Accuracy of single windows by stated confidence, and in brackets the share of windows, "
-        f"with the factor as the package has it:\n\n{markdown(wide_reliability(reliability))}"
+        "with the factor as the package has it.\n\n"
+        f"**Reliability**\n\n{markdown(wide_reliability(reliability))}"
     )
 
 

@@ -112,8 +112,7 @@ def main(arguments=None):
     sources, candidates = variants()
     scores = battery(CHOOSING[:N_SEEDS], candidates, sources=sources)
     scores.to_csv(options.output / "scores.csv", float_format="%.6g")
-    made = "Made by `python -m benchmarks.recipe sensitivity`."
-    publish(options, {"sensitivity": f"{made}\n\n{markdown(change_table(scores))}"})
+    publish(options, {"sensitivity": markdown(change_table(scores))})
 
 
 if __name__ == "__main__":

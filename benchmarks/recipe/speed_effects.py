@@ -78,7 +78,7 @@ def tables(rig, window_length):
 
 def block(name, by_rig):
     """Markdown of one table for all rigs; short ones are put under each other in one."""
-    parts = [f"Made by `python -m benchmarks.recipe speed-effects`. {TEXT[name]}"]
+    parts = [TEXT[name]]
     if all(len(frame) == 1 for frame in by_rig.values()):
         joined = pd.concat(by_rig, names=["rig", None]).reset_index("rig")
         return "\n\n".join([*parts, markdown(joined)])

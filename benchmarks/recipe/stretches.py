@@ -273,7 +273,7 @@ def main(arguments=None):
         if name in scores
     )
     head = (
-        "Made by `python -m benchmarks.recipe stretches`. Accuracy over stretches of a second at "
+        "Accuracy over stretches of a second at "
         f"speeds that were not fitted at, mean over random rigs: {said}. Nominal speeds are wrong "
         f"by up to {_ERROR:.0%} at every recording. A gain is over the value in use, with its "
         "standard error over rigs."

@@ -163,7 +163,7 @@ def main(arguments=None):
     frame.to_csv(options.output / "costs.csv", index=False)
     n_rounds = len(found["seconds"]["one"])
     about = (
-        "Made by `python -m benchmarks.speed.fleet`: `make_diagnoser`, windows of "
+        "`make_diagnoser`, windows of "
         f"{WINDOW_LENGTH}, recordings of 400 windows in float32, median of {n_rounds} rounds in "
         f"which all sides take turns. The example: {SENSORS:,} sensors, each with recordings of "
         f"{SECONDS:g} s at {SAMPLING_RATE:,} Hz. When it began, {load:.1f} "

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.cross_speed.protocol import check_rig, first_and_second_half
-from benchmarks.cross_speed.reporting import command_line, merge
+from benchmarks.cross_speed.reporting import merge
 from benchmarks.pages.blocks import markdown, write_blocks
 from benchmarks.stretches.methods import CONDITIONS, RACES, SLOW, TRAINING, TooFew
 from benchmarks.stretches.rigs import BEARINGS, places, rigs_of_stretches
@@ -139,7 +139,7 @@ def _simulated_cell(pairs):
 
 
 def blocks(pairs):
-    """Markdown blocks of a page by name, with the commands that make them."""
+    """Return the Markdown blocks of a page by name."""
     protocol = (
         "Fitted on the first halves of the recordings of one speed, scored on the second halves at "
         "every other speed. Accuracy over stretches of the length above: mean over all pairs of "
@@ -154,8 +154,7 @@ def blocks(pairs):
         # In the order of the methods, in which order ever they were run.
         own = pd.concat([rows[rows["method"] == method] for method in methods])
         if len(own):
-            said = command_line(own, DEFAULTS, "stretches")
-            found[BLOCK.format(name)] = f"Made by `{said}`. {text}\n\n{table(own, methods, cell)}"
+            found[BLOCK.format(name)] = f"{text}\n\n{table(own, methods, cell)}"
 
     add(
         "overview",

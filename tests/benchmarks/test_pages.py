@@ -1,13 +1,14 @@
-"""Everything that is generated has one command, and a change of its code makes it stale."""
+"""Everything that is generated has one command, and states its version and date."""
 
 import re
 from importlib.util import find_spec
+from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from benchmarks.pages import __main__ as command
-from benchmarks.pages import parts
-from benchmarks.pages.blocks import write_blocks
+from benchmarks.pages import blocks, parts
 
 PAGES = [*parts.ROOT.glob("*.md"), *parts.ROOT.glob("benchmarks/*.md")]
 PAGES += parts.ROOT.glob("docs/*.md")
@@ -42,80 +43,84 @@ def test_every_image_is_written_by_one_part():
 
 
 @pytest.mark.parametrize("part", parts.PARTS.values(), ids=parts.PARTS)
-def test_the_command_and_the_sources_of_a_part_exist(part):
-    module = part.command.split()[1]
-    assert find_spec(module) is not None
-    for pattern in (*parts.CORE, *part.reads):
-        assert list(parts.ROOT.glob(pattern)), pattern
+def test_the_command_of_a_part_exists(part):
+    assert find_spec(part.command.split()[1]) is not None
 
 
-def test_each_block_tells_its_command():
-    for part in parts.PARTS.values():
-        for page, names in part.blocks.items():
-            text = (parts.ROOT / page).read_text("utf-8")
-            told = part.command.rpartition(" && ")[2].partition(" --")[0]
-            for name in names:
-                block = text.partition(f"<!-- {name}: begin -->")[2].partition("<!-- ")[0]
-                if "Made by" in block:
-                    assert f"`python {told}" in block, name
-            assert f"python {told}" in text
+@pytest.mark.parametrize("name", parts.PARTS)
+def test_each_block_states_its_command_version_and_date(name):
+    known = parts.recorded()
+    for page, names in parts.PARTS[name].blocks.items():
+        text = (parts.ROOT / page).read_text("utf-8")
+        for block in names:
+            written = text.partition(f"<!-- {block}: begin -->\n")[2].partition("\n<!-- ")[0]
+            state = known[f"{page}: {block}"]
+            assert written.endswith(
+                f"*Made by `python -m benchmarks.pages {name}` with version {state['version']}, "
+                f"{state['date']} UTC.*"
+            )
+
+
+def test_every_table_in_a_file_belongs_to_a_block():
+    wanted = {
+        parts.ROOT / Path(page).parent / "tables" / f"{name.replace(' ', '_')}.csv"
+        for part in parts.PARTS.values()
+        for page, names in part.blocks.items()
+        for name in set(names).intersection(part.tables)
+    }
+    assert wanted == {*parts.ROOT.glob("docs/**/tables/*")}
 
 
 @pytest.fixture
-def sources(tmp_path, monkeypatch):
-    """A tree with one source and one page, and the record beside it."""
-    (tmp_path / "skarxlag").mkdir()
-    (tmp_path / "source.py").write_text('"""About."""\nx: int = 1  # one\n')
+def page(tmp_path, monkeypatch):
+    """A tree with one page, and the record beside it."""
     page = tmp_path / "page.md"
     page.write_text("<!-- a: begin -->\nold\n<!-- a: end -->\n")
-    part = parts.Part("-c pass", ("source.py",), {"page.md": ("a",)})
-    for module in (parts, command):
+    part = parts.Part("-c \"open('ran','w')\"", {"page.md": ("a",)})
+    for module in (parts, command, blocks):
         monkeypatch.setattr(module, "PARTS", {"only": part})
         monkeypatch.setattr(module, "ROOT", tmp_path)
-    monkeypatch.setattr("benchmarks.pages.blocks.ROOT", tmp_path)
     monkeypatch.setattr(parts, "RECORD", tmp_path / "generated.json")
-    monkeypatch.setattr(parts.fingerprint, "__defaults__", (tmp_path,))
-    parts._code.cache_clear()
-    yield tmp_path
-    parts._code.cache_clear()
+    return page
 
 
-def edit(folder, text):
-    (folder / "source.py").write_text(text)
-    parts._code.cache_clear()
+def test_a_block_is_outdated_until_it_is_written_and_with_a_new_version(page, monkeypatch, capsys):
+    assert parts.outdated() == ["only"] and command.main(["--check"]) == 1
+    assert re.fullmatch(r"only +never *\n", capsys.readouterr().out)
+    blocks.write_blocks(page, {"a": "new"})
+    assert parts.outdated() == [] and command.main(["--check"]) == 0
+    assert f" {parts.__version__} " in capsys.readouterr().out
+    assert re.search(
+        r"-->\nnew\n\n\*Made by `python -m benchmarks.pages only` with version .* UTC\.\*\n<!--",
+        page.read_text(),
+    )
+    monkeypatch.setattr(parts, "__version__", "99")
+    assert parts.outdated() == ["only"]
 
 
-def test_a_block_is_stale_until_it_is_written_and_when_code_changes(sources, capsys):
-    assert parts.stale() == {"only": ["page.md: a"]}
-    write_blocks(sources / "page.md", {"a": "new"})
-    assert parts.stale() == {}
-    edit(sources, '"""Another text."""\n# a comment\nx: float = 1\n')
-    assert parts.stale() == {} and command.main(["--check"]) == 0
-    edit(sources, "x: int = 2\n")
-    assert command.main(["--check"]) == 1
-    assert capsys.readouterr().out == "only: python -c pass\n    page.md: a\n"
-
-
-def test_types_of_functions_do_not_make_a_block_stale(sources):
-    edit(sources, "def f(x, *y, z=1): return x\n")
-    write_blocks(sources / "page.md", {"a": "new"})
-    edit(sources, "def f(x: int, *y: str, z: float = 1) -> int: return x\n")
-    assert parts.stale() == {}
-
-
-def test_blocks_of_every_part_are_recorded(sources, monkeypatch):
+def test_blocks_of_every_part_are_recorded(page, monkeypatch):
     earlier = parts.PARTS["only"]._replace(blocks={"other.md": ("b",)})
     monkeypatch.setattr(parts, "PARTS", {"earlier": earlier, **parts.PARTS})
-    write_blocks(sources / "page.md", {"a": "new"})
-    assert parts.stale() == {"earlier": ["other.md: b"]}
+    blocks.write_blocks(page, {"a": "new"})
+    assert parts.outdated() == ["earlier"]
 
 
-def test_what_is_stale_is_run(sources, monkeypatch):
-    monkeypatch.setattr(
-        parts, "PARTS", {"only": parts.PARTS["only"]._replace(command="-c \"open('ran','w')\"")}
-    )
-    monkeypatch.setattr(command, "PARTS", parts.PARTS)
+def test_what_is_outdated_is_run(page):
     assert command.main([]) == 0
-    assert (sources / "ran").exists() and parts.stale() == {}
+    assert (page.parent / "ran").exists() and parts.outdated() == []
     with pytest.raises(SystemExit):
         command.main(["unknown"])
+
+
+def test_tables_of_a_block_move_to_one_file(page, monkeypatch):
+    part = parts.PARTS["only"]._replace(tables=("a",))
+    monkeypatch.setattr(blocks, "PARTS", {"only": part})
+    folded = (
+        "<details>\n<summary>first</summary>\n\n| x |  |\n| --- | --- |\n| 1 |  |\n\n</details>"
+    )
+    block = f"About.\n\n{folded}\n\nMore.\n\n**second** part\n\n| x |\n| --- |\n| 2 |"
+    blocks.write_blocks(page, {"a": block})
+    assert "-->\nAbout.\n\nMore.\n\n[Table as csv](tables/a.csv)\n\n*Made" in page.read_text()
+    stored = pd.read_csv(page.parent / "tables" / "a.csv")
+    assert stored["table"].tolist() == ["first", "second part"]
+    assert stored["x"].tolist() == [1, 2] and stored["row"].isna().all()

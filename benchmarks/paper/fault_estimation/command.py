@@ -87,7 +87,7 @@ def main(arguments=None):
         if name == "gains":
             trade_off(frame, images / "fault_estimation_trade_off.svg")
         blocks[f"fault estimation {name}"] = (
-            "Made by `python -m benchmarks.paper fault-estimation`. Simulated rig, 500 rpm, draws "
+            "Simulated rig, 500 rpm, draws "
             f"{seeds}, recordings of {options.n_samples:,} samples; mean ± standard deviation over "
             f"the draws.\n\n{markdown(over_draws(frame, rows))}"
         )

@@ -106,8 +106,6 @@ def main(arguments=None):
         frame = study.run(tuple(options.seed), options.n_samples)
         frame.to_csv(options.output / f"{stem}.csv", index=False)
         study.plot(frame, images / f"sensitivity_{stem}.svg")
-        blocks[f"sensitivity {name}"] = (
-            f'Made by `python -m benchmarks.paper sensitivity --only "{name}"`. '
-            f"{getdoc(study.run).splitlines()[0]}\n\n{study.table(frame)}"
-        )
+        about = getdoc(study.run).splitlines()[0]
+        blocks[f"sensitivity {name}"] = f"{about}\n\n{study.table(frame)}"
     publish(options, blocks)
