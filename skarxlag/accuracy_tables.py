@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sklearn.metrics import confusion_matrix
 from sklearn.utils import Bunch
 
-from .verdicts import takes_rpm
+from ._answers import answers
 
 AVERAGE = "Average"
 
@@ -40,7 +40,7 @@ def scored_windows(
     DataFrame
         The constants, then ``test_rpm``, ``recording``, ``start``, ``true``, ``predicted``.
     """
-    speeds = {"rpm": rig.rpm[test]} if takes_rpm(diagnoser) else {}
+    speeds = {"rpm": rig.rpm[test]} if answers(diagnoser).takes_rpm else {}
     return pd.DataFrame(
         constants
         | {

@@ -163,6 +163,12 @@ class ChannelRows(ArrayTransformer, auto_wrap_output_keys=None):
     def _check_parameters(self):
         check_scalar(self.n_channels, "n_channels", Integral, min_val=1)
 
+    def _answers(self):
+        return {
+            "window_length": self.n_features_in_ // self.n_channels,
+            "n_channels": self.n_channels,
+        }
+
     def _check_state(self):
         self._check_parameters()
         check_fitted_input(self)

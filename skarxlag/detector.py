@@ -359,6 +359,18 @@ class FaultDetector(RowOutlierDetector):
         fitted = {name: getattr(self, name + "_") for name in Limits._fields if name != "known"}
         return Limits(known=np.log(self.speeds_) if len(self.speeds_) else np.zeros(1), **fitted)
 
+    def _answers(self):
+        speeds = tuple(self.speeds_.round(6).tolist())
+        return {
+            "alarm": True,
+            "healthy_p_value": True,
+            "stated_rate": self.false_alarm_rate,
+            "takes_rpm": len(speeds) > 0,
+            "needs_rpm": len(speeds) > 0,
+            "speeds": speeds,
+            "is_stretch": self.n_windows_ > 1,
+        }
+
     def _check_state(self):
         check_calibration(self)
 

@@ -286,6 +286,16 @@ class KnownConditions(RowOutlierDetector):
         ]
         return np.stack(found, axis=1)
 
+    def _answers(self):
+        speeds = np.unique(np.concatenate([each.speeds_.round(6) for each in self.detectors_]))
+        return {
+            "none_of_these": True,
+            "stated_rate": self.false_rejection_rate,
+            "takes_rpm": len(speeds) > 0,
+            "speeds": tuple(speeds.tolist()),
+            "is_stretch": self.detectors_[0].n_windows_ > 1,
+        }
+
     def _check_state(self):
         check_fitted_input(self, windows=True)
         check_fitted_number(

@@ -325,6 +325,13 @@ class ThresholdLadder(DocumentedEstimator, ClassifierMixin, BaseEstimator):
         level = self._healthy_level(self._validate(X))
         return level > self.detection_threshold_
 
+    def _answers(self):
+        return {
+            "healthy": self.classes_.tolist()[self.healthy_index_],
+            "alarm": True,
+            "stated_rate": self.false_alarm_rate,
+        }
+
     def _check_state(self):
         check_fitted_input(self)
         n_classes = len(check_fitted_classes(self))

@@ -337,6 +337,13 @@ class OrderResidual(StretchTransformer):
         check_real(self.speed_range, "speed_range", min_val=1)
         check_real(self.drift, "drift", min_val=0, include_boundaries="neither")
 
+    def _answers(self):
+        return {
+            "takes_rpm": self.speed_known_,
+            "is_stretch": True,
+            "sampling_rate": self.sampling_rate,
+        }
+
     def _check_state(self):
         self._check_parameters()
         check_fitted_input(self, windows=True)

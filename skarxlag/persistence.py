@@ -13,6 +13,7 @@ from sklearn.calibration import CalibratedClassifierCV
 from sklearn.pipeline import Pipeline
 from sklearn.utils.validation import check_is_fitted
 
+from ._answers import answers
 from ._archive import read_members, write_members
 from ._files import write_atomically
 from ._state import check_model_state, estimators_within
@@ -147,8 +148,8 @@ def save_diagnoser(
         "facts": facts | {"skarxlag": __version__, "scikit-learn": sklearn.__version__},
     }
     if known_conditions is not None:
-        _check_known_conditions(known_conditions)
         check_is_fitted(known_conditions)
+        _check_known_conditions(known_conditions)
         content["known_conditions"] = _without_surroundings(copy.deepcopy(known_conditions))
     members, _ = read_members(skops.io.dumps(content))
     foreign = _foreign_type(_read_schema(members))
@@ -249,8 +250,8 @@ def load_diagnoser(
         _check_facts(facts)
         if "known_conditions" in content:
             facts["known_conditions"] = known = content["known_conditions"]
-            _check_known_conditions(known)
             check_is_fitted(known)
+            _check_known_conditions(known)
             check_model_state(_without_surroundings(known))
     except Exception as error:
         raise ValueError(f"{path}: no diagnoser saved by skarxlag ({error})") from error
@@ -258,8 +259,7 @@ def load_diagnoser(
 
 
 def _check_known_conditions(known):
-    last = known[-1] if isinstance(known, Pipeline) else known
-    if not isinstance(last, KnownConditions):
+    if not answers(known).none_of_these:
         raise TypeError(
             f"known_conditions is a {type(known).__name__}, expected KnownConditions, or a "
             "Pipeline that ends with it"

@@ -13,6 +13,7 @@ from sklearn.utils import Bunch
 from sklearn.utils.metadata_routing import process_routing
 from sklearn.utils.metaestimators import available_if
 
+from ._answers import answers, unfolded_steps
 from ._documentation import DocumentedEstimator
 from ._parallel import map_batches
 from .kernels.lanes import LANES
@@ -277,21 +278,21 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
     def _diagnose(self, X, **params):
         levels, routed = self._before_last_step(X, params)
-        last = self.steps[-1][1]
+        last, can = self.steps[-1][1], answers(self)
         found = Bunch(levels=levels)
         if hasattr(last, "decision_function"):
             found.score = last.decision_function(levels, **routed)
             if self._is_detector():
                 self._unless_silent(X, found.score, _LEAST_LOG_P - last.offset_)
-        if hasattr(last, "predict_proba"):
+        if can.states_probabilities:
             found.probability = self._unless_silent(X, last.predict_proba(levels), self._priors())
-        elif "score" in found:
+        elif can.conditions is None:
             # An outlier detector: its verdict is the sign of its score.
             found.alarm = found.score < 0
             found.verdict = np.where(found.alarm, -1, 1)
             return found
         found.verdict = last.predict(levels, **routed)
-        if hasattr(last, "detect"):
+        if can.alarm:
             found.alarm = last.detect(levels)
         return found
 
@@ -430,6 +431,25 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         if isinstance(parts[0], Bunch):
             return Bunch(**{name: np.concatenate([p[name] for p in parts]) for name in parts[0]})
         return np.concatenate(parts)
+
+
+def in_one_pass(model: Any) -> DiagnosisPipeline:
+    """Return a fitted model as a pipeline that diagnoses rows in one pass.
+
+    Parameters
+    ----------
+    model : estimator
+        A pipeline, also within a search or another pipeline; or any other fitted estimator.
+
+    Returns
+    -------
+    DiagnosisPipeline
+        The model itself, or its steps in a pipeline.
+    """
+    steps = unfolded_steps(model)
+    if isinstance(model, DiagnosisPipeline) and len(steps) == len(model.steps):
+        return model
+    return DiagnosisPipeline(steps, n_jobs=getattr(model, "n_jobs", None))
 
 
 def _routing(params):

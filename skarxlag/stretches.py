@@ -273,6 +273,13 @@ class StretchResidual(StretchTransformer):
     def _check_parameters(self):
         check_scalar(self.window_length, "window_length", Integral, min_val=1)
 
+    def _answers(self):
+        return {
+            "takes_rpm": self.speed_known_,
+            "is_stretch": True,
+            "sampling_rate": self.order_residual_.sampling_rate,
+        }
+
     def _check_state(self):
         self._check_parameters()
         check_fitted_input(self, windows=True)

@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import softmax
 from sklearn.pipeline import Pipeline
 from sklearn.utils import check_consistent_length
-from sklearn.utils.metadata_routing import get_routing_for_object
 
+from ._answers import answers
+from .pipelines import in_one_pass
 from .quality import signal_quality
 
 FAULTY = "faulty"
@@ -71,43 +72,34 @@ def window_verdicts(
     """
     quality = signal_quality(X)
     is_good = quality == "good"
+    can, diagnoser = answers(diagnoser), in_one_pass(diagnoser)
     if conditions is None:
-        conditions = _conditions(diagnoser[-1])
-    has_score = not hasattr(diagnoser[-1], "predict_proba")
+        conditions = _conditions(can)
+    has_score = can.conditions is None
     names = ["score"] if has_score else [f"probability of {name}" for name in conditions]
     verdict = np.full(len(quality), NO_SIGNAL, dtype=object)
-    alarm = np.zeros(len(quality), dtype=bool if _detects(diagnoser) else float)
+    alarm = np.zeros(len(quality), dtype=bool if can.alarm else float)
     values = np.full((len(quality), len(names)), np.nan)
     if is_good.any():
         of_good = _scored if has_score else _classified
         X = X if is_good.all() else np.asarray(X)[is_good]
         params = {}
-        if rpm is not None and takes_rpm(diagnoser):
+        if rpm is not None and can.takes_rpm:
             params["rpm"] = np.broadcast_to(rpm, is_good.shape)[is_good]
         found = of_good(diagnoser, X, conditions, params)
         verdict[is_good], alarm[is_good], values[is_good] = found
-    if not _detects(diagnoser):
+    if not can.alarm:
         alarm[:] = np.nan
     columns = dict(zip(names, values.T, strict=True))
     if known is not None:
         p_value = np.full(len(quality), np.nan)
         if is_good.any():
-            params = {} if rpm is None else {"rpm": np.broadcast_to(rpm, is_good.shape)[is_good]}
+            params = {}
+            if rpm is not None and answers(known).takes_rpm:
+                params["rpm"] = np.broadcast_to(rpm, is_good.shape)[is_good]
             p_value[is_good] = np.exp(known.score_samples(X, **params))
         columns["p-value"] = p_value
     return pd.DataFrame({"verdict": verdict, "alarm": alarm, "quality": quality} | columns)
-
-
-def takes_rpm(diagnoser: Any) -> bool:
-    """Whether some step of a diagnoser requests the speed of windows, and knew it in `fit`."""
-    steps = getattr(diagnoser, "steps", [])
-    was_known = all(getattr(step, "speed_known_", True) for _, step in steps)
-    return was_known and bool(get_routing_for_object(diagnoser).consumes("predict", ["rpm"]))
-
-
-def _detects(diagnoser):
-    """Whether windows raise an alarm: not where a classifier of others has the last word."""
-    return hasattr(diagnoser[-1], "detect") or not hasattr(diagnoser[-1], "classes_")
 
 
 def _scored(diagnoser, X, conditions, params):
@@ -118,15 +110,9 @@ def _scored(diagnoser, X, conditions, params):
 
 def _classified(diagnoser, X, conditions, params):
     """Verdicts, alarms and probabilities of a diagnoser."""
-    if hasattr(diagnoser, "diagnose"):
-        found = diagnoser.diagnose(X, **params)
-        verdict, alarm, probability = found.verdict, found.get("alarm", np.nan), found.probability
-    else:
-        levels, decide = diagnoser[:-1].transform(X), diagnoser[-1]
-        verdict, probability = decide.predict(levels), decide.predict_proba(levels)
-        alarm = decide.detect(levels) if _detects(diagnoser) else np.nan
-    places = [diagnoser[-1].classes_.tolist().index(name) for name in conditions]
-    return verdict, alarm, probability[:, places]
+    found = diagnoser.diagnose(X, **params)
+    places = [diagnoser.classes_.tolist().index(name) for name in conditions]
+    return found.verdict, found.get("alarm", np.nan), found.probability[:, places]
 
 
 def recording_verdict(
@@ -256,19 +242,13 @@ def recording_verdicts(
     """
     check_consistent_length(X, recording)
     if conditions is None:
-        conditions = _conditions(diagnoser[-1])
+        conditions = _conditions(answers(diagnoser))
     windows = window_verdicts(diagnoser, X, conditions, rpm=rpm, known=known)
     groups = windows.groupby(np.asarray(recording), sort=False)
-    rate = {} if known is None else {"false_rejection_rate": rejection_rate(known)}
+    rate = {} if known is None else {"false_rejection_rate": answers(known).stated_rate}
     rows = {name: recording_verdict(rows, conditions, **rate) for name, rows in groups}
     return pd.DataFrame.from_dict(rows, orient="index")
 
 
-def rejection_rate(known: Pipeline | None) -> float:
-    """The stated rate of false rejections of known conditions, or of a pipeline that ends so."""
-    last = known[-1] if isinstance(known, Pipeline) else known
-    return float(last.false_rejection_rate)
-
-
-def _conditions(decide):
-    return decide.classes_.tolist() if hasattr(decide, "classes_") else ["healthy"]
+def _conditions(can):
+    return ["healthy"] if can.conditions is None else list(can.conditions)

@@ -1,6 +1,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from sklearn.base import BaseEstimator
 from sklearn.metrics import accuracy_score, confusion_matrix, precision_score, recall_score
 from sklearn.utils import Bunch
 
@@ -107,7 +108,7 @@ def test_precision_of_a_condition_that_is_never_given_is_unknown():
 
 
 def test_scored_windows():
-    class Fixed:
+    class Fixed(BaseEstimator):
         def predict(self, X):
             return np.where(X[:, 0] > 0, "ball", "normal")
 

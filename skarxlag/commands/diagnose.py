@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from .._answers import answers
 from .._files import write_atomically
 from .._version import __version__
 from ..bearings import fault_orders
 from ..recordings.table import list_recordings
 from ..stretches import order_comparison
-from ..verdicts import NO_SIGNAL, rejection_rate, takes_rpm
+from ..verdicts import NO_SIGNAL
 from .arguments import add_execution_arguments, bearing
 from .batch import diagnose_all
 from .errors import UsageError, as_command_error
@@ -208,7 +209,7 @@ def _report(args, model, diagnoses, rows):
         lines.append(
             f"No sampling rate is stated for some files; {model.sampling_rate:g} Hz was assumed."
         )
-    if takes_rpm(model.diagnoser):
+    if answers(model.diagnoser).takes_rpm:
         lines.append(_speed_line(found))
     if found[["confidence", "alarms"]].notna().all(axis=1).any():
         lines.append("Alarms depend on the speed; for detection across speeds fit a detector.")
@@ -234,7 +235,7 @@ def _known_line(model, found):
     """What the p-values are, and where they tell little."""
     line = (
         "p-value: how often windows of the nearest condition are as far off; below "
-        f"{rejection_rate(model.known):g} a recording is none of these."
+        f"{answers(model.known).stated_rate:g} a recording is none of these."
     )
     speeds = found["rpm"] if "rpm" in found else np.full(len(found), np.nan)
     far = [not _is_near(speed, model.train_rpm) for speed in speeds]
@@ -256,8 +257,7 @@ def _heading(model):
     )
     rate = "" if model.sampling_rate is None else f" at {model.sampling_rate:g} Hz"
     rows, seconds = "windows", ""
-    is_long = getattr(model.diagnoser[-1], "n_windows_", 1) > 1
-    if is_long or any(hasattr(step, "speed_known_") for _, step in model.diagnoser.steps):
+    if answers(model.diagnoser).is_stretch:
         rows = "stretches"
         if model.sampling_rate is not None:
             seconds = f", {model.window_length / model.sampling_rate:.3g} s,"

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from sklearn.pipeline import Pipeline
 
+from .._answers import answers
 from .._state import estimators_within
 from .._version import __version__
-from ..verdicts import rejection_rate
 from .models import SavedModel, calibration_basis, held_rate, load_model, stated_facts
 from .names import counted
 
@@ -75,7 +75,7 @@ def model_card(model: SavedModel) -> dict[str, str]:
     if "false_alarm_rate" in facts:
         card["False alarms"] = f"a rate of {facts['false_alarm_rate']:g} was asked for"
     if model.known is not None:
-        rate = rejection_rate(model.known)
+        rate = answers(model.known).stated_rate
         card["p-values"] = f"a recording is none of its conditions where they are below {rate:g}"
     threshold = getattr(decide, "detection_threshold_", None)
     if threshold is not None:
@@ -101,7 +101,8 @@ def limits(model: SavedModel) -> list[str]:
         Sentences.
     """
     sentences = []
-    is_detector = not hasattr(model.diagnoser[-1], "classes_")
+    can = answers(model.diagnoser)
+    is_detector = can.conditions is None
     if is_detector:
         sentences.append("It tells healthy from faulty and names no fault.")
     else:
@@ -121,9 +122,9 @@ def limits(model: SavedModel) -> list[str]:
             f"Conditions may be told at other speeds than {_listed_speeds(model.train_rpm)}; its "
             "confidence and its detection threshold hold at these only."
         )
-    if not is_detector and not hasattr(model.diagnoser[-1], "detect"):
+    if not is_detector and not can.alarm:
         sentences.append("It has no detection threshold, so it raises no alarm.")
-    if is_detector and len(getattr(model.diagnoser[-1], "speeds_", ())) < 2:
+    if is_detector and len(can.speeds) < 2:
         sentences.append(
             "It was calibrated at one speed, or at speeds that nobody stated: at others healthy "
             "windows may raise alarms."

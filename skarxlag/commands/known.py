@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._answers import answers
 from ..diagnosers import make_known_conditions
-from ..verdicts import rejection_rate
 from .diagnosers import set_threads
 
 
@@ -54,6 +54,6 @@ def fit_known_conditions(
     at = "of unknown speed" if rpm is None else "at other speeds"
     return known, (
         f"p-values of the nearest condition, from {fewest} rows a condition or more; below "
-        f"{rejection_rate(known):g} a recording is none of these. Recordings {at} are rarely "
+        f"{answers(known).stated_rate:g} a recording is none of these. Recordings {at} are rarely "
         "rejected"
     )

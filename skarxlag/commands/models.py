@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
 
-import numpy as np
 from sklearn.pipeline import Pipeline
 
-from .._state import estimators_within, is_fitted
+from .._answers import answers
+from .._state import estimators_within
 from ..channels import ChannelRows
-from ..monitoring.opinions import in_one_pass
 from ..persistence import load_diagnoser
-from ..verdicts import rejection_rate
+from ..pipelines import in_one_pass
 from .diagnosers import set_threads
 from .errors import CommandError, as_command_error, printable
 
@@ -91,7 +90,7 @@ def load_model(path: str | os.PathLike[str], n_jobs: int | None = None) -> Saved
     for each in (diagnoser, known_conditions):
         if each is not None:
             set_threads(each, n_jobs)
-    known = _of_steps(path, diagnoser) | facts
+    known = _of_steps(path, diagnoser, in_one_pass(diagnoser)[-1]) | facts
     if "window_length" not in known:
         raise CommandError(
             f"{path}: does not state the length of its windows; save it with "
@@ -116,7 +115,7 @@ def stated_facts(model: SavedModel) -> dict[str, Any]:
     """What a file of results states of the model."""
     known = {}
     if model.known is not None:
-        known = {"false_rejection_rate": rejection_rate(model.known)}
+        known = {"false_rejection_rate": answers(model.known).stated_rate}
     return known | {
         "file": printable(model.path),
         "diagnoser": model.kind,
@@ -222,13 +221,6 @@ def calibration_basis(decide: Any, rows: str = "windows") -> str:
     return f"{text}; false alarms at speeds that were left out: {listed}"
 
 
-def _end(step, place):
-    """The first or the last step, however deep pipelines are within each other."""
-    while isinstance(step, Pipeline):
-        step = step[place]
-    return step
-
-
 def _take_windows(path, diagnoser):
     """Leave out the step that makes windows of rows: recordings are cut into windows."""
     pipelines = [part for part in estimators_within(diagnoser) if isinstance(part, Pipeline)]
@@ -246,30 +238,19 @@ def _take_windows(path, diagnoser):
             pipeline.steps = pipeline.steps[1:]
 
 
-def _of_steps(path, diagnoser):
-    # A CalibratedClassifierCV holds the pipeline that it was made from, and those that it fitted.
-    pipelines = (part for part in estimators_within(diagnoser) if isinstance(part, Pipeline))
-    pipeline = next(part for part in pipelines if is_fitted(part))
-    first, decide = _end(pipeline, 0), _end(pipeline, -1)
-    known = {"diagnoser": type(diagnoser).__name__, "healthy": None}
-    if hasattr(diagnoser, "classes_"):
-        if not hasattr(diagnoser, "predict_proba"):
-            raise CommandError(
-                f"{path}: {type(decide).__name__} states no probabilities, which verdicts rest on; "
-                "fit it within CalibratedClassifierCV"
-            )
-        conditions = np.asarray(diagnoser.classes_).tolist()
-        if hasattr(decide, "healthy_index_"):
-            known["healthy"] = conditions[decide.healthy_index_]
-        known["conditions"] = sorted(conditions, key=lambda name: name != known["healthy"])
-    else:
+def _of_steps(path, diagnoser, decide):
+    can = answers(diagnoser)
+    known = {"diagnoser": type(diagnoser).__name__, "healthy": can.healthy}
+    if can.conditions is None:
         known["healthy"], known["conditions"] = "healthy", ["healthy"]
-    shape = getattr(first, "window_shape_", None)
-    if shape is not None:
-        known["window_length"] = int(shape[-1])
-        known["n_channels"] = 1 if len(shape) == 1 else int(shape[0])
+    elif not can.states_probabilities:
+        raise CommandError(
+            f"{path}: {type(decide).__name__} states no probabilities, which verdicts rest "
+            "on; fit it within CalibratedClassifierCV"
+        )
     else:
-        known["n_channels"] = len(getattr(first, "orders_", [0]))
-        if known["n_channels"] == 1 and hasattr(first, "n_features_in_"):
-            known["window_length"] = int(first.n_features_in_)
+        known["conditions"] = sorted(can.conditions, key=lambda name: name != can.healthy)
+    known["n_channels"] = can.n_channels
+    if can.window_length is not None:
+        known["window_length"] = can.window_length
     return known

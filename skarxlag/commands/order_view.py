@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from .._answers import answers
 from ..stretches import order_comparison
-from ..verdicts import takes_rpm
 from .spectrum_view import nearest_conditions
 
 _DECIBELS = 10 / np.log(10)
@@ -30,7 +30,7 @@ class OrderView:
         except ValueError:
             self._before, self._residual = None, None
         else:
-            self._rpm = rpm if takes_rpm(model.diagnoser) else None
+            self._rpm = rpm if answers(model.diagnoser).takes_rpm else None
         self._found, self._places = [], []
 
     def add(self, X: NDArray[Any], places: NDArray[Any]) -> None:

@@ -6,10 +6,11 @@ from typing import Any, Self
 import numpy as np
 import pandas as pd
 
+from .._answers import answers
 from ..recordings.listing import ListedRecording
 from ..recordings.rates import rates_agree, resampled_blocks
 from ..recordings.windows import block_length, cut_blocks
-from ..verdicts import recording_verdict, rejection_rate, window_verdicts
+from ..verdicts import recording_verdict, window_verdicts
 from .errors import CommandError
 from .models import SavedModel, cached_model
 from .order_view import OrderView
@@ -133,7 +134,7 @@ def diagnose_recording(
         n_seen, n_drawn = n_seen + len(X), n_drawn + len(good)
     windows = pd.concat(parts, ignore_index=True)
     windows.insert(0, "start", np.arange(len(windows)) * length)
-    rate = () if model.known is None else (rejection_rate(model.known),)
+    rate = () if model.known is None else (answers(model.known).stated_rate,)
     verdict = recording_verdict(windows, model.conditions, *rate)
     remarks = verdict_remarks(windows, verdict, model.conditions)
     remarks += [f"Resampled from {r:g} to {model.sampling_rate:g} Hz." for r in old_rates]
@@ -154,9 +155,9 @@ def _drawn(views, windows, conditions):
 
 def _speed(recording, model):
     """Speed of a recording, which a detector that was fitted with speeds must know."""
-    speeds = getattr(model.diagnoser[-1], "speeds_", ())
-    if len(speeds) > 0 and recording.rpm is None:
-        listed = ", ".join(f"{speed:g}" for speed in speeds)
+    can = answers(model.diagnoser)
+    if can.needs_rpm and recording.rpm is None:
+        listed = ", ".join(f"{speed:g}" for speed in can.speeds)
         raise CommandError(
             f"{recording.name}: its speed is not stated, but {model.path} was fitted at {listed} "
             "rpm; give --rpm or a column rpm"

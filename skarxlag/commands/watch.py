@@ -6,6 +6,7 @@ import time
 from contextlib import nullcontext
 from pathlib import Path
 
+from .._answers import answers
 from ..monitoring import ConditionMonitor
 from ..recordings.formats._contents import ContentError
 from ..recordings.live import (
@@ -167,13 +168,13 @@ def _monitor(args, model, sampling_rate):
         flagging = load_model(args.detector)
         _check_same_sensor(args, model, flagging)
         detector, detector_window_length = flagging.diagnoser, flagging.window_length
-    if not hasattr(diagnoser, "predict_proba"):
+    if not answers(diagnoser).states_probabilities:
         if detector is not None:
             raise UsageError(f"argument --detector: {args.model} is a detector itself")
         diagnoser, detector = None, diagnoser
-    speeds = getattr(None if detector is None else detector[-1], "speeds_", ())
-    if len(speeds) > 0 and args.rpm is None:
-        listed = ", ".join(f"{speed:g}" for speed in speeds)
+    can = None if detector is None else answers(detector)
+    if can is not None and can.needs_rpm and args.rpm is None:
+        listed = ", ".join(f"{speed:g}" for speed in can.speeds)
         raise UsageError(f"argument --rpm: needed, the detector was fitted at {listed} rpm")
     with as_command_error():
         return ConditionMonitor(

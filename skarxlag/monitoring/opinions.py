@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..pipelines import DiagnosisPipeline
+from .._answers import answers
+from ..pipelines import in_one_pass
 
 #: Below it a single window could veto a condition for a long time.
 _SMALLEST_PROBABILITY = 1e-6
@@ -69,18 +70,16 @@ class WindowOpinions:
     def __init__(self, diagnoser: Any, detector: Any, detects: bool = True) -> None:
         if diagnoser is None and detector is None:
             raise ValueError("diagnoser and detector are None, expected at least one of them")
-        if diagnoser is not None and not hasattr(diagnoser, "predict_proba"):
+        if diagnoser is not None and not answers(diagnoser).states_probabilities:
             raise ValueError(
                 f"diagnoser: {type(diagnoser).__name__} states no probabilities, expected a "
                 "classifier with predict_proba; a detector goes to the parameter detector"
             )
-        self._diagnoser = in_one_pass(diagnoser)
-        self._detector = in_one_pass(detector) if detects else None
-        self.conditions = [] if diagnoser is None else np.asarray(diagnoser.classes_).tolist()
-        flagging = self._diagnoser if self._detector is None else self._detector
-        last = flagging.steps[-1][1]
-        self.detects = detects and (detector is not None or hasattr(last, "detect"))
-        self.false_alarm_rate = getattr(last, "false_alarm_rate", None) if self.detects else None
+        self._diagnoser, self._detector = diagnoser, detector if detects else None
+        self.conditions = [] if diagnoser is None else list(answers(diagnoser).conditions)
+        flagging = answers(diagnoser if self._detector is None else self._detector)
+        self.detects = detects and flagging.alarm
+        self.false_alarm_rate = flagging.stated_rate if self.detects else None
 
     def of(self, windows: NDArray[Any], rpm: NDArray[Any] | None) -> Opinions:
         """Opinions on windows.
@@ -101,23 +100,14 @@ class WindowOpinions:
         if len(windows) == 0:
             return found
         if self._diagnoser is not None:
-            said = self._diagnoser.diagnose(windows, **_metadata(self._diagnoser, rpm))
+            said = _diagnosed(self._diagnoser, windows, rpm)
             found.log_probability = np.log(np.maximum(said.probability, _SMALLEST_PROBABILITY))
             found.exceeds = said.get("alarm") if self.detects else None
         if self._detector is not None:
-            said = self._detector.diagnose(windows, **_metadata(self._detector, rpm))
-            found.exceeds = said.alarm
+            found.exceeds = _diagnosed(self._detector, windows, rpm).alarm
         return found
 
 
-def in_one_pass(estimator: Any) -> DiagnosisPipeline | None:
-    """The estimator as a pipeline that gives all it has to say in one pass; None for None."""
-    if estimator is None or isinstance(estimator, DiagnosisPipeline):
-        return estimator
-    return DiagnosisPipeline(getattr(estimator, "steps", [("decide", estimator)]))
-
-
-def _metadata(pipeline, rpm):
-    if rpm is None or not pipeline.get_metadata_routing().consumes("predict", {"rpm"}):
-        return {}
-    return {"rpm": rpm}
+def _diagnosed(model, windows, rpm):
+    params = {"rpm": rpm} if rpm is not None and answers(model).takes_rpm else {}
+    return in_one_pass(model).diagnose(windows, **params)

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._answers import answers, unfolded_steps
+
 if TYPE_CHECKING:
     from ..identification import ARXLaguerre
     from ..ladder import ThresholdLadder
@@ -28,7 +30,7 @@ def model_names(identify: "ARXLaguerre") -> list[str]:
 
 def first_and_last(estimator: Any) -> tuple[Any, Any]:
     """Return the first and last step of a Pipeline, or any other estimator twice."""
-    steps = getattr(estimator, "steps", [(None, estimator)])
+    steps = unfolded_steps(estimator)
     return steps[0][1], steps[-1][1]
 
 
@@ -46,19 +48,17 @@ def condition_names(estimator: Any) -> list[Any]:
         The healthy condition comes first and the others are sorted. The list is empty if only a
         single model was identified.
     """
-    identify, decide = first_and_last(estimator)
-    if hasattr(decide, "healthy_index_"):
-        healthy = decide.classes_[decide.healthy_index_]
-        return sorted(decide.classes_, key=lambda name: name != healthy)
-    models = getattr(identify, "classes_", [])
+    can = answers(estimator)
+    if can.conditions is not None:
+        return sorted(can.conditions, key=lambda name: name != can.healthy)
+    models = getattr(first_and_last(estimator)[0], "classes_", [])
     return list(models) if len(models) > 1 else []
 
 
 def healthy_name(decide: Any) -> str | None:
     """Return the healthy condition's name of a fitted ThresholdLadder; None for other steps."""
-    if not hasattr(decide, "healthy_index_"):
-        return None
-    return str(decide.classes_[decide.healthy_index_])
+    healthy = answers(decide).healthy
+    return None if healthy is None else str(healthy)
 
 
 def ordered_conditions(known: Sequence[Any] | None, conditions: Sequence[Any] | None) -> list[str]:

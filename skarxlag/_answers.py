@@ -1,0 +1,169 @@
+"""The questions that a fitted estimator can answer, and the rows that it takes.
+
+This is the only place that inspects what an estimator can do. Everything else calls `answers`. An
+estimator of this package describes itself by a method ``_answers()``, which returns some fields of
+`Answers` by name. All other estimators are described by scikit-learn's own means.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from sklearn.base import is_classifier, is_outlier_detector
+from sklearn.frozen import FrozenEstimator
+from sklearn.pipeline import Pipeline
+from sklearn.utils.metadata_routing import get_routing_for_object
+
+from ._state import estimators_within, is_fitted
+
+#: Fields that describe the last step; other fields may come from any step.
+_OF_THE_DECISION = {"alarm", "healthy_p_value", "none_of_these", "stated_rate"}
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Description of a fitted estimator.
+
+    Parameters
+    ----------
+    conditions : tuple of label or None, default=None
+        Conditions that it distinguishes, sorted. None if it is not a classifier.
+    states_probabilities : bool, default=False
+        Whether it returns a probability of each condition.
+    healthy : label or None, default=None
+        The healthy condition among them. None if it is not known.
+    alarm : bool, default=False
+        Whether it flags rows that exceed healthy limits.
+    healthy_p_value : bool, default=False
+        Whether it returns the probability that a healthy row deviates as much.
+    none_of_these : bool, default=False
+        Whether it rejects rows that resemble none of the conditions.
+    stated_rate : float or None, default=None
+        Share of healthy rows that may be flagged, or of known rows that may be rejected.
+    takes_rpm : bool, default=False
+        Whether a step requests the speed of rows, and was given it in `fit`.
+    needs_rpm : bool, default=False
+        Whether no row is diagnosed without its speed.
+    speeds : tuple of float, default=()
+        Training speeds in revolutions per minute, ascending. Empty if they are not known.
+    window_length : int or None, default=None
+        Samples in each channel of a row.
+    n_channels : int, default=1
+        Channels of a row.
+    is_stretch : bool, default=False
+        Whether a row holds several windows.
+    sampling_rate : float or None, default=None
+        In Hz. None if it is not known.
+    """
+
+    conditions: tuple[Any, ...] | None = None
+    states_probabilities: bool = False
+    healthy: Any = None
+    alarm: bool = False
+    healthy_p_value: bool = False
+    none_of_these: bool = False
+    stated_rate: float | None = None
+    takes_rpm: bool = False
+    needs_rpm: bool = False
+    speeds: tuple[float, ...] = ()
+    window_length: int | None = None
+    n_channels: int = 1
+    is_stretch: bool = False
+    sampling_rate: float | None = None
+
+
+def answers(model: Any) -> Answers:
+    """Describe what a fitted estimator can answer.
+
+    Parameters
+    ----------
+    model : estimator
+        A pipeline, a decision, or a meta-estimator of scikit-learn around pipelines.
+
+    Returns
+    -------
+    Answers
+        The description.
+    """
+    *before, decision = [step for _, step in unfolded_steps(model)]
+    steps = [*before, *_steps_within(decision)]
+    declared = [_declared(step) for step in steps]
+    found = _rows_of(steps[0])
+    for fields in reversed(declared):
+        found |= {name: fields[name] for name in fields.keys() - _OF_THE_DECISION}
+    own = _declared(decision)
+    found |= {name: own[name] for name in own.keys() & _OF_THE_DECISION}
+    found["takes_rpm"] = (
+        any(_requests_rpm(step, "transform") for step in before)
+        or _requests_rpm(decision, "predict")
+    ) and all(fields.get("takes_rpm", True) for fields in declared)
+    if is_classifier(decision):
+        found["conditions"] = tuple(np.asarray(decision.classes_).tolist())
+        found["states_probabilities"] = hasattr(decision, "predict_proba")
+        # Bagging and voting number the conditions before their members see them.
+        if found.get("healthy") not in found["conditions"]:
+            found["healthy"] = None
+    elif not own:
+        found["alarm"] = is_outlier_detector(decision)
+    return Answers(**found)
+
+
+def unfolded_steps(model: Any) -> list[tuple[str, Any]]:
+    """Return the steps of a model, with the steps of pipelines within pipelines in their place.
+
+    Parameters
+    ----------
+    model : estimator
+        A pipeline, a fitted search over pipelines, or any other estimator, which is one step.
+
+    Returns
+    -------
+    list of (str, estimator)
+        Names, which are unique, and fitted estimators.
+    """
+    if isinstance(model, FrozenEstimator):
+        return unfolded_steps(model.estimator)
+    if hasattr(model, "best_estimator_"):
+        return unfolded_steps(model.best_estimator_)
+    if not isinstance(model, Pipeline):
+        return [("decide", model)]
+    steps = []
+    for name, step in model.steps:
+        if step in (None, "passthrough"):
+            continue
+        inner = unfolded_steps(step)
+        # A step that was not unfolded keeps its name.
+        is_whole = len(inner) == 1 and inner[0][1] is step
+        steps += [(name, step)] if is_whole else [(f"{name} {each}", part) for each, part in inner]
+    return steps
+
+
+def _declared(step):
+    return step._answers() if hasattr(step, "_answers") else {}
+
+
+def _steps_within(decision):
+    """Steps of the pipeline that a meta-estimator has fitted; or the decision itself."""
+    if not hasattr(decision, "_answers"):
+        for part in estimators_within(decision):
+            if isinstance(part, Pipeline) and is_fitted(part):
+                return [step for _, step in unfolded_steps(part)]
+    return [decision]
+
+
+def _rows_of(first):
+    """Length and channels of the rows that a step was fitted on."""
+    shape = getattr(first, "window_shape_", None)
+    if shape is not None:
+        return {
+            "window_length": int(shape[-1]),
+            "n_channels": 1 if len(shape) == 1 else int(shape[0]),
+        }
+    length = getattr(first, "n_features_in_", None)
+    return {"window_length": None if length is None else int(length)}
+
+
+def _requests_rpm(step, method):
+    return bool(get_routing_for_object(step).consumes(method, ["rpm"]))
