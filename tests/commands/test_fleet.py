@@ -137,10 +137,10 @@ def test_a_recording_that_kills_each_of_its_workers_costs_itself_alone(
 
 def test_the_simulated_rig_is_evaluated_on_a_cluster(run, cluster, tmp_path, monkeypatch):
     monkeypatch.setattr("skarxlag.commands.figures.why_missing", lambda: "No figures today.")
-    tiny = ("evaluate", "--n-samples", "1200", "--window-length", "400", "--ladder", "single")
+    tiny = ("evaluate", "--n-samples", "1200", "--window-length", "400")
     for options in (("--n-jobs", "1"), ("--dask", cluster.scheduler_address)):
         code, _, err = run(*tiny, "--output", tmp_path / options[0], *options)
-        assert code == 0 and "[4/4]" in err
+        assert code == 0 and "[6/6]" in err
     expected = sorted((tmp_path / "--n-jobs").glob("*.csv"))
     assert len(expected) > 8
     for path in expected:

@@ -10,10 +10,8 @@ from skarxlag.paper import run_protocol
 CONDITIONS = ["Normal", "Ball", "IR"]
 
 
-class Recorder:
+class Recorder(ClassifierMixin, BaseEstimator):
     """Classifier that remembers what it was given, and names windows by a value in them."""
-
-    made = ()
 
     def __init__(self, healthy):
         self.healthy = healthy
@@ -22,6 +20,7 @@ class Recorder:
     def fit(self, X, y):
         assert self.fitted_on is None
         self.fitted_on = X[:, 0, :2].tolist()
+        self.classes_ = np.unique(y)
         return self
 
     def predict(self, X):
@@ -122,6 +121,7 @@ class Timed(ClassifierMixin, BaseEstimator):
 
     def fit(self, X, y, rpm=None):
         self.given.append(("fit", rpm.tolist()))
+        self.classes_ = np.unique(y)
         return self
 
     def predict(self, X, rpm=None):

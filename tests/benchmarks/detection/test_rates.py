@@ -66,7 +66,7 @@ def test_alarm_times_of_runs(tmp_path, capsys):
     options = ["--data-home", str(tmp_path), "--output", str(tmp_path / "out")]
     runs.main([*options, "--figure", str(figure)])
     assert "minutes before the end of the run" in figure.read_text()
-    assert "Made by `python -m benchmarks.detection runs`" in capsys.readouterr().out
+    assert "Runs to failure of the PRONOSTIA test bench" in capsys.readouterr().out
     found = pd.read_csv(tmp_path / "out" / "runs.csv")
     assert len(found) == 8
     alarm = found.groupby("level counts")["first alarm, minutes before the end"]

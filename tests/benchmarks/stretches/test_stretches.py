@@ -92,8 +92,7 @@ def test_command_writes_results_and_the_block_of_a_page(rig, tmp_path, monkeypat
     command.main([*arguments, str(page), "--method", *methods])
     out, err = capsys.readouterr()
     assert "| hit_sm | orders alone |" in out and "hit_sm | seed 0 | 1 s | orders alone: " in err
-    said = "python -m benchmarks.stretches --rig hit_sm --method 'orders alone' 'largest peak at"
-    assert f"Made by `{said} the orders' --seconds 1.0`" in page.read_text()
+    assert "| hit_sm | orders alone |" in page.read_text()
     pairs = pd.read_csv(tmp_path / "pairs.csv")
     assert len(pairs) == 4
     command.main([*arguments, str(page), "--method", "orders alone"])
@@ -134,8 +133,7 @@ def test_tables_of_real_and_simulated_rigs_and_of_training():
         f"| uestc | {ours} | 0.750 / 0.500 (1.000) | 1.000 / 1.000 (1.000) |",
     ]
     assert training[4] == f"| uestc | {few} | 0.250 / 0.250 (1.000) |  |"
-    assert "over 2 seeds" in simulated[0] and "--rig simulated" in simulated[0]
-    assert "--seed 21 22" in simulated[0]
+    assert "over 2 seeds" in simulated[0]
     assert simulated[4] == f"| simulated, 3 mm | {ours} | 0.800 ± 0.283 / 0.500 |"
 
 
