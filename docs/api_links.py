@@ -12,7 +12,7 @@ from sphinx.util.logging import getLogger
 from sphinx.util.nodes import make_refnode
 
 import skarxlag
-from skarxlag._documentation import SITE, DocumentedEstimator
+from skarxlag._base import SITE, DocumentedEstimator
 
 _PREFIXES = ("", "skarxlag.", "skarxlag.datasets.", "skarxlag.plotting.")
 

@@ -11,7 +11,7 @@ from sklearn.base import BaseEstimator, TransformerMixin, clone
 from sklearn.utils import Bunch, check_scalar
 from sklearn.utils.validation import check_is_fitted
 
-from ._documentation import DocumentedEstimator
+from ._base import DocumentedEstimator
 from ._parallel import map_batches
 from ._state import check_fitted_array, check_fitted_input, check_fitted_number, remember_parameters
 from ._validation import check_input_names, check_real, validate_innovations

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array, check_scalar
 from sklearn.utils.validation import check_is_fitted, validate_data
 
-from ._arrays import ArrayTransformer
+from ._base import ArrayTransformer
 from ._state import check_fitted_input, check_state, remember_parameters
 from ._validation import check_input_names
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
-from ._documentation import DocumentedEstimator
+from ._base import DocumentedEstimator
 from ._parallel import one_thread
 from ._state import (
     check_fitted_array,

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_scalar
 
+from ._base import RowOutlierDetector
 from ._calibration import check_calibration, log_speeds, measure, weak_points
-from ._outliers import RowOutlierDetector
 from ._parallel import one_thread
 from ._state import remember_parameters
 from ._validation import check_real, validate_innovations, weighted_windows

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import Bunch, check_scalar
 from sklearn.utils.validation import check_is_fitted
 
-from ._arrays import ArrayTransformer
+from ._base import ArrayTransformer
 from ._parallel import map_batches
 from ._state import (
     check_fitted_array,

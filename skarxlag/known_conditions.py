@@ -8,8 +8,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._base import RowOutlierDetector
 from ._calibration import check_calibration, log_speeds, measure, price_of_unknown_speed
-from ._outliers import RowOutlierDetector
 from ._state import (
     check_fitted_classes,
     check_fitted_input,

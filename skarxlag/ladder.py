@@ -11,7 +11,7 @@ from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import check_is_fitted, validate_data
 
-from ._documentation import DocumentedEstimator
+from ._base import DocumentedEstimator
 from ._state import (
     check_fitted_array,
     check_fitted_classes,

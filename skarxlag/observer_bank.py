@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import Bunch, check_scalar
 
-from ._groups import GroupTransformer
+from ._base import GroupTransformer
 from ._parallel import map_batches
 from ._state import check_fitted_array, is_moderate, remember_parameters
 from ._validation import check_real, validate_innovations

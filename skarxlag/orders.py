@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import Bunch, check_scalar
 
+from ._base import StretchTransformer
 from ._parallel import map_batches
 from ._state import (
     check_fitted_array,
@@ -18,7 +19,6 @@ from ._state import (
     is_moderate,
     remember_parameters,
 )
-from ._stretch_base import StretchTransformer
 from ._validation import (
     check_real,
     validate_innovations,

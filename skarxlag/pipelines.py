@@ -14,7 +14,7 @@ from sklearn.utils.metadata_routing import process_routing
 from sklearn.utils.metaestimators import available_if
 
 from ._answers import answers, unfolded_steps
-from ._documentation import DocumentedEstimator
+from ._base import DocumentedEstimator
 from ._parallel import map_batches
 from .kernels.lanes import LANES
 from .quality import signal_quality

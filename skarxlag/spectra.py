@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_scalar
 
-from ._groups import GroupTransformer
+from ._base import GroupTransformer
 from ._parallel import map_batches
 from ._state import remember_parameters
 from ._validation import validate_innovations

@@ -11,6 +11,7 @@ from sklearn.base import clone
 from sklearn.pipeline import Pipeline
 from sklearn.utils import check_scalar
 
+from ._base import StretchTransformer
 from ._state import (
     check_fitted_classes,
     check_fitted_input,
@@ -18,7 +19,6 @@ from ._state import (
     check_state,
     remember_parameters,
 )
-from ._stretch_base import StretchTransformer
 from ._validation import validate_innovations, weighted_windows
 from .comparison import SpectralDistance
 from .orders import OrderResidual

@@ -1,0 +1,231 @@
+"""Base classes of the estimators."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.base import BaseEstimator, OutlierMixin, TransformerMixin
+from sklearn.utils.validation import check_is_fitted
+
+from ._state import check_fitted_input, check_fitted_number
+from ._validation import check_input_names
+
+#: Site of the documentation.
+SITE = "https://skarxlag.github.io/skarxlag/"
+
+
+class DocumentedEstimator:
+    """Estimator whose HTML representation links to its page on the site."""
+
+    _doc_link_module: ClassVar = __name__.partition(".")[0]
+    _doc_link_template: ClassVar = SITE + "api/generated/skarxlag.{estimator_name}.html"
+
+
+class SignalEstimator(DocumentedEstimator):
+    """Estimator that accepts windows of several channels: arrays of three axes."""
+
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.input_tags.three_d_array = True
+        return tags
+
+
+class ArrayTransformer(
+    DocumentedEstimator, TransformerMixin, BaseEstimator, auto_wrap_output_keys=None
+):
+    """Transformer whose output has three axes, so that it is always an array."""
+
+    def set_output(self, *, transform: str | None = None) -> Self:
+        """Accept the setting and keep returning arrays: tables have only two axes.
+
+        ``Pipeline.set_output`` sets all steps, also those that return tables.
+
+        Parameters
+        ----------
+        transform : {"default", "pandas", "polars"} or None, default=None
+            Ignored.
+
+        Returns
+        -------
+        estimator
+            This transformer.
+        """
+        return self
+
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
+        return tags
+
+
+class GroupTransformer(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None):
+    """Transformer from innovations to an array of shape (n_windows, n_groups, n_frequencies).
+
+    A subclass names the groups of one model in `_group_names`, and sets `n_models_` in `fit`.
+    """
+
+    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
+        """Return the names of the groups.
+
+        Parameters
+        ----------
+        input_features : array-like of str or None, default=None
+            Names of the models, as `ARXLaguerre.get_feature_names_out` returns them.
+
+        Returns
+        -------
+        ndarray of str of shape (n_groups,)
+            One name for each entry along axis 1 of the output. With several models, each name
+            begins with the name of its model.
+        """
+        check_is_fitted(self)
+        names = check_input_names(self, input_features)
+        groups = self._group_names()
+        if self.n_models_ < 2:
+            return np.array(groups, dtype=object)
+        models = [f"model{c}" for c in range(self.n_models_)] if names is None else names
+        return np.array([f"{model}_{group}" for model in models for group in groups], dtype=object)
+
+    def _check_input(self):
+        check_fitted_input(self, windows=True)
+        n_models = self.n_features_in_ if len(self.window_shape_) == 2 else 0
+        check_fitted_number(
+            self, "n_models_", kind="i", valid=lambda n: n == n_models, expected=f"{n_models}"
+        )
+
+
+class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
+    """Transformer from stretches and their speeds to one residual for each condition.
+
+    A subclass names its residuals by the conditions and `_suffix`.
+    """
+
+    classes_: NDArray[Any]
+    _suffix: ClassVar[str]
+
+    #: Metadata routing passes these without `set_fit_request` and `set_transform_request`.
+    __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
+    __metadata_request__transform: ClassVar = {"rpm": True}
+
+    def fit_transform(
+        self,
+        X: ArrayLike,
+        y: ArrayLike,
+        rpm: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
+    ) -> NDArray[Any]:
+        """Fit, and compute the residuals of the same stretches.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
+            As in `fit`.
+        y : array-like of shape (n_stretches,)
+            Condition of each stretch.
+        rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
+            As in `fit`.
+        sample_weight : array-like of shape (n_stretches,) or None, default=None
+            As in `fit`. Stretches of weight 0 get residuals, too.
+
+        Returns
+        -------
+        ndarray of shape (n_stretches, n_classes)
+            As `transform` returns them.
+        """
+        # The method of scikit-learn's mixin does not pass rpm to transform.
+        return self.fit(X, y, rpm=rpm, sample_weight=sample_weight).transform(X, rpm=rpm)
+
+    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
+        """Return the names of the residuals, one for each condition.
+
+        Parameters
+        ----------
+        input_features : array-like of str or None, default=None
+            Must be the names that `fit` saw; residuals are not named after them.
+
+        Returns
+        -------
+        ndarray of str of shape (n_classes,)
+            One name for each column of the output.
+        """
+        check_is_fitted(self)
+        check_input_names(self, input_features)
+        return np.array([f"{name}_{self._suffix}" for name in self.classes_], dtype=object)
+
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.target_tags.required = True
+        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
+        return tags
+
+
+class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
+    """Outlier detector whose score is the logarithm of a p-value.
+
+    A subclass has `fit`, `score_samples` and the attribute `offset_`, the logarithm of the stated
+    rate. All methods accept `rpm`, the speed of each row.
+    """
+
+    offset_: float
+
+    #: Metadata routing passes `rpm` without `set_fit_request` and its siblings.
+    __metadata_request__fit: ClassVar = {"rpm": True}
+    __metadata_request__predict: ClassVar = {"rpm": True}
+    __metadata_request__decision_function: ClassVar = {"rpm": True}
+
+    def decision_function(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
+        """Compute the logarithm of the p-value over the stated rate.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Rows.
+        rpm : float, array-like of shape (n_rows,) or None, default=None
+            Their speeds, as in `score_samples`.
+
+        Returns
+        -------
+        ndarray of shape (n_rows,)
+            Natural logarithms, negative for outliers.
+        """
+        return self.score_samples(X, rpm) - self.offset_
+
+    def predict(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
+        """Return 1 for rows like those of `fit`, and -1 for outliers.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Rows.
+        rpm : float, array-like of shape (n_rows,) or None, default=None
+            Their speeds, as in `score_samples`.
+
+        Returns
+        -------
+        ndarray of int of shape (n_rows,)
+            1 or -1.
+        """
+        return np.where(self.decision_function(X, rpm) < 0, -1, 1)
+
+    def fit_predict(
+        self, X: ArrayLike, y: Any = None, rpm: ArrayLike | None = None
+    ) -> NDArray[Any]:
+        """Fit, and classify the same rows.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Rows.
+        y : array-like of shape (n_rows,) or None, default=None
+            As in `fit`.
+        rpm : float, array-like of shape (n_rows,) or None, default=None
+            Their speeds.
+
+        Returns
+        -------
+        ndarray of int of shape (n_rows,)
+            1 or -1.
+        """
+        return self.fit(X, y, rpm=rpm).predict(X, rpm=rpm)
