@@ -110,6 +110,11 @@ def answers(model: Any) -> Answers:
     return Answers(**found)
 
 
+def offers(estimator: Any, method: str) -> bool:
+    """Whether an estimator, fitted or not, has a method."""
+    return callable(getattr(estimator, method, None))
+
+
 def unfolded_steps(model: Any) -> list[tuple[str, Any]]:
     """Return the steps of a model, with the steps of pipelines within pipelines in their place.
 

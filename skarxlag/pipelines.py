@@ -1,11 +1,13 @@
-"""A Pipeline that gives its verdicts batch by batch."""
+"""A Pipeline that diagnoses windows batch by batch."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, Self
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from sklearn import config_context
 from sklearn.pipeline import Pipeline
@@ -13,21 +15,18 @@ from sklearn.utils import Bunch
 from sklearn.utils.metadata_routing import process_routing
 from sklearn.utils.metaestimators import available_if
 
-from ._answers import answers, unfolded_steps
+from ._answers import answers, offers, unfolded_steps
 from ._base import DocumentedEstimator
 from ._parallel import map_batches
 from .kernels.lanes import LANES
-from .quality import signal_quality
 
-#: Bytes of the rows that go through all steps together. What several models make of them should
-#: stay in the processor's cache, and checks should cost little beside the work.
+#: Bytes of the rows of a batch. The results of several models for these rows should stay in the
+#: processor's cache.
 _BATCH_BYTES = 2**20
-#: Rows that go together however long they are, as far as they take less than so many bytes: the
-#: recursions work on as many signals side by side.
+#: Rows of a batch, however long they are, while they take fewer bytes than the second number: the
+#: recursions process this many signals side by side.
 _ROWS_TOGETHER, _MOST_BYTES = LANES, 2**25
-#: What a detector says of a window without a signal. The p-value is the smallest that is above 0.
-_LEAST_LOG_P = float(np.log(np.finfo(np.float32).tiny))
-#: A batch of a dask array would compute everything before it once more.
+#: Each batch of a dask array would compute everything before it again.
 _LAZY = (
     "X is a dask array, expected windows in memory or mapped from a file. Diagnose it block by "
     "block, with one chunk along all axes but the first: X.map_blocks(diagnoser.predict, "
@@ -35,34 +34,27 @@ _LAZY = (
 )
 
 
-def _last_step_has(name):
-    return available_if(lambda pipeline: hasattr(pipeline.steps[-1][1], name))
-
-
-def _some_step_has(name):
-    return available_if(lambda pipeline: any(hasattr(step, name) for _, step in pipeline.steps))
+def _if_last_step_offers(name):
+    return available_if(lambda pipeline: offers(pipeline.steps[-1][1], name))
 
 
 class DiagnosisPipeline(DocumentedEstimator, Pipeline):
-    """A Pipeline that gives its verdicts batch by batch.
+    """Pipeline that diagnoses windows batch by batch.
 
     The innovations of a bank are many times larger than its windows. A batch of windows goes
-    through all steps before the next one is looked at, so what is between the steps takes a fixed
-    amount of memory for any number of windows. Every window is diagnosed by itself: the verdicts
-    are those of `sklearn.pipeline.Pipeline`, bit for bit.
-
-    There is one exception: a window that carries no signal, see :func:`skarxlag.signal_quality`,
-    tells nothing of the condition. `predict_proba` gives it the prior probabilities of the last
-    step (`priors_`; all equal if there are none). `predict` and `decision_function` of a classifier
-    stay as they are: a verdict on such a window means nothing. A detector is asked whether a window
-    is like healthy ones, and such a window is not: `p_values` gives it the smallest positive
-    number, and `predict` says -1. The rule holds where the first step is fitted on windows.
+    through all steps before the next one, so the memory between the steps is the same for any
+    number of windows. Every window is diagnosed by itself: all results are those of
+    `sklearn.pipeline.Pipeline`, bit for bit.
 
     Metadata such as ``rpm``, the speed of each window, and ``sample_weight``, its weight, reach the
     steps that request them by scikit-learn's metadata routing, as the steps of this package do. In
     this pipeline they do so whether routing is switched on or not.
     `sklearn.model_selection.cross_val_score` and the searches hand metadata to `score` only when
     routing is switched on, by ``sklearn.set_config(enable_metadata_routing=True)``.
+
+    The pipeline returns a result for each window, also if the window carries no signal. Use
+    :func:`skarxlag.window_verdicts` or :func:`skarxlag.recording_verdicts` for recordings of a
+    machine: they check the quality of the windows first.
 
     Parameters
     ----------
@@ -75,8 +67,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
     verbose : bool, default=False
         As in `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
-        Threads that work on batches when verdicts are asked for. The steps have their own, for
-        `fit`.
+        Threads that diagnose batches. The steps have their own parameter, for `fit`.
 
     Examples
     --------
@@ -124,9 +115,9 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         with _routing(params):
             return super().fit(X, y, **params)
 
-    @_last_step_has("transform")
+    @_if_last_step_offers("transform")
     def transform(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
-        """What the last step makes of the windows, all in one batch.
+        """Transform the windows, all in one batch.
 
         Parameters
         ----------
@@ -138,14 +129,14 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         Returns
         -------
         ndarray of shape (n_windows, ...)
-            As the last step gives it.
+            Output of the last step.
         """
         with _routing(params):
             return super().transform(X, **params)
 
-    @_last_step_has("predict")
+    @_if_last_step_offers("predict")
     def predict(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
-        """Condition of each window.
+        """Predict the condition of each window.
 
         Parameters
         ----------
@@ -157,17 +148,13 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         Returns
         -------
         ndarray of shape (n_windows,)
-            Verdicts of the last step; -1 from a detector for a window without a signal.
+            Predictions of the last step.
         """
-        return self._in_batches(self._predict, X, params)
+        return self._in_batches(super().predict, X, params)
 
-    def _predict(self, X, **params):
-        verdict = super().predict(X, **params)
-        return self._unless_silent(X, verdict, -1) if self._is_detector() else verdict
-
-    @_last_step_has("predict_proba")
+    @_if_last_step_offers("predict_proba")
     def predict_proba(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
-        """Confidence in each condition.
+        """Compute the probability of each condition.
 
         Parameters
         ----------
@@ -179,16 +166,13 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         Returns
         -------
         ndarray of shape (n_windows, n_classes)
-            As the last step gives it; the priors for a window without a signal.
+            Probabilities, in the order of `classes_`.
         """
-        return self._in_batches(self._probability, X, params)
+        return self._in_batches(super().predict_proba, X, params)
 
-    def _probability(self, X, **params):
-        return self._unless_silent(X, super().predict_proba(X, **params), self._priors())
-
-    @_last_step_has("predict_log_proba")
+    @_if_last_step_offers("predict_log_proba")
     def predict_log_proba(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
-        """Logarithm of the confidence in each condition.
+        """Compute the logarithm of the probability of each condition.
 
         Parameters
         ----------
@@ -200,27 +184,13 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         Returns
         -------
         ndarray of shape (n_windows, n_classes)
-            As the last step gives it; the logarithms of the priors for a window without a signal.
+            Natural logarithms, in the order of `classes_`.
         """
-        return self._in_batches(self._log_probability, X, params)
+        return self._in_batches(super().predict_log_proba, X, params)
 
-    def _log_probability(self, X, **params):
-        found = super().predict_log_proba(X, **params)
-        return self._unless_silent(X, found, np.log(self._priors()))
-
-    def _priors(self):
-        n_classes = len(self.classes_)
-        return getattr(self.steps[-1][1], "priors_", np.full(n_classes, 1 / n_classes))
-
-    def _unless_silent(self, X, values, instead):
-        """The values, but others for rows that are windows without a signal."""
-        if hasattr(self.steps[0][1], "window_shape_"):
-            values[signal_quality(X) != "good"] = instead
-        return values
-
-    @_last_step_has("decision_function")
+    @_if_last_step_offers("decision_function")
     def decision_function(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
-        """Scores of the conditions.
+        """Compute the scores of the conditions.
 
         Parameters
         ----------
@@ -232,22 +202,13 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         Returns
         -------
         ndarray of shape (n_windows, n_classes), or (n_windows,) for two conditions
-            As the last step gives it.
+            Scores of the last step.
         """
-        return self._in_batches(self._decision, X, params)
+        return self._in_batches(super().decision_function, X, params)
 
-    def _decision(self, X, **params):
-        score = super().decision_function(X, **params)
-        if self._is_detector():
-            return self._unless_silent(X, score, _LEAST_LOG_P - self.steps[-1][1].offset_)
-        return score
-
-    def _is_detector(self):
-        return hasattr(self.steps[-1][1], "p_values")
-
-    @_last_step_has("predict")
+    @_if_last_step_offers("predict")
     def diagnose(self, X: ArrayLike, **params: Any) -> Bunch:
-        """Verdict, confidence and alarm of each window together, in one pass.
+        """Compute verdict, probability, score and alarm of each window in one pass.
 
         Parameters
         ----------
@@ -259,10 +220,10 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         Returns
         -------
         Bunch
-            ``levels``, what the last step was given, (n_windows, n_levels); ``verdict``, what
-            `predict` gives; and, as far as the last step states them, ``probability``
-            (`predict_proba`), ``score`` (`decision_function`) and ``alarm``, of bool: what
-            `ThresholdLadder.detect` gives, or, of a detector, whether the score is below 0.
+            ``levels``, the input of the last step, of shape (n_windows, n_levels); ``verdict``, as
+            `predict` returns it; and, if the last step offers them, ``probability``
+            (`predict_proba`), ``score`` (`decision_function`) and ``alarm``, of bool: the result of
+            `ThresholdLadder.detect`, or, of a detector, whether the score is below 0.
 
         Examples
         --------
@@ -280,33 +241,31 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         levels, routed = self._before_last_step(X, params)
         last, can = self.steps[-1][1], answers(self)
         found = Bunch(levels=levels)
-        if hasattr(last, "decision_function"):
+        if offers(last, "decision_function"):
             found.score = last.decision_function(levels, **routed)
-            if self._is_detector():
-                self._unless_silent(X, found.score, _LEAST_LOG_P - last.offset_)
-        if can.states_probabilities:
-            found.probability = self._unless_silent(X, last.predict_proba(levels), self._priors())
-        elif can.conditions is None:
+        if can.conditions is None:
             # An outlier detector: its verdict is the sign of its score.
             found.alarm = found.score < 0
             found.verdict = np.where(found.alarm, -1, 1)
             return found
+        if can.states_probabilities:
+            found.probability = last.predict_proba(levels)
         found.verdict = last.predict(levels, **routed)
         if can.alarm:
             found.alarm = last.detect(levels)
         return found
 
     def _before_last_step(self, X, params):
-        """What the last step is given, and the metadata that its `predict` requests."""
+        """Input of the last step, and the metadata that its `predict` requests."""
         routed = process_routing(self, "predict", **params)
         for name, step in self.steps[:-1]:
             if step not in (None, "passthrough"):
                 X = step.transform(X, **routed[name].transform)
         return X, routed[self.steps[-1][0]].predict
 
-    @_last_step_has("score_samples")
+    @_if_last_step_offers("score_samples")
     def score_samples(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
-        """Log p-value of each window, where the last step is an outlier detector.
+        """Compute the score of each window: the log p-value if the last step has p-values.
 
         Parameters
         ----------
@@ -318,17 +277,17 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         Returns
         -------
         ndarray of shape (n_windows,)
-            As the last step gives it.
+            Scores of the last step.
         """
         return self._in_batches(self._score_samples, X, params)
 
     def _score_samples(self, X, **params):
-        score = self._of_last_step("score_samples", X, **params)
-        return self._unless_silent(X, score, _LEAST_LOG_P) if self._is_detector() else score
+        levels, routed = self._before_last_step(X, params)
+        return self.steps[-1][1].score_samples(levels, **routed)
 
-    @_last_step_has("p_values")
+    @_if_last_step_offers("p_values")
     def p_values(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
-        """p-value of each window: from a detector one, from `KnownConditions` of each condition.
+        """Compute p-values: one for each window, or one for each window and known condition.
 
         Parameters
         ----------
@@ -340,25 +299,20 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         Returns
         -------
         ndarray of shape (n_windows,) or (n_windows, n_conditions)
-            As the last step gives it.
+            Probabilities in (0, 1].
         """
         return self._in_batches(self._p_values, X, params)
 
     def _p_values(self, X, **params):
-        p_values = self._of_last_step("p_values", X, **params)
-        return self._unless_silent(X, p_values, np.exp(_LEAST_LOG_P))
-
-    def _of_last_step(self, method, X, **params):
         levels, routed = self._before_last_step(X, params)
-        return getattr(self.steps[-1][1], method)(levels, **routed)
+        return self.steps[-1][1].p_values(levels, **routed)
 
-    @_some_step_has("adapt")
+    @available_if(lambda pipeline: pipeline._adapting() is not None)
     def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
-        """Move references by what windows of a new speed show, commonly healthy ones.
+        """Adapt the references to windows of a new speed, which commonly are healthy.
 
-        The windows go through the steps before the first one that has a method `adapt`, which is
-        called with the result. To keep the pipeline for the old speed, adapt a copy that
-        `copy.deepcopy` makes.
+        The windows go through the steps before the first one with a method `adapt`, which is then
+        called. To keep the pipeline for the old speed, adapt a copy (`copy.deepcopy`).
 
         Parameters
         ----------
@@ -372,12 +326,16 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         DiagnosisPipeline
             This pipeline, for use at the new speed.
         """
-        adapting = next(i for i, (_, step) in enumerate(self.steps) if hasattr(step, "adapt"))
+        adapting = self._adapting()
         levels = self[:adapting].transform(X) if adapting > 0 else X
         self.steps[adapting][1].adapt(levels, y)
         return self
 
-    @_last_step_has("score")
+    def _adapting(self):
+        """Index of the first step that can be adapted, or None."""
+        return next((i for i, (_, step) in enumerate(self.steps) if offers(step, "adapt")), None)
+
+    @_if_last_step_offers("score")
     def score(
         self,
         X: ArrayLike,
@@ -385,7 +343,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         sample_weight: ArrayLike | None = None,
         **params: Any,
     ) -> float:
-        """Score of the last step, the share of right verdicts where it is a classifier.
+        """Compute the score of the last step: the accuracy if it is a classifier.
 
         Parameters
         ----------
@@ -401,21 +359,21 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         Returns
         -------
         float
-            As the last step gives it.
+            The score.
         """
         with _routing(params):
             return super().score(X, y, sample_weight, **params)
 
     def _in_batches(self, method, X, params):
-        if hasattr(X, "map_blocks"):
+        if type(X).__module__.partition(".")[0] == "dask":
             raise TypeError(_LAZY)
-        X = X if hasattr(X, "shape") else np.asarray(X)
+        X = np.asarray(X) if isinstance(X, Sequence) else X
         # The index of a table may hold numbers that are no positions.
-        rows = X.iloc if hasattr(X, "iloc") else X
+        rows = X.iloc if isinstance(X, pd.DataFrame) else X
         n_windows = X.shape[0] if X.shape else 0
         params = {name: _by_window(name, value, n_windows) for name, value in params.items()}
-        bytes_a_window = math.prod(X.shape[1:]) * getattr(getattr(X, "dtype", None), "itemsize", 8)
-        bytes_a_window = max(bytes_a_window, 1)
+        itemsize = X.dtype.itemsize if isinstance(X, np.ndarray) else 8
+        bytes_a_window = max(math.prod(X.shape[1:]) * itemsize, 1)
         together = min(_ROWS_TOGETHER, _MOST_BYTES // bytes_a_window)
         batch_size = max(_BATCH_BYTES // bytes_a_window, together, 1)
 
@@ -434,7 +392,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
 
 def in_one_pass(model: Any) -> DiagnosisPipeline:
-    """Return a fitted model as a pipeline that diagnoses rows in one pass.
+    """Return a fitted model as a pipeline with the method `diagnose`.
 
     Parameters
     ----------
@@ -449,11 +407,11 @@ def in_one_pass(model: Any) -> DiagnosisPipeline:
     steps = unfolded_steps(model)
     if isinstance(model, DiagnosisPipeline) and len(steps) == len(model.steps):
         return model
-    return DiagnosisPipeline(steps, n_jobs=getattr(model, "n_jobs", None))
+    return DiagnosisPipeline(steps, n_jobs=model.get_params(deep=False).get("n_jobs"))
 
 
 def _routing(params):
-    """Switch metadata routing on where there are metadata to route, not named for a step."""
+    """Switch metadata routing on if there are metadata that are not named for a step."""
     if params and not any("__" in name for name in params):
         return config_context(enable_metadata_routing=True)
     return config_context()

@@ -67,10 +67,9 @@ def signal_quality(
 
     Notes
     -----
-    What becomes of such windows elsewhere: `ARXLaguerre` leaves windows of constant output out of
-    its sums. The diagnosers state the prior probabilities for them (`predict_proba`); a detector
-    flags them. `predict` of a diagnoser has no row to leave out and gives one of its conditions for
-    them, which means nothing. `window_verdicts` says "no signal".
+    `ARXLaguerre` leaves windows of constant output out of its sums. `window_verdicts`,
+    `recording_verdicts` and `ConditionMonitor` give windows without a signal no verdict. All other
+    estimators diagnose them like any window, and the result means nothing.
 
     Short windows say little. Two samples at the extremes, one at each, never count as clipped, and
     a window of fewer than 64 samples never counts as coarse.

@@ -23,6 +23,7 @@ from skarxlag import (
     make_detector,
     make_diagnoser,
     make_extended_state_pio,
+    make_known_conditions,
     make_single_observer_pio,
     speed_splits,
 )
@@ -198,6 +199,28 @@ def test_batches_of_windows_change_no_bit(make, data, n_jobs):
         np.testing.assert_array_equal(getattr(diagnoser, name)(many), getattr(plain, name)(many))
     np.testing.assert_array_equal(diagnoser.predict(pd.DataFrame(many)), plain.predict(many))
     np.testing.assert_array_equal(diagnoser.predict(many.tolist()), plain.predict(many))
+
+
+@pytest.mark.filterwarnings("ignore:36 healthy rows", "ignore:Condition .* rows:UserWarning")
+@pytest.mark.parametrize("make", [*MAKERS, make_detector, make_known_conditions])
+def test_results_are_those_of_scikit_learn_bit_for_bit(make, data):
+    """For windows with a signal and without: the quality of windows is no matter of a pipeline."""
+    X, y = data
+    model = make().fit(X, y)
+    plain = Pipeline(model.steps)
+    mixed = np.tile(X, (30, 1))[:1030]
+    mixed[::7], mixed[1::7], mixed[2::7, 50:] = 0, mixed[1::7].clip(-0.1, 0.1), 3
+    compared = 0
+    for name in [*METHODS, "score_samples"]:
+        if hasattr(plain, name):
+            np.testing.assert_array_equal(getattr(model, name)(mixed), getattr(plain, name)(mixed))
+            compared += 1
+    assert compared == (4 if make in MAKERS else 3)
+    found = model.diagnose(mixed)
+    np.testing.assert_array_equal(found.verdict, plain.predict(mixed))
+    np.testing.assert_array_equal(found.score, plain.decision_function(mixed))
+    if "probability" in found:
+        np.testing.assert_array_equal(found.probability, plain.predict_proba(mixed))
 
 
 def test_batches_need_no_memory_for_all_innovations(data):
