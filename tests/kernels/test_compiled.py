@@ -30,12 +30,11 @@ assert found >= 5, found
 
 WORK = """
 import numpy as np, skarxlag
-from skarxlag.kernels import arx_laguerre
+from skarxlag.kernels.laguerre import advance
 assert skarxlag.__file__.startswith({root!r}), skarxlag.__file__
-X = np.random.default_rng(0).normal(size=(4, 60))
-innovations = skarxlag.ARXLaguerre(order=2).fit(X).transform(X)
-assert arx_laguerre.subtract_predictions.signatures
-assert skarxlag.PIObserver().fit_transform(innovations).shape == (4, 1)
+states = np.zeros(2)
+advance(states, 1.0, 0.6)
+assert advance.signatures and states[0] == 0.8
 """
 
 
