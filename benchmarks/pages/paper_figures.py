@@ -11,13 +11,11 @@ import matplotlib
 import numpy as np
 
 from benchmarks.pages.diagrams import DIAGRAMS, draw
+from benchmarks.paper.ladders import make_single_ladder
 from skarxlag import ExtendedStatePIObserver, make_extended_state_pio
-from skarxlag.commands.diagnosers import make_single_ladder
-from skarxlag.commands.paper_figures import (
-    RESIDUAL_FIGURES,
-    detection_figure,
+from skarxlag.commands.figures import (
     identification_figure,
-    isolation_figure,
+    ladder_figure,
     raw_signal_figure,
     residual_figure,
 )
@@ -25,6 +23,17 @@ from skarxlag.datasets import simulate_rig
 from skarxlag.plotting._style import ANY_PAGE
 
 RPM, CRACK_MM = 500, 6
+#: The figure of the paper that shows the residual of each condition.
+RESIDUAL_FIGURES = {
+    "Normal": 12,
+    "Ball": 13,
+    "IR": 14,
+    "OR": 15,
+    "IR-Ball": 16,
+    "OR-Ball": 17,
+    "IR-OR": 18,
+    "IR-OR-Ball": 19,
+}
 TITLE = f"Simulated rig, crack {CRACK_MM} mm"
 
 
@@ -43,9 +52,11 @@ def figures():
         "figure_07": identification_figure(ladder, rig, healthy, windows[healthy], title),
         "figure_08": identification_figure(ladder, rig, faulty, windows[faulty], title),
         "figure_10": raw_signal_figure(rig, RPM, TITLE),
-        "figure_11": detection_figure(ladder, rig, tested, f"{title}: detection"),
-        "ladder": isolation_figure(ladder, rig, tested, f"{title}: all rungs of the ladder"),
-        "bank": isolation_figure(bank, rig, tested, f"{title}: a bank of residuals"),
+        "figure_11": ladder_figure(ladder, rig, tested, f"{title}: detection"),
+        "ladder": ladder_figure(
+            ladder, rig, tested, f"{title}: all rungs of the ladder", "isolation"
+        ),
+        "bank": ladder_figure(bank, rig, tested, f"{title}: a bank of residuals", "isolation"),
     }
     for name, number in RESIDUAL_FIGURES.items():
         drawn[f"figure_{number}"] = residual_figure(ladder, rig, {name: windows[name]}, title)

@@ -13,11 +13,11 @@ import pandas as pd
 from sklearn.utils import Bunch
 
 from benchmarks.pages.blocks import markdown, page_parser, publish
+from benchmarks.paper.ladders import DIAGNOSERS, LADDERS
+from benchmarks.paper.report import paper_report
 from benchmarks.paper.tables_plot import averages_figure
 from skarxlag import make_alpio, make_single_observer_pio, make_stretch_diagnoser
 from skarxlag.bearings import SKF_6205, strike_rate
-from skarxlag.commands.diagnosers import DIAGNOSERS, LADDERS
-from skarxlag.commands.paper_report import paper_report
 from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import LOCATIONS
 from skarxlag.paper import load_tables, run_protocol

@@ -15,6 +15,7 @@ from ..plotting import (
     ThresholdLadderDisplay,
     condition_styles,
 )
+from ..plotting._fitted import model_names
 from .report import confusion_verdicts
 
 #: Samples of a window that an identification is drawn of, and parts of a raw signal.
@@ -57,7 +58,7 @@ def save_figures(
         "speeds": _speed_figure(verdicts, title),
         "confusion": _confusion_figure(verdicts, names, title),
         "raw_signals": raw_signal_figure(rig, train_rpm, title),
-        "detection": _detection_figure(diagnoser, rig, tested, of),
+        "detection": ladder_figure(diagnoser, rig, tested, of),
         "residuals": residual_figure(diagnoser, rig, windows, of),
     }
     for name, condition in (("healthy", names[0]), ("faulty", names[-1])):
@@ -77,7 +78,8 @@ def _tested_windows(verdicts, rig, train_rpm):
     return at, np.flatnonzero(chosen)
 
 
-def _new_figure(title, width, height):
+def new_figure(title: str, width: float, height: float) -> Any:
+    """Return a figure with a title, made without pyplot."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
@@ -89,7 +91,7 @@ def identification_figure(
     diagnoser: Pipeline, rig: Bunch, condition: str, window: Any, title: str
 ) -> Any:
     """Draw the output of a window, its prediction by the healthy model, and their difference."""
-    figure = _new_figure(f"{title}, window of {condition}", 9, 4.6)
+    figure = new_figure(f"{title}, window of {condition}", 9, 4.6)
     display = IdentificationDisplay.from_estimator(
         diagnoser,
         window,
@@ -109,7 +111,7 @@ def raw_signal_figure(rig: Bunch, rpm: float, title: str) -> Any:
     so that no peak is lost.
     """
     names = rig.target_names
-    figure = _new_figure(f"{title}, {rpm:g} rpm", 9, 0.9 + 0.85 * len(names))
+    figure = new_figure(f"{title}, {rpm:g} rpm", 9, 0.9 + 0.85 * len(names))
     styles = condition_styles(names)
     all_axes = figure.subplots(len(names), sharex=True, sharey=True, squeeze=False)[:, 0]
     for ax, name in zip(all_axes, names, strict=True):
@@ -129,13 +131,16 @@ def raw_signal_figure(rig: Bunch, rpm: float, title: str) -> Any:
     return figure
 
 
-def _detection_figure(diagnoser, rig, chosen, title):
-    figure = _new_figure(title, 9, 4.4)
+def ladder_figure(
+    diagnoser: Pipeline, rig: Bunch, chosen: Any, title: str, decision: str = "detection"
+) -> Any:
+    """Draw the levels of many windows with the thresholds of one of the ladder's decisions."""
+    figure = new_figure(title, 9, 4.4)
     ThresholdLadderDisplay.from_estimator(
         diagnoser,
         rig.data[chosen],
         rig.target[chosen],
-        decision="detection",
+        decision=decision,
         conditions=rig.target_names,
         ax=figure.subplots(),
     )
@@ -143,19 +148,23 @@ def _detection_figure(diagnoser, rig, chosen, title):
 
 
 def residual_figure(diagnoser: Pipeline, rig: Bunch, windows: dict[str, Any], title: str) -> Any:
-    """Draw the residuals of a window of each condition: healthy model and the condition's own."""
+    """Draw the residuals of a window of each condition: healthy model and the condition's own.
+
+    A diagnoser with a single model has one column.
+    """
     healthy = rig.target_names[0]
-    figure = _new_figure(title, 15.5, 0.6 + 2.6 * len(windows))
-    all_axes = figure.subplots(len(windows), 2, sharex=True, squeeze=False)
+    n_columns = min(len(model_names(diagnoser[0])), 2)
+    figure = new_figure(title, 1.5 + 7 * n_columns, 0.6 + 2.6 * len(windows))
+    all_axes = figure.subplots(len(windows), n_columns, sharex=True, squeeze=False)
     for row, (condition, window) in zip(all_axes, windows.items(), strict=True):
-        for ax, model in zip(row, (healthy, condition), strict=True):
-            if ax is row[1] and condition == healthy:
+        for ax, model in zip(row, (healthy, condition), strict=False):
+            if ax is not row[0] and condition == healthy:
                 ax.set_axis_off()
                 continue
             ResidualDisplay.from_estimator(
                 diagnoser,
                 window,
-                model=model,
+                model=model if n_columns > 1 else None,
                 condition=condition,
                 conditions=rig.target_names,
                 ax=ax,
@@ -167,7 +176,7 @@ def residual_figure(diagnoser: Pipeline, rig: Bunch, windows: dict[str, Any], ti
 
 def _speed_figure(verdicts, title):
     by_diagnoser = list(verdicts.groupby("diagnoser", sort=False))
-    figure = _new_figure(title, 4.6 * len(by_diagnoser), 4.6)
+    figure = new_figure(title, 4.6 * len(by_diagnoser), 4.6)
     axes = figure.subplots(1, len(by_diagnoser), sharey=True, squeeze=False)[0]
     for ax, (name, own) in zip(axes, by_diagnoser, strict=True):
         SpeedAccuracyDisplay.from_predictions(
@@ -188,7 +197,7 @@ def _confusion_figure(verdicts, conditions, title):
     by_diagnoser = list(verdicts.groupby("diagnoser", sort=False))
     _, speeds = confusion_verdicts(verdicts)
     side = 1.6 + 0.46 * len(conditions)
-    figure = _new_figure(f"{title}, {speeds}", side * len(by_diagnoser), side + 1.4)
+    figure = new_figure(f"{title}, {speeds}", side * len(by_diagnoser), side + 1.4)
     axes = figure.subplots(1, len(by_diagnoser), sharey=True, squeeze=False)[0]
     for ax, (name, own) in zip(axes, by_diagnoser, strict=True):
         chosen, _ = confusion_verdicts(own)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from benchmarks.pages import paper_figures
 from benchmarks.pages.diagrams import DIAGRAMS, TEXT, Diagram, draw
-from skarxlag.commands.paper_figures import RESIDUAL_FIGURES
+from benchmarks.pages.paper_figures import RESIDUAL_FIGURES
 from skarxlag.datasets.simulated import CONDITIONS
 from skarxlag.paper import load_tables
 from skarxlag.plotting._style import ANY_PAGE, NEUTRAL

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.paper import tables as paper_tables
-from skarxlag.commands.diagnosers import LADDERS
+from benchmarks.paper.ladders import LADDERS
 from skarxlag.paper import load_tables
 
 PAGE = Path(__file__).parents[3] / "docs" / "paper" / "tables.md"

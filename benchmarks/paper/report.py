@@ -2,11 +2,11 @@
 
 from functools import partial
 
-import numpy as np
 import pandas as pd
-from sklearn.utils import Bunch
 
-from ..paper import (
+from benchmarks.paper.ladders import DIAGNOSERS
+from skarxlag.commands.report import Table, file_stem, matrix_text, number_text
+from skarxlag.paper import (
     accuracy_beside_paper,
     averages,
     confusion_beside_paper,
@@ -15,62 +15,28 @@ from ..paper import (
     paper_averages,
     paper_improvements,
 )
-from .diagnosers import DIAGNOSERS
-from .report import Table, file_stem, matrix_text, number_text
 
 _IN_PAPER = {DIAGNOSERS["extended-state"][0]: "proposed"}
 #: Figures of the paper are shown with all decimals that they have, or come to.
 _DIGITS = {"paper": 3, "simulated rig": 1}
 _INNER_UNITS = {"crack_mm": "{:g} mm", "test_rpm": "{:g} rpm"}
-_RESIDUALS = {
-    "bank": "Proposed, ALPIO: observers on a bank of models, one for each condition. Diagnoser: "
-    "ours,\nnot in the paper.",
-    "single": "Proposed, ALPIO: observers on one model, of the healthy condition, and one ladder.",
-}
 _SAME_WINDOWS = "At 500 rpm the same windows are calibrated and scored, as in the paper's Table 5."
 
 
-def paper_heading(rig: Bunch, ladder: str, seed: int) -> str:
-    """What the tables are about, for a terminal.
+def paper_report(outcome):
+    """Return Tables 2-9, averages and improvements, in the paper's order, next to the paper's.
 
-    Parameters
-    ----------
-    rig : Bunch
-        Of one crack size.
-    ladder : {"bank", "single"}
-        Which residuals the methods have.
-    seed : int
-        Of the simulated rig.
-
-    Returns
-    -------
-    str
-        Rig, protocol, methods, and whose figures stand where.
-    """
-    _, counts = np.unique(rig.recording, return_counts=True)
-    speeds = ", ".join(f"{speed:g}" for speed in np.unique(rig.rpm))
-    return f"""\
-Simulated rig in the place of the paper's: {len(rig.target_names)} conditions at {speeds} rpm, each
-{counts[0]} windows of {rig.data.shape[-1]} samples at {rig.sampling_rate:g} Hz. Seed {seed}.
-Calibrated on all windows at 500 rpm, tested on all windows at each speed, crack by crack.
-{_RESIDUALS[ladder]}
-Under "paper" stand the figures that Piltan and Kim (2019) print. All others come from a
-simulation, not from measurements, and can neither confirm nor refute them.
-"""
-
-
-def paper_report(outcome: Bunch) -> list[Table]:
-    """Tables 2-9, averages and improvements, beside the paper's.
+    Table 5 by halves follows Table 5.
 
     Parameters
     ----------
     outcome : Bunch
-        Of `skarxlag.paper.run_protocol` with the titles in `skarxlag.commands.diagnosers`.
+        Of `skarxlag.paper.run_protocol` with the titles in `benchmarks.paper.ladders`.
 
     Returns
     -------
     list of Table
-        In the paper's order, with Table 5 by halves after Table 5.
+        The tables.
     """
     verdicts, halves = (
         frame.assign(diagnoser=frame["diagnoser"].replace(_IN_PAPER))

@@ -1,0 +1,44 @@
+"""The diagnosers of the paper's tables: a bank of models, or one model with one ladder."""
+
+from functools import partial
+
+from sklearn.pipeline import Pipeline
+
+from skarxlag import ARXLaguerre, ExtendedStatePIObserver, PIObserver, ThresholdLadder
+from skarxlag.commands.diagnosers import DIAGNOSERS
+
+
+def make_single_ladder(observer, *, healthy, n_jobs=None):
+    """Return the paper's ladder as printed: one model, of the healthy condition, and one residual.
+
+    Its thresholds cut the residual's level into bands (Eqs. 23-32), one for each condition. The
+    level is in the sensor's unit: on windows of unit root-mean-square it would not grow with the
+    fault.
+
+    Parameters
+    ----------
+    observer : callable
+        Makes the observer, `PIObserver` or `ExtendedStatePIObserver`.
+    healthy : label
+        The condition that the model is identified on.
+    n_jobs : int or None, default=None
+        Threads that work on windows.
+    """
+    return Pipeline(
+        [
+            ("identify", ARXLaguerre(healthy=healthy, unit_rms=False, n_jobs=n_jobs)),
+            ("observe", observer(n_jobs=n_jobs)),
+            ("decide", ThresholdLadder(healthy=healthy)),
+        ]
+    )
+
+
+#: Makers by title, by what the tables compare. A single
+#: residual has no counterpart of our own diagnoser.
+LADDERS = {
+    "bank": dict(DIAGNOSERS.values()),
+    "single": {
+        DIAGNOSERS["alpio"][0]: partial(make_single_ladder, PIObserver),
+        DIAGNOSERS["extended-state"][0]: partial(make_single_ladder, ExtendedStatePIObserver),
+    },
+}
