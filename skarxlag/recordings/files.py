@@ -10,8 +10,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from .formats import error_of, find_format
+from .formats._contents import choose_channel
 from .formats._isolation import isolated_blocks, isolated_description
-from .formats._naming import choose_channel
 from .formats._signals import describe_channels, signal_blocks
 from .windows import block_length, cut_blocks
 
@@ -99,7 +99,8 @@ def read_recording(
     >>> sampling_rate
     250000.0
     """
-    return next(recording_blocks(path, channel=channel, dtype=dtype))
+    ((signal, rate),) = recording_blocks(path, channel=channel, dtype=dtype)
+    return signal, rate
 
 
 def iter_windows(

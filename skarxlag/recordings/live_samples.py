@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .formats._contents import ContentError
-from .formats._layout import is_number, text_layout
-from .formats._naming import choose_channel
-from .formats._time_axis import names_times
+from .formats._contents import ContentError, choose_channel
+from .formats._facts import names_times
 from .formats.raw import frame_type
+from .formats.text import is_number, text_layout
 from .live_times import StreamTimes
 
 #: Lines from which the layout of a text is told: names, units, and two of samples.

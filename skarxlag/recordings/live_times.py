@@ -2,15 +2,13 @@
 
 import math
 from collections.abc import Iterator
-from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .formats._contents import ContentError
-from .formats._naming import choose_channel
-from .formats._time_axis import SECONDS, names_times
+from .formats._contents import ContentError, choose_channel
+from .formats._facts import SECONDS, names_times, seconds_of_dates
 
 #: What stands for a column that shall not be looked for.
 NO_TIMES = "none"
@@ -220,9 +218,5 @@ def _number(text):
 
 
 def _date(text):
-    """Seconds since 1970 of an ISO date; one without a zone is taken for UTC."""
-    try:
-        date = datetime.fromisoformat(text.strip().strip('"'))
-    except ValueError:
-        return None
-    return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
+    value = seconds_of_dates([text])[0]
+    return None if np.isnan(value) else float(value)

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import resample_poly
 
-#: Clocks of loggers, rounded steps of time and rounded rates differ by less than this.
-RATE_TOLERANCE = 1e-3
+from .formats._facts import RATE_TOLERANCE
 
 #: Largest factor by which a signal is interpolated on the way to its new rate.
 _MAX_FACTOR = 10_000

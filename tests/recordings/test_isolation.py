@@ -75,13 +75,20 @@ def test_a_caller_that_takes_its_time_is_no_hang(run, monkeypatch):
 
 def test_one_process_reads_file_after_file(run):
     read_recording(run)
-    (reader,) = _isolation._idle[os.getpid()]
+    reader = _isolation._idle[os.getpid()]
     with pytest.raises(ValueError, match="no channel 'z'"):
         read_recording(run, channel="z")
-    next(recording_blocks(run, 10))
     list_channels(run)
     np.testing.assert_array_equal(read_recording(run)[0], Y)
-    assert _isolation._idle[os.getpid()] == [reader]
+    assert _isolation._idle[os.getpid()] is reader
+
+
+def test_a_recording_that_is_not_read_to_its_end(run):
+    blocks = recording_blocks(run, 10)
+    next(blocks)
+    blocks.close()
+    assert os.getpid() not in _isolation._idle
+    np.testing.assert_array_equal(read_recording(run)[0], Y)
 
 
 def test_several_files_at_a_time(tmp_path):
@@ -94,7 +101,7 @@ def test_several_files_at_a_time(tmp_path):
     one, other = recording_blocks(paths[0], 30), recording_blocks(paths[1], 30)
     for first, second in zip(one, other, strict=True):
         np.testing.assert_array_equal(first[0] + 1, second[0])
-    assert len(_isolation._idle[os.getpid()]) == 1
+    assert _isolation._idle[os.getpid()].is_free
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked as on POSIX")
@@ -141,7 +148,7 @@ def test_matlab_files_that_unpack_to_gigabytes(tmp_path):
 
 
 def test_archives_that_unpack_to_gigabytes(tmp_path, monkeypatch):
-    monkeypatch.setattr("skarxlag.recordings.formats._limits._ALWAYS_ALLOWED", 2**20)
+    monkeypatch.setattr("skarxlag.recordings.formats._contents._ALWAYS_ALLOWED", 2**20)
     np.savez_compressed(tmp_path / "run.npz", y=np.zeros(2**18))
     with pytest.raises(ValueError, match=r"run.npz: \d+ bytes would unpack to 2097280, "):
         read_recording(tmp_path / "run.npz")
@@ -151,7 +158,7 @@ def test_archives_that_unpack_to_gigabytes(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("n_samples", [None, 10_000])
 def test_texts_that_unpack_to_gigabytes(tmp_path, monkeypatch, n_samples):
-    monkeypatch.setattr("skarxlag.recordings.formats._limits._ALWAYS_ALLOWED", 2**20)
+    monkeypatch.setattr("skarxlag.recordings.formats._contents._ALWAYS_ALLOWED", 2**20)
     with gzip.open(tmp_path / "run.csv.gz", "wb") as file:
         file.write(b"0\n" * 2**20)
     with pytest.raises(ValueError, match=r"run.csv.gz: \d+ bytes would unpack to"):

@@ -2,19 +2,19 @@
 
 A format is a module with these names:
 
-- ``TITLE``: what the documentation calls it.
+- ``TITLE``: its name in the documentation.
 - ``SUFFIXES``: endings of file names, in lower case.
 - ``LIBRARY``, ``EXTRA``: the library that reads it and the extra of this package that installs
-  it; None where what the package needs anyway is enough.
-- ``ISOLATED``: whether files are read in a process of their own. It must be true where the reader
-  may crash or hang on a damaged file.
-- ``IN_PARTS``: whether a long file is read block by block, and never is in memory whole.
-- ``STATES``: what the documentation says of sampling rates and units.
+  it; None if no further library is needed.
+- ``ISOLATED``: whether files are read in another process. It must be true if the reader may crash
+  or hang on a damaged file.
+- ``IN_PARTS``: whether a long file is read block by block, and is never in memory whole.
+- ``STATES``: a phrase of the documentation about sampling rates and units.
 - ``contents(path)``: the :class:`Contents` of a file. It may raise anything on a damaged file, and
-  raises `ContentError` where an intact file does not hold what is asked for.
+  raises `ContentError` if an intact file does not hold what is asked for.
 
-This package imports nothing from the rest of skarxlag, because the process that reads the isolated
-formats has to start fast.
+This package imports nothing from the rest of skarxlag, so that the process that reads isolated
+formats starts fast.
 """
 
 from collections.abc import Callable
@@ -32,12 +32,12 @@ FORMATS = (matlab, npy, npz, text, wav, audio, arrow, hdf5, tdms, uff, vallen, r
 def find_format(
     path: Path, dtype: str | None = None
 ) -> tuple[ModuleType, Callable[[Path], Contents]]:
-    """Module of a file's format, and the function that opens the file.
+    """Return the module of a file's format, and the function that opens the file.
 
     Parameters
     ----------
     path : Path
-        The file. The end of its name, in any case, tells the format.
+        The file. The end of its name, in any case, determines the format.
     dtype : str or None
         Type of raw binary samples. If it is given, the file is raw whatever its name.
 
@@ -57,7 +57,7 @@ def find_format(
 
 
 def error_of(path: Path, error: Exception, module: ModuleType) -> Exception:
-    """What a failure to read a file is reported as.
+    """Return the exception that reports a failure to read a file.
 
     Parsers raise all kinds of exceptions on damaged input, and few of them name the file.
 
@@ -66,7 +66,7 @@ def error_of(path: Path, error: Exception, module: ModuleType) -> Exception:
     path : Path
         The file.
     error : Exception
-        What its reader raised.
+        Raised by the reader.
     module : module
         The format.
 

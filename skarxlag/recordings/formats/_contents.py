@@ -1,15 +1,21 @@
-"""What every reader gives: the channels of a file, and what the file states about them."""
+"""The channels of one file: their names, how they are read, and what the file states."""
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Integral
 from typing import Any
 
 import numpy as np
 from numpy.typing import DTypeLike
 
+#: A compressed file may unpack to so many bytes, or to so many times its size. Text, sensor noise
+#: and pauses compress by less than 100; deflate reaches 1000.
+_ALWAYS_ALLOWED, _RATIO = 2**28, 100
+
 
 class ContentError(ValueError):
-    """A file that can be read but does not hold what is asked for; it is not damaged."""
+    """An intact file does not hold what is asked for."""
 
 
 @dataclass
@@ -23,17 +29,17 @@ class Contents:
     read : callable
         ``read(names, n_samples)`` yields one list of equally long arrays (or pandas Series) for
         each block, in the order of `names`, with at most `n_samples` values in each array. None
-        stands for one block of everything. Formats that can only be read whole ignore `n_samples`.
+        requests one block of everything. Formats that are only read whole ignore `n_samples`.
     sampling_rates : mapping of str to float
-        In Hz, by channel, where the file states it.
+        In Hz, by channel, if the file states it.
     units : mapping of str to str
-        By channel, where the file states it.
-    starts : mapping of str to float
-        Seconds since 1970 at the first sample, by channel, where the file states a date.
+        By channel, if the file states it.
     lengths : mapping of str to int, or None
-        Samples in each channel. None where all are equally long.
+        Samples in each channel. None if all are equally long.
     refused : mapping of str to str
-        Arrays that are no channels, such as square matrices, and why.
+        Arrays that are not channels, such as square matrices, and the reason.
+    starts : mapping of str to float
+        Seconds since 1970 at the first sample, by channel, if the file states a date.
     """
 
     channels: Sequence[str]
@@ -45,82 +51,67 @@ class Contents:
     starts: Mapping[str, float] = field(default_factory=dict)
 
 
-class ArrayChannel:
-    """One row or column of an array that may lie on disk (NumPy, HDF5)."""
-
-    def __init__(self, array: Any, index: Any) -> None:
-        self.array, self.index = array, index
-
-    def __len__(self) -> Any:
-        return self.array.shape[self.index.index(None)]
-
-    def __getitem__(self, part: Any) -> Any:
-        return self.array[tuple(part if i is None else i for i in self.index)]
-
-
-def array_channels(name: str, array: Any) -> dict[str, Any]:
-    """Channels of one array: its rows or its columns, whichever are longer.
+def choose_channel(names: list[str], channel: str | int) -> str:
+    """Return the name of a channel.
 
     Parameters
     ----------
-    name : str
-        Name of the array. The channels of a matrix are ``name[0]``, ``name[1]``, ...; without a
-        name they are ``0``, ``1``, ...
-    array : array-like with `shape`
-        With one dimension or more.
+    names : list of str
+        The channels of the file, in its order.
+    channel : str or int
+        The whole name; the position, counted from 0, also as a text of digits; or a pattern, in
+        which ``*`` stands for any characters and ``?`` for one.
 
-    Returns
-    -------
-    dict of str to ArrayChannel
+    Examples
+    --------
+    >>> choose_channel(["X097_DE_time", "X097_FE_time"], "*_DE_time")
+    'X097_DE_time'
     """
-    shape = array.shape
-    long = [axis for axis, size in enumerate(shape) if size != 1]
-    if len(long) > 2 or (len(long) == 2 and shape[long[0]] == shape[long[1]]):
-        raise ContentError(
-            f"array {name!r} of shape {shape}: expected a vector, or a matrix that is longer in "
-            "time than in channels"
-        )
-    index: list[int | None] = [0] * len(shape)
-    if len(long) < 2 or 0 in shape:
-        index[shape.index(0) if 0 in shape else max(long, default=0)] = None
-        return {name or "0": ArrayChannel(array, index)}
-    time, across = sorted(long, key=lambda axis: -shape[axis])
-    index[time] = None
-    channels = {}
-    for i in range(shape[across]):
-        index[across] = i
-        channels[f"{name}[{i}]" if name else str(i)] = ArrayChannel(array, list(index))
-    return channels
+    is_text = isinstance(channel, str)
+    if is_text and channel in names:
+        return channel
+    is_position = isinstance(channel, Integral) or (is_text and channel.isdecimal())
+    if is_position and 0 <= int(channel) < len(names):
+        return names[int(channel)]
+    if is_text and ("*" in channel or "?" in channel):
+        pattern = re.escape(channel).replace(r"\*", ".*").replace(r"\?", ".")
+        matching = [name for name in names if re.fullmatch(pattern, name)]
+        if len(matching) == 1:
+            return matching[0]
+        if matching:
+            raise ContentError(f"channel {channel!r} fits several channels: {listed(matching)}")
+    raise ContentError(f"no channel {channel!r}; available: {listed(names)}")
 
 
-def channels_or_refusal(name: str, array: Any, refused: dict[str, str]) -> dict[str, ArrayChannel]:
-    """The channels of an array; of one that has none, the reason is put into `refused`."""
-    try:
-        return array_channels(name, array)
-    except ContentError as error:
-        refused[name] = str(error)
-        return {}
-
-
-def array_blocks(
-    channels: Mapping[str, Any], names: Sequence[str], n_samples: int | None
-) -> Iterator[list[Any]]:
-    """Blocks of some of the channels, each of which has a length and can be sliced."""
-    n_total = common_length({name: len(channels[name]) for name in names}, names)
-    for part in slices(n_total, n_samples):
-        yield [channels[name][part] for name in names]
+def listed(names: Iterable[str]) -> str:
+    """Format names for an error message, at most 20 of them."""
+    texts = [repr(name) for name in names]
+    return ", ".join(texts[:20]) + (f" and {len(texts) - 20} more" if len(texts) > 20 else "")
 
 
 def common_length(lengths: Mapping[str, int], names: Sequence[str]) -> int:
-    """Samples in each of the channels, which must be equally many."""
+    """Return the number of samples of some channels, which must be equally long."""
     own = {name: lengths[name] for name in names}
     if len(set(own.values())) > 1:
         raise ContentError(f"channels of different length, in samples: {own}")
     return own[names[0]]
 
 
-def rechunked(arrays: Iterable[np.ndarray], n_samples: int) -> Iterator[np.ndarray]:
-    """Join arrays and cut them anew, into pieces of equal length and a rest."""
+def slices(n_total: int, n_samples: int | None) -> Iterator[slice]:
+    """Yield slices that cover all samples; one empty slice if there is no sample."""
+    step = max(n_total if n_samples is None else n_samples, 1)
+    return (slice(start, start + step) for start in range(0, max(n_total, 1), step))
+
+
+def joined_streams(
+    streams: Iterable[Iterable[np.ndarray]], n_samples: int
+) -> Iterator[list[np.ndarray]]:
+    """Yield one block after another of streams that come in pieces of any length."""
+    pieces = [_rechunked(stream, n_samples) for stream in streams]
+    return (list(block) for block in zip(*pieces, strict=True))
+
+
+def _rechunked(arrays, n_samples):
     waiting, count = [], 0
     for array in arrays:
         while len(array):
@@ -134,125 +125,26 @@ def rechunked(arrays: Iterable[np.ndarray], n_samples: int) -> Iterator[np.ndarr
         yield np.concatenate(waiting)
 
 
-def array_contents(
-    channels: dict[str, Any], scalars: dict[str, float], refused: dict[str, str] | None = None
-) -> Contents:
-    """Contents of arrays in memory, with the sampling rate among the single numbers beside them.
-
-    Parameters
-    ----------
-    channels : dict of str to ArrayChannel
-        The channels by name.
-    scalars : dict of str to float
-        Single numbers by name. A name such as ``fs`` or ``run.SampleRate`` states the rate of the
-        channels in the same place.
-    refused : dict of str to str, default=None
-        As in :class:`Contents`. None stands for no such array.
-    """
-    lengths = {name: len(channel) for name, channel in channels.items()}
-    return Contents(
-        list(channels),
-        lambda names, n_samples: array_blocks(channels, names, n_samples),
-        sampling_rates=stated_rates(lengths, scalars),
-        lengths=lengths,
-        refused=refused or {},
-    )
-
-
-def slices(n_total: int, n_samples: int | None) -> Iterator[slice]:
-    """Slices that cover all samples; one empty slice where there is no sample."""
-    step = max(n_total if n_samples is None else n_samples, 1)
-    return (slice(start, start + step) for start in range(0, max(n_total, 1), step))
-
-
 def is_numeric(dtype: DTypeLike) -> bool:
-    """Whether an array of this type can be a channel."""
+    """Return whether an array of this type can be a channel."""
     return np.dtype(dtype).kind in "fiuc"
 
 
-#: How files name the sampling rate, in lower case and without anything but letters.
-_RATE_NAMES = {
-    name + unit
-    for unit in ("", "hz", "inhz")
-    for name in (
-        "fs",
-        "sr",
-        "fsample",
-        "fsampling",
-        "samplerate",
-        "samplingrate",
-        "samplefreq",
-        "samplingfreq",
-        "samplefrequency",
-        "samplingfrequency",
-    )
-}
-
-
-def letters(name: str) -> str:
-    """A name without case, spaces, digits, units in brackets and signs."""
-    return "".join(c for c in name.partition("(")[0].partition("[")[0].lower() if c.isalpha())
-
-
-def stated_rates(
-    lengths: dict[str, int], scalars: dict[str, float], separator: str = "."
-) -> dict[str, float]:
-    """Sampling rate of each channel, by the number beside it whose name is that of a rate.
-
-    Names are paths such as ``run.signal`` and ``run.fs``. The number nearest to the channel on the
-    way up to the root counts. It is the rate of the longest of the channels that it could belong
-    to; shorter ones, such as a speed beside a vibration, have been sampled more slowly.
+def check_unpacked(n_packed: int, n_unpacked: int) -> None:
+    """Refuse a compressed file that holds more bytes than a recording of its size can.
 
     Parameters
     ----------
-    lengths : dict of str to int
-        Samples in each channel.
-    scalars : dict of str to float
-        Single numbers by name.
-    separator : str, default="."
-        Between the parts of a name.
+    n_packed, n_unpacked : int
+        Bytes of the file, and bytes that it holds.
 
-    Examples
-    --------
-    >>> stated_rates({"a.y": 5, "z": 9, "u": 7}, {"fs": 10.0, "a.SampleRate": 20.0, "a.load": 3.0})
-    {'a.y': 20.0, 'z': 10.0}
+    Raises
+    ------
+    ContentError
+        If it holds more than 256 MiB and more than 100 times the size of the file.
     """
-    by_place = {}
-    for name, value in scalars.items():
-        place, _, last = name.rpartition(separator)
-        if letters(last.replace("(", "").replace("[", "")) in _RATE_NAMES and is_rate(value):
-            by_place.setdefault(place, set()).add(float(value))
-    found = {}
-    for name in lengths:
-        place = name
-        while place:
-            place = place.rpartition(separator)[0]
-            # Two numbers that disagree state nothing.
-            if len(by_place.get(place, ())) == 1:
-                found[name] = place
-                break
-    longest = {}
-    for name, place in found.items():
-        longest[place] = max(longest.get(place, 0), lengths[name])
-    return {
-        name: next(iter(by_place[place]))
-        for name, place in found.items()
-        if lengths[name] == longest[place]
-    }
-
-
-def is_rate(value: Any) -> bool:
-    """Whether a number can be a sampling rate."""
-    return bool(np.isrealobj(value) and np.isfinite(value) and value > 0)
-
-
-def rounded(value: float, tolerance: float) -> float:
-    """The number of fewest digits within a relative tolerance.
-
-    Examples
-    --------
-    >>> rounded(51199.87, 5e-6), rounded(97656.25, 1e-9)
-    (51200.0, 97656.25)
-    """
-    digits = (float(f"{value:.{n}g}") for n in range(1, 18))
-    return next(each for each in digits if abs(each - value) <= tolerance * value)
+    if n_unpacked > max(_ALWAYS_ALLOWED, _RATIO * n_packed):
+        raise ContentError(
+            f"{n_packed} bytes would unpack to {n_unpacked}, which is refused: expected at most "
+            f"{_ALWAYS_ALLOWED} bytes or {_RATIO} times the size of the file"
+        )

@@ -1,9 +1,9 @@
-"""Files read in another process, where a crash, a hang or a hunger for memory costs one file.
+"""Files read in another process, in which a crash, a hang or a lack of memory costs one file.
 
-Compiled parsers of complicated formats can crash on a damaged file, and with them the whole run. So
-they work in a child process, which takes one file after another, sends the samples through a pipe,
-and is replaced when it dies or does not answer. It is started at the first such file, which takes
-some tenths of a second.
+Compiled parsers of complicated formats can crash on a damaged file, and the whole run with them. So
+they work in a child process, which reads one file after another, sends the samples through a pipe,
+and is replaced if it dies or does not reply. It starts with the first such file, which takes some
+tenths of a second.
 """
 
 import atexit
@@ -14,29 +14,31 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-#: Time that a reader has to answer: so much, and a second for so many bytes of the file.
+#: A reply may take so many seconds, and one more for so many bytes of the file.
 _PATIENCE = 60.0
 _BYTES_PER_SECOND = 5e6
 
 _PROGRAM = Path(__file__).with_name("_worker.py")
+_START = "import json, runpy, sys; sys.path[:] = json.loads(sys.argv[2]); "
+_START += "runpy.run_path(sys.argv[1], run_name='__main__')"
 _ERRORS = {error.__name__: error for error in (ValueError, FileNotFoundError, ImportError)}
 
-#: Readers that wait for a file, by the process that has started them: a fork must not use those
-#: of its parent.
-_idle: dict[str, Any] = {}
+#: One idle reader for each process that has started one: a fork must not use that of its parent.
+_idle: dict[int, "_Reader"] = {}
 _lock = threading.Lock()
 
 
 def isolated_blocks(
     path: Path, channel: str | int | Sequence[str | int] | None, n_samples: int | None
 ) -> Iterator[tuple[NDArray[Any], float | None]]:
-    """Blocks of a file as `signal_blocks` yields them, read in another process.
+    """Yield blocks of a file like `signal_blocks`, read in another process.
 
     Parameters
     ----------
@@ -58,85 +60,79 @@ def isolated_blocks(
         As without isolation; and ValueError if the reader crashes or takes too long. The message
         begins with the path.
     """
-    reader = _take_reader()
-    try:
-        reader.ask(path, channel=channel, n_samples=n_samples)
-        while "end" not in (head := reader.reply(path)):
-            signal = np.empty(head["shape"])
-            reader.fill(path, signal)
-            reader.is_waiting = True
-            yield signal, head["rate"]
-            reader.say(b"next\n")
-            reader.is_waiting = False
-        reader.is_free = True
-    finally:
-        _put_back(reader)
+    for head, signal in _replies(path, channel=channel, n_samples=n_samples):
+        yield signal, head["rate"]
 
 
 def isolated_description(path: Path) -> list[dict[str, Any]]:
-    """What `describe_channels` tells of a file, told by another process."""
-    reader = _take_reader()
+    """Return the result of `describe_channels`, computed by another process."""
+    ((head, _),) = _replies(path, n_samples="describe")
+    return head["channels"]
+
+
+def _replies(path, **request):
+    with _lock:
+        reader = _idle.pop(os.getpid(), None)
+    if reader is None or not reader.is_alive():
+        reader = _Reader()
     try:
-        reader.ask(path, n_samples="describe")
-        channels = reader.reply(path)["channels"]
-        reader.is_free = True
-        return channels
+        yield from reader.replies(path, request)
     finally:
-        _put_back(reader)
+        with _lock:
+            is_kept = reader.is_free and os.getpid() not in _idle
+            if is_kept:
+                _idle[os.getpid()] = reader
+        if not is_kept:
+            reader.end()
 
 
 class _Reader:
-    """A process that reads files, one at a time."""
+    """A process that reads files, one at a time.
 
-    is_free: Any
-    is_waiting: Any
+    Attributes
+    ----------
+    is_free : bool
+        Whether it has replied to the last request to the end.
+    """
 
     def __init__(self) -> None:
-        environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-        start = "import json, runpy, sys; sys.path[:] = json.loads(sys.argv[2]); "
-        start += "runpy.run_path(sys.argv[1], run_name='__main__')"
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-c", start, str(_PROGRAM), json.dumps(sys.path)],
+            [sys.executable, "-P", "-c", _START, str(_PROGRAM), json.dumps(sys.path)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            env=environment,
-            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+            env=os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+            creationflags=subprocess.CREATE_NO_WINDOW if sys.platform == "win32" else 0,
         )
-        self._is_late = False
-        self.is_free, self.is_waiting = True, False
+        self._is_late = self.is_free = False
 
-    def ask(self, path: Path, **request: Any) -> None:
+    def replies(
+        self, path: Path, request: dict[str, Any]
+    ) -> Iterator[tuple[dict[str, Any], NDArray[Any] | None]]:
+        """Yield what the process sends about a file: a head, and the samples that it announces."""
         self.is_free = False
-        self._patience = _PATIENCE + path.stat().st_size / _BYTES_PER_SECOND
-        self.say(json.dumps({"path": str(path), **request}).encode() + b"\n")
-
-    def say(self, line: bytes) -> None:
-        # What is wrong with a reader that cannot be spoken to is found out by its reply.
+        patience = _PATIENCE + path.stat().st_size / _BYTES_PER_SECOND
+        # A process that takes no request sends no reply either.
         with suppress(OSError):
-            self._process.stdin.write(line)
+            self._process.stdin.write(json.dumps({"path": str(path), **request}).encode() + b"\n")
             self._process.stdin.flush()
-
-    def reply(self, path: Path) -> dict[str, Any]:
-        """The next line that the reader sends, or the error that it reports."""
-        head = json.loads(self._within_time(self._process.stdout.readline) or "{}")
-        if "error" in head:
-            self.is_free = True
-            raise _ERRORS[head["error"]](head["message"])
-        if not head:
-            raise ValueError(self._obituary(path))
-        return head
-
-    def fill(self, path: Path, signal: np.ndarray) -> None:
-        """Receive the samples that the last reply has announced."""
-        if (
-            signal.size
-            and self._within_time(
-                lambda: self._process.stdout.readinto(memoryview(signal).cast("B"))
-            )
-            != signal.nbytes
-        ):
-            raise ValueError(self._obituary(path))
+        while True:
+            line = self._within(patience, self._process.stdout.readline)
+            if not line.endswith(b"\n"):
+                raise ValueError(self._crash_message(path))
+            head = json.loads(line)
+            if "error" in head:
+                self.is_free = True
+                raise _ERRORS[head["error"]](head["message"])
+            if "end" in head:
+                self.is_free = True
+                return
+            samples = np.empty(head["shape"])
+            if samples.size:
+                n_read = self._within(patience, partial(self._process.stdout.readinto, samples))
+                if n_read != samples.nbytes:
+                    raise ValueError(self._crash_message(path))
+            yield head, samples
 
     def end(self) -> None:
         self._process.kill()
@@ -149,8 +145,8 @@ class _Reader:
     def is_alive(self) -> bool:
         return self._process.poll() is None
 
-    def _within_time(self, receive):
-        timer = threading.Timer(self._patience, self._interrupt)
+    def _within(self, patience, receive):
+        timer = threading.Timer(patience, self._interrupt)
         timer.daemon = True
         timer.start()
         try:
@@ -162,39 +158,16 @@ class _Reader:
         self._is_late = True
         self._process.kill()
 
-    def _obituary(self, path):
+    def _crash_message(self, path):
         code = self._process.wait()
         if self._is_late:
             return f"{path}: its reader was ended because it gave no answer in time, damaged?"
         return f"{path}: its reader crashed (exit status {code}), damaged?"
 
 
-def _take_reader():
-    with _lock:
-        waiting = _idle.setdefault(os.getpid(), [])
-        while waiting:
-            reader = waiting.pop()
-            if reader.is_alive():
-                return reader
-            reader.end()
-    return _Reader()
-
-
-def _put_back(reader):
-    if reader.is_waiting:
-        # The caller wants no more of the file.
-        reader.say(b"stop\n")
-        reader.is_free, reader.is_waiting = True, False
-    with _lock:
-        waiting = _idle.setdefault(os.getpid(), [])
-        if reader.is_free and not waiting:
-            waiting.append(reader)
-            return
-    reader.end()
-
-
 @atexit.register
 def end_readers() -> None:
-    """End the processes that wait for a file."""
-    for reader in _idle.pop(os.getpid(), []):
+    """End the process that waits for a file."""
+    reader = _idle.pop(os.getpid(), None)
+    if reader is not None:
         reader.end()

@@ -7,15 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import ContentError, Contents
-from ._naming import choose_channel, listed
-from ._time_axis import find_time_axis
+from ._contents import ContentError, Contents, choose_channel, listed
+from ._facts import find_time_axis
 
 
 def signal_blocks(
     contents: Contents, channel: str | int | Sequence[Any] | None, n_samples: int | None
 ) -> Iterator[tuple[NDArray[Any], float | None]]:
-    """Blocks of the chosen channels as floating-point numbers.
+    """Yield blocks of the chosen channels as floating-point numbers.
 
     Parameters
     ----------
@@ -24,7 +23,7 @@ def signal_blocks(
     channel : str, int, sequence of these, or None
         As in `read_recording`.
     n_samples : int or None
-        Samples in a block at most, where the format can be read in parts.
+        Samples in a block at most, if the format can be read in parts.
 
     Yields
     ------
@@ -42,11 +41,11 @@ def signal_blocks(
     is_timed = rate is None and axis is not None and axis.covers(contents, names)
     if is_timed:
         rate = axis.sampling_rate
-    read_names = [*names, axis.name] if is_timed and axis.name not in names else names
+    read_names = list(dict.fromkeys([*names, axis.name] if is_timed else names))
     start, is_read = 0, False
-    for block in contents.read(list(dict.fromkeys(read_names)), n_samples):
+    for block in contents.read(read_names, n_samples):
         is_read = True
-        by_name = dict(zip(dict.fromkeys(read_names), block, strict=True))
+        by_name = dict(zip(read_names, block, strict=True))
         signals = [_as_signal(name, by_name[name], start) for name in names]
         if is_timed:
             axis.check(by_name[axis.name], start)
@@ -57,7 +56,7 @@ def signal_blocks(
 
 
 def describe_channels(contents: Contents) -> list[dict[str, Any]]:
-    """Name, sampling rate, unit and date of the start of every channel, as plain values."""
+    """Return name, sampling rate, unit and date of the start of every channel."""
     axis = find_time_axis(contents)
     rows = []
     for name in contents.channels:
@@ -115,13 +114,13 @@ def _as_signal(name, values, start):
 
 
 def _from_column(where, values, start):
-    """A column of a table; one of text is refused with its first field that is no number."""
+    """Array of a column of a table; a column of text is refused with its first such field."""
     import pandas as pd
-    from pandas.api.types import is_bool_dtype, is_numeric_dtype
+    from pandas.api.types import is_bool_dtype, is_complex_dtype, is_numeric_dtype
 
+    if is_complex_dtype(values.dtype):
+        return values.to_numpy()
     if is_numeric_dtype(values.dtype) and not is_bool_dtype(values.dtype):
-        if np.issubdtype(getattr(values.dtype, "numpy_dtype", values.dtype), np.complexfloating):
-            return values.to_numpy()
         return values.to_numpy(dtype=np.float64, na_value=np.nan)
     bad = np.flatnonzero(pd.to_numeric(values, errors="coerce").isna() & values.notna())
     at = f": {values.iloc[bad[0]]!r} at sample {start + bad[0]}" if bad.size else ""

@@ -1,7 +1,7 @@
 """The process that reads files of isolated formats; see `_isolation`.
 
-It speaks with its parent in lines of JSON on standard input and output. The samples follow the line
-that announces them, as bytes.
+It receives one line of JSON for each file, and sends lines of JSON. Samples follow the line that
+states their shape, as bytes.
 """
 
 import importlib.util
@@ -15,15 +15,15 @@ _GIBIBYTE = 2**30
 
 
 def main() -> None:
-    """Answer requests until the parent goes away."""
-    # Ctrl-C is the parent's business; it ends this process when it has to.
+    """Read files until the parent ends."""
+    # The parent handles Ctrl-C and ends this process.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     replies = os.fdopen(os.dup(1), "wb")
-    # Whatever a library prints must not get between the replies.
+    # Text that a library prints must not get between the replies.
     os.dup2(2, 1)
     formats = _import_formats()
     for line in sys.stdin.buffer:
-        _answer(formats, json.loads(line), replies)
+        _reply(formats, json.loads(line), replies)
 
 
 def _import_formats():
@@ -38,7 +38,7 @@ def _import_formats():
     return module
 
 
-def _answer(formats, request, replies):
+def _reply(formats, request, replies):
     from formats._signals import describe_channels, signal_blocks
 
     path = Path(request["path"])
@@ -46,14 +46,12 @@ def _answer(formats, request, replies):
     try:
         _limit_memory(path)
         if request["n_samples"] == "describe":
-            _send(replies, {"channels": describe_channels(contents(path))})
-            return
-        blocks = signal_blocks(contents(path), request["channel"], request["n_samples"])
-        for signal_, rate in blocks:
-            _send(replies, {"shape": signal_.shape, "rate": rate}, signal_)
-            if sys.stdin.buffer.readline() != b"next\n":
-                blocks.close()
-                return
+            _send(replies, {"channels": describe_channels(contents(path)), "shape": [0]})
+        else:
+            for samples, rate in signal_blocks(
+                contents(path), request["channel"], request["n_samples"]
+            ):
+                _send(replies, {"shape": samples.shape, "rate": rate}, samples)
         _send(replies, {"end": True})
     except Exception as error:
         reported = formats.error_of(path, error, module)

@@ -1,12 +1,10 @@
 """Tables of Apache Arrow: Parquet and Feather files, which are read in parts."""
 
-from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
-from ._contents import Contents
-from ._limits import check_unpacked
+from ._contents import Contents, check_unpacked
+from ._facts import names_times
 
 TITLE = "Parquet, Feather"
 SUFFIXES = (".parquet", ".feather", ".arrow")
@@ -20,64 +18,72 @@ _BUFFER_BYTES = 2**20
 
 
 def contents(path: Path) -> Contents:
-    """Channels by the names of the columns."""
-    with _open(path) as file:
-        names = [str(name) for name in file.schema.empty_table().to_pandas().columns]
+    """Return the channels by the names of the columns."""
+    opened, schema_of, batches = _PARQUET if path.suffix.lower() == ".parquet" else _FEATHER
+    with opened(path) as file:
+        columns = _columns(schema_of(file))
 
-    def read(chosen, n_samples):
-        with _open(path) as file:
-            for batch in file.batches(chosen, n_samples):
-                frame = batch.to_pandas()
-                frame.columns = frame.columns.map(str)
-                yield [frame[name] for name in chosen]
+    def read(names, n_samples):
+        chosen = [columns[name] for name in names]
+        with opened(path) as file:
+            for batch in batches(path, file, chosen, n_samples):
+                yield [batch.column(name).to_pandas() for name in chosen]
 
-    return Contents(names, read)
+    return Contents(list(columns), read)
+
+
+def _columns(schema):
+    """Columns by channel; of the columns that are an index of pandas, those of times alone."""
+    from pyarrow.types import is_timestamp
+
+    index, columns = (schema.pandas_metadata or {}).get("index_columns", []), {}
+    for field in schema:
+        is_unnamed = is_timestamp(field.type) and field.name.startswith("__index_level_")
+        name = "time" if is_unnamed else field.name
+        if field.name not in index or names_times(name):
+            columns[name] = field.name
+    return columns
 
 
 @contextmanager
-def _open(path):
-    import pyarrow
+def _open_parquet(path):
     from pyarrow.parquet import ParquetFile
 
-    if path.suffix.lower() == ".parquet":
-        # Otherwise a group of rows is loaded whole before the first of them is given.
-        with ParquetFile(path, pre_buffer=False, buffer_size=_BUFFER_BYTES) as file:
-            yield _Parquet(path, file)
-    else:
-        with pyarrow.ipc.open_file(str(path)) as file:
-            yield _Feather(file)
+    # Otherwise a group of rows is loaded whole before the first of them is returned.
+    with ParquetFile(path, pre_buffer=False, buffer_size=_BUFFER_BYTES) as file:
+        yield file
 
 
-class _Parquet:
-    def __init__(self, path: Any, file: Any) -> None:
-        self._path, self._file, self.schema = path, file, file.schema_arrow
-
-    schema: Any
-
-    def batches(self, columns: list[str], n_samples: int | None) -> Iterator[Any]:
-        if n_samples is not None:
-            # Over several groups of rows pyarrow keeps all of them until the last is read.
-            for group in range(self._file.num_row_groups):
-                yield from self._file.iter_batches(
-                    n_samples, row_groups=[group], columns=columns, use_threads=False
-                )
-            return
+def _parquet_batches(path, file, columns, n_samples):
+    if n_samples is None:
         # Blocks are bounded by themselves, but constants take no space in a file.
-        check_unpacked(self._path, self._file.metadata.num_rows * 8 * len(columns))
-        yield self._file.read(columns, use_threads=False)
+        check_unpacked(path.stat().st_size, file.metadata.num_rows * 8 * len(columns))
+        yield file.read(columns, use_threads=False)
+        return
+    # Over several groups of rows pyarrow keeps all of them until the last is read.
+    for group in range(file.num_row_groups):
+        yield from file.iter_batches(
+            n_samples, row_groups=[group], columns=columns, use_threads=False
+        )
 
 
-class _Feather:
-    def __init__(self, file: Any) -> None:
-        self._file, self.schema = file, file.schema
+@contextmanager
+def _open_feather(path):
+    import pyarrow
 
-    schema: Any
+    with pyarrow.ipc.open_file(str(path)) as file:
+        yield file
 
-    def batches(self, columns: list[str], n_samples: int | None) -> Iterator[Any]:
-        if n_samples is None:
-            yield self._file.read_all().select(columns)
-            return
-        for i in range(self._file.num_record_batches):
-            batch = self._file.get_batch(i).select(columns)
-            for start in range(0, batch.num_rows, n_samples):
-                yield batch.slice(start, n_samples)
+
+def _feather_batches(path, file, columns, n_samples):
+    if n_samples is None:
+        yield file.read_all().select(columns)
+        return
+    for i in range(file.num_record_batches):
+        batch = file.get_batch(i).select(columns)
+        for start in range(0, batch.num_rows, n_samples):
+            yield batch.slice(start, n_samples)
+
+
+_PARQUET = _open_parquet, lambda file: file.schema_arrow, _parquet_batches
+_FEATHER = _open_feather, lambda file: file.schema, _feather_batches

@@ -14,7 +14,7 @@ STATES = "the rate"
 
 
 def contents(path: Path) -> Contents:
-    """Channels ``0``, ``1``, ...; integer samples are divided by full scale."""
+    """Return the channels ``0``, ``1``, ...; integer samples are divided by full scale."""
     import soundfile
 
     with soundfile.SoundFile(path) as file:

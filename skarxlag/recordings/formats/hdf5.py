@@ -1,20 +1,13 @@
-"""HDF5 files of any layout, which are read in parts."""
+"""HDF5 files of any layout, MATLAB 7.3 among them, which are read in parts."""
 
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
-from ._contents import (
-    ContentError,
-    Contents,
-    array_blocks,
-    channels_or_refusal,
-    is_numeric,
-    letters,
-    stated_rates,
-)
-from ._matlab_nodes import INTERNAL, matlab_nodes
+from ._arrays import NamedArrays
+from ._contents import ContentError, Contents, is_numeric
+from ._facts import letters
 
 TITLE = "HDF5, MATLAB 7.3"
 SUFFIXES = (".h5", ".hdf5", ".hdf")
@@ -23,95 +16,114 @@ ISOLATED = True
 IN_PARTS = True
 STATES = "rate and unit, in attributes named `fs`, `units` or alike, or in single numbers"
 
+#: Groups in which MATLAB stores the elements of cell arrays and of arrays of structs.
+_INTERNAL = ("#refs#", "#subsystem#")
+#: Bounds on the work that a damaged or hostile file can cause.
+_DEEPEST, _MOST_NODES = 20, 200_000
+
 
 def contents(path: Path, is_matlab: bool = False) -> Contents:
-    """Channels of every numeric data set of more than one value, by its path in the file.
+    """Return the channels of every numeric data set of more than one value.
 
     Parameters
     ----------
     path : Path
-        The file.
+        The file. A channel has the name of the data set's path in it.
     is_matlab : bool
-        Whether MATLAB wrote it: a struct is a group, and its fields have a dot.
+        Whether MATLAB wrote it: a struct is a group, its fields are separated by dots, and cell
+        arrays and arrays of structs are references.
     """
-    separator = "." if is_matlab else "/"
-    with _open(path) as file:
-        channels, scalars, units, places, refused = {}, {}, {}, {}, {}
-        for label, node in _nodes(file, is_matlab):
-            for key, value in node.attrs.items():
-                _note(f"{label}{separator}{key}" if label else key, value, scalars)
-            if not hasattr(node, "shape") or not _is_signal(node):
-                continue
-            if node.size == 1:
-                scalars[label] = np.ravel(node[()])[0].item()
-                continue
-            own = channels_or_refusal(label, node, refused)
-            # A rate among the attributes of the data set itself comes first.
-            places |= {channel: f"{label}{separator}{channel}" for channel in own}
-            lengths = {channel: len(values) for channel, values in own.items()}
-            channels |= lengths
-            unit = _unit(node.attrs)
-            units |= dict.fromkeys(own, unit) if unit else {}
-        by_place = stated_rates(
-            {place: channels[channel] for channel, place in places.items()}, scalars, separator
-        )
-
-    def read(names, n_samples):
-        with _open(path) as file:
-            found = {}
-            for label, node in _nodes(file, is_matlab):
-                if hasattr(node, "shape") and _is_signal(node) and node.size > 1:
-                    found |= channels_or_refusal(label, node, {})
-            yield from array_blocks(found, names, n_samples)
-
-    return Contents(
-        list(channels),
-        read,
-        sampling_rates={c: by_place[place] for c, place in places.items() if place in by_place},
-        units=units,
-        lengths=channels,
-        refused=refused,
-    )
-
-
-@contextmanager
-def _open(path):
     import h5py
 
+    separator = "." if is_matlab else "/"
+    arrays = NamedArrays(separator)
+
+    @contextmanager
+    def opened():
+        with h5py.File(path, "r") as file:
+            yield file.__getitem__
+
     with h5py.File(path, "r") as file:
-        yield file
+        for name, node in _nodes(file, is_matlab):
+            for key, value in node.attrs.items():
+                value = np.asarray(value)
+                if is_numeric(value.dtype) and value.size == 1:
+                    place = f"{name}{separator}{key}" if name else key
+                    arrays.scalars[place] = value.item()
+            if not isinstance(node, h5py.Dataset) or not _is_signal(node):
+                continue
+            if node.external or node.is_virtual:
+                where = "lies in another file" if node.external else "is a view of other files"
+                arrays.refuse(name, f"data set {node.name!r} {where}, which is not followed")
+            elif node.size == 1:
+                arrays.scalars[name] = np.asarray(node[()]).item()
+            elif node.size:
+                arrays.add(name, node.shape, key=node.name, unit=_unit(node.attrs))
+    return arrays.contents(opened)
 
 
 def _nodes(file, is_matlab):
-    """The root and all groups and data sets, those with a place of their own (not links) once."""
-    if is_matlab:
-        return matlab_nodes(file)
-    found = [("", file)]
+    """Yield the root, all groups and all data sets with their names; links are left out.
 
-    def visit(name, node):
-        # A file of MATLAB under another name.
-        if not name.startswith(INTERNAL):
-            found.append((name, node))
+    Elements of a MATLAB cell array are ``name[0]``, ``name[1]``, ..., row by row, as are those of
+    an array of structs; of one element the name stays as it is.
+    """
+    import h5py
 
-    file.visititems(visit)
-    return found
+    seen, n_nodes = set(), 0
+
+    def is_reference(node):
+        is_set = is_matlab and isinstance(node, h5py.Dataset)
+        return is_set and h5py.check_ref_dtype(node.dtype) is h5py.Reference
+
+    def elements(name, node):
+        if "MATLAB_object_decode" in node.attrs or node.size > _MOST_NODES:
+            return
+        # MATLAB writes columns first.
+        references = np.transpose(node[()]).ravel() if node.shape else [node[()]]
+        for i, reference in enumerate(references):
+            if reference:
+                yield (name if len(references) == 1 else f"{name}[{i}]"), file[reference]
+
+    def walk(name, node, depth):
+        nonlocal n_nodes
+        n_nodes += 1
+        if depth > _DEEPEST or n_nodes > _MOST_NODES:
+            raise ContentError(
+                f"groups are nested more than {_DEEPEST} deep, or there are more than "
+                f"{_MOST_NODES}, which is refused"
+            )
+        if is_reference(node):
+            for own, element in elements(name, node):
+                yield from walk(own, element, depth + 1)
+            return
+        yield name, node
+        if not isinstance(node, h5py.Group) or "MATLAB_sparse" in node.attrs or node.id in seen:
+            return
+        seen.add(node.id)
+        for key in node:
+            is_own = isinstance(node.get(key, getlink=True), h5py.HardLink)
+            if not is_own or key in _INTERNAL or (child := node[key]).id in seen:
+                continue
+            if isinstance(child, h5py.Dataset):
+                seen.add(child.id)
+            if name and is_reference(child) and "MATLAB_class" not in child.attrs:
+                for own, element in elements(name, child):
+                    yield from walk(f"{own}.{key}", element, depth + 1)
+            else:
+                separator = "." if is_matlab else "/"
+                yield from walk(f"{name}{separator}{key}" if name else key, child, depth + 1)
+
+    yield from walk("", file, 0)
 
 
 def _is_signal(node):
     if node.dtype is None or node.shape is None or not is_numeric(node.dtype):
         return False
-    if node.external:
-        raise ContentError(f"data set {node.name!r} lies in another file, which is not followed")
-    # MATLAB stores texts, flags, objects, and the shapes of empty arrays as integers and says so.
+    # MATLAB stores texts, flags, objects, and the shapes of empty arrays as integers.
     if "MATLAB_object_decode" in node.attrs or "MATLAB_empty" in node.attrs:
         return False
     return node.attrs.get("MATLAB_class", b"") not in (b"char", b"logical", b"cell")
-
-
-def _note(name, value, scalars):
-    value = np.asarray(value)
-    if is_numeric(value.dtype) and value.size == 1:
-        scalars[name] = value.ravel()[0].item()
 
 
 def _unit(attributes):

@@ -3,6 +3,7 @@
 import struct
 import warnings
 import zlib
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,8 @@ from scipy.io import loadmat
 from scipy.io.matlab import mat_struct
 
 from . import hdf5
-from ._contents import Contents, array_contents, channels_or_refusal, is_numeric
-from ._limits import check_unpacked
+from ._arrays import NamedArrays
+from ._contents import Contents, check_unpacked, is_numeric
 
 TITLE = "MATLAB up to version 7"
 SUFFIXES = (".mat",)
@@ -25,44 +26,42 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
 def contents(path: Path) -> Contents:
-    """Channels of every numeric array of more than one value, by the name of the variable.
+    """Return the channels of every numeric array of more than one value.
 
-    Fields of a struct are ``struct.field``, and elements of an array of structs or of a cell array
-    are ``name[0]``, ``name[1]``, ...
+    A channel has the name of its variable. Fields of a struct are ``struct.field``, and elements
+    of an array of structs or of a cell array are ``name[0]``, ``name[1]``, ...
     """
     with path.open("rb") as file:
         head = file.read(520)
-    # What early versions of MATLAB wrote as HDF5 does not call itself 7.3.
+    # HDF5 files of early versions of MATLAB do not state version 7.3.
     if (head.startswith(b"MATLAB 7.3") and len(head) >= 512) or head[512:] == _HDF5:
         return hdf5.contents(path, is_matlab=True)
-    check_unpacked(path, _unpacked_size(path))
+    check_unpacked(path.stat().st_size, _unpacked_size(path))
     with warnings.catch_warnings():
-        # Function handles and other objects that SciPy cannot read are no channels.
+        # Function handles and other objects that SciPy cannot read are not channels.
         warnings.simplefilter("ignore")
         variables = loadmat(path, appendmat=False, squeeze_me=False, struct_as_record=False)
-    found = {}, {}, {}
-    for name, values in variables.items():
-        if not name.startswith("__"):
-            _collect(name, values, found)
-    return array_contents(*found)
+    arrays, by_name = NamedArrays(), {}
+    for variable, content in variables.items():
+        for name, values in () if variable.startswith("__") else _numeric(variable, content):
+            if values.size == 1:
+                arrays.scalars[name] = values.item()
+            elif values.size > 1:
+                arrays.add(name, values.shape)
+                by_name[name] = values
+    return arrays.contents(lambda: nullcontext(by_name.__getitem__))
 
 
-def _collect(name, values, found):
-    channels, scalars, refused = found
+def _numeric(name, values):
+    """Yield the numeric arrays of a variable with their names."""
     if isinstance(values, mat_struct):
         for field in values._fieldnames:
-            _collect(f"{name}.{field}", getattr(values, field), found)
-    elif not isinstance(values, np.ndarray):
-        return
-    elif values.dtype == object:
-        elements = values.ravel()
-        for i, element in enumerate(elements):
-            own = name if len(elements) == 1 else f"{name}[{i}]"
-            _collect(own, element, found)
-    elif is_numeric(values.dtype) and values.size == 1:
-        scalars[name] = values.item()
-    elif is_numeric(values.dtype) and values.size > 1:
-        channels.update(channels_or_refusal(name, values, refused))
+            yield from _numeric(f"{name}.{field}", getattr(values, field))
+    elif isinstance(values, np.ndarray) and values.dtype == object:
+        for i, element in enumerate(values.ravel()):
+            yield from _numeric(name if values.size == 1 else f"{name}[{i}]", element)
+    elif isinstance(values, np.ndarray) and is_numeric(values.dtype):
+        yield name, values
 
 
 def _unpacked_size(path):
@@ -80,7 +79,7 @@ def _unpacked_size(path):
                 total += struct.unpack(f"{order}II", inner)[1] if len(inner) == 8 else 0
                 file.seek(max(size - 4096, 0), 1)
             else:
-                # What reaches beyond the end of the file is damage, which the reader will find.
+                # The reader finds out that an element reaches beyond the end of the file.
                 total += min(size, n_bytes)
                 file.seek(size, 1)
     return total

@@ -1,10 +1,12 @@
 """NumPy's files of one array, which are mapped and read in parts."""
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
 
-from ._contents import Contents, array_channels, slices
+from ._arrays import NamedArrays
+from ._contents import Contents
 
 TITLE = "NumPy array"
 SUFFIXES = (".npy",)
@@ -15,18 +17,12 @@ STATES = "nothing"
 
 
 def contents(path: Path) -> Contents:
-    """Channels ``0``, ``1``, ... of the array."""
-    channels = _map(path)
-    lengths = {name: len(channel) for name, channel in channels.items()}
+    """Return the channels ``0``, ``1``, ... of the array."""
 
-    def read(names, n_samples):
-        for part in slices(lengths[names[0]], n_samples):
-            # Mapped anew for each block: pages of the last one stay in memory as long as its map.
-            mapped = _map(path)
-            yield [mapped[name][part] for name in names]
+    def mapped(_):
+        # Called for each block: the pages of a block stay in memory as long as its map.
+        return np.atleast_1d(np.load(path, mmap_mode="r", allow_pickle=False))
 
-    return Contents(list(channels), read, lengths=lengths)
-
-
-def _map(path):
-    return array_channels("", np.atleast_1d(np.load(path, mmap_mode="r", allow_pickle=False)))
+    arrays = NamedArrays()
+    arrays.add("", mapped("").shape)
+    return arrays.contents(lambda: nullcontext(mapped))

@@ -1,20 +1,13 @@
 """NumPy's archives of arrays, of which those asked for are read whole."""
 
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from ._contents import (
-    Contents,
-    array_blocks,
-    array_channels,
-    array_contents,
-    channels_or_refusal,
-    is_numeric,
-)
-from ._limits import check_unpacked
+from ._arrays import NamedArrays
+from ._contents import Contents, check_unpacked, is_numeric
 
 TITLE = "NumPy archive"
 SUFFIXES = (".npz",)
@@ -23,39 +16,29 @@ ISOLATED = False
 IN_PARTS = False
 STATES = "the rate, in a number named `fs` or alike"
 
-
-class _Header:
-    """An array of which only the header has been read."""
-
-    def __init__(self, shape: Any) -> None:
-        self.shape = shape
+_HEADERS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
 
 
 def contents(path: Path) -> Contents:
-    """Channels of every numeric array of more than one value, by the name of the array."""
-    channels, scalars, arrays, refused = {}, {}, {}, {}
+    """Return the channels of every numeric array of more than one value, by its name."""
+    arrays = NamedArrays()
     with _open(path) as archive:
         for name in archive.files:
             shape, dtype = _shape_and_dtype(archive, name)
-            if not is_numeric(dtype):
-                continue
-            if np.prod(shape) == 1:
-                scalars[name] = archive[name].item()
-            elif np.prod(shape) > 1:
-                own = channels_or_refusal(name, _Header(shape), refused)
-                channels |= own
-                arrays |= dict.fromkeys(own, name)
-    found = array_contents(channels, scalars, refused)
+            if is_numeric(dtype) and np.prod(shape) == 1:
+                arrays.scalars[name] = archive[name].item()
+            elif is_numeric(dtype) and np.prod(shape) > 1:
+                arrays.add(name, shape)
 
-    def read(names, n_samples):
+    @contextmanager
+    def opened():
         with _open(path) as archive:
-            loaded = {}
-            for array in dict.fromkeys(arrays[name] for name in names):
-                loaded |= array_channels(array, archive[array])
-        yield from array_blocks(loaded, names, n_samples)
+            yield cache(archive.__getitem__)
 
-    found.read = read
-    return found
+    return arrays.contents(opened)
 
 
 @contextmanager
@@ -64,19 +47,16 @@ def _open(path):
     with path.open("rb") as file:
         archive = np.load(file, allow_pickle=False)
         if not isinstance(archive, np.lib.npyio.NpzFile):
-            raise ValueError("no archive")
-        check_unpacked(path, sum(member.file_size for member in archive.zip.infolist()))
+            raise ValueError("not an archive")
+        unpacked = sum(member.file_size for member in archive.zip.infolist())
+        check_unpacked(path.stat().st_size, unpacked)
         yield archive
 
 
 def _shape_and_dtype(archive, name):
     member = name if name in archive.zip.namelist() else f"{name}.npy"
     with archive.zip.open(member) as file:
-        version = np.lib.format.read_magic(file)
-        read_header = {
-            (1, 0): np.lib.format.read_array_header_1_0,
-            (2, 0): np.lib.format.read_array_header_2_0,
-        }.get(version)
+        read_header = _HEADERS.get(np.lib.format.read_magic(file))
         if read_header is None:
             array = archive[name]
             return array.shape, array.dtype

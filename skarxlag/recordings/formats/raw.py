@@ -18,7 +18,7 @@ _MOST_CHANNELS = 4096
 
 
 def contents(path: Path, dtype: str | None = None) -> Contents:
-    """Channels ``0``, ``1``, ... of interleaved samples, or the fields of a structured type.
+    """Return the channels ``0``, ``1``, ... of interleaved samples, or the fields of a type.
 
     Parameters
     ----------

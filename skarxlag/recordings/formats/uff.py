@@ -3,7 +3,8 @@
 import warnings
 from pathlib import Path
 
-from ._contents import Contents, array_blocks, is_rate, rounded
+from ._contents import Contents, common_length, slices
+from ._facts import is_rate, rounded
 
 TITLE = "Universal file (UFF 58)"
 SUFFIXES = (".uff", ".unv")
@@ -17,7 +18,10 @@ _DIRECTIONS = {0: "", 1: "+X", 2: "+Y", 3: "+Z", 4: "+RX", 5: "+RY", 6: "+RZ"}
 
 
 def contents(path: Path) -> Contents:
-    """Channels by the first line of each data set, or ``node:direction`` where those repeat."""
+    """Return the channels by the first line of each data set, or as ``node:direction``.
+
+    The latter names are used if first lines repeat.
+    """
     with path.open("rb") as file:
         file.seek(max(path.stat().st_size - 200, 0))
         if not file.read().rstrip().endswith(b"-1"):
@@ -37,13 +41,11 @@ def contents(path: Path) -> Contents:
 
     def read(names, n_samples):
         sets = _read(path, [heads[name][0] for name in names])
-        columns = {name: own["data"] for name, own in zip(names, sets, strict=True)}
-        for name in names:
-            if len(columns[name]) != heads[name][1]["num_pts"]:
-                raise ValueError(
-                    f"{len(columns[name])} samples of {heads[name][1]['num_pts']} in {name!r}"
-                )
-        yield from array_blocks(columns, names, n_samples)
+        for name, own in zip(names, sets, strict=True):
+            if len(own["data"]) != lengths[name]:
+                raise ValueError(f"{len(own['data'])} samples of {lengths[name]} in {name!r}")
+        for part in slices(common_length(lengths, names), n_samples):
+            yield [own["data"][part] for own in sets]
 
     lengths = {name: head["num_pts"] for name, (_, head) in heads.items()}
     return Contents(list(heads), read, rates, units, lengths)

@@ -1,9 +1,8 @@
 """Vallen's databases of transients: acoustic emission that was recorded without a gap."""
 
-from contextlib import contextmanager
 from pathlib import Path
 
-from ._contents import ContentError, Contents, common_length, rechunked
+from ._contents import ContentError, Contents, common_length, joined_streams
 
 TITLE = "Vallen tradb"
 SUFFIXES = (".tradb",)
@@ -19,30 +18,21 @@ WHERE Chan IS NOT NULL GROUP BY Chan ORDER BY Chan
 
 
 def contents(path: Path) -> Contents:
-    """Channels by their number, which counts from 1."""
-    with _open(path) as database:
+    """Return the channels by their number, which counts from 1."""
+    from vallenae.io import TraDatabase
+
+    with TraDatabase(str(path)) as database:
         rows = database.connection().execute(_SUMMARY).fetchall()
     lengths = {str(channel): length for channel, length, *_ in rows}
     rates = {str(row[0]): float(row[2]) for row in rows if row[2] == row[3]}
 
     def read(names, n_samples):
         n_total = common_length(lengths, names)
-        with _open(path) as database:
-            parts = [
-                rechunked(_records(database, name, rates), n_samples or max(n_total, 1))
-                for name in names
-            ]
-            yield from (list(block) for block in zip(*parts, strict=True))
+        with TraDatabase(str(path)) as database:
+            streams = [_records(database, name, rates) for name in names]
+            yield from joined_streams(streams, n_samples or max(n_total, 1))
 
     return Contents(list(lengths), read, rates, dict.fromkeys(lengths, "V"), lengths)
-
-
-@contextmanager
-def _open(path):
-    from vallenae.io import TraDatabase
-
-    with TraDatabase(str(path)) as database:
-        yield database
 
 
 def _records(database, name, rates):

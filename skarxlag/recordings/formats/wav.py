@@ -18,7 +18,7 @@ STATES = "the rate"
 
 
 def contents(path: Path) -> Contents:
-    """Channels ``0``, ``1``, ...; integer samples are divided by full scale."""
+    """Return the channels ``0``, ``1``, ...; integer samples are divided by full scale."""
     try:
         sampling_rate, samples = _map(path)
         n_channels = 1 if samples.ndim == 1 else samples.shape[1]

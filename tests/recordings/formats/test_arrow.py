@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from skarxlag.recordings import iter_windows, list_channels, read_recording
-from skarxlag.recordings.files import recording_blocks
+from skarxlag.recordings.files import recording_blocks, recording_start
 
 Y, U = np.random.default_rng(0).normal(size=(2, 103))
 
@@ -25,6 +25,23 @@ def test_feather(tmp_path, suffix, compression):
     np.testing.assert_array_equal(np.concatenate(blocks), Y)
     with pytest.raises(ValueError, match="channel 'note' is not numeric: 'x' at sample 0"):
         read_recording(path, channel="note")
+
+
+@pytest.mark.parametrize("name", [None, "time", "Timestamp"])
+@pytest.mark.parametrize("zone", [None, "UTC", "Europe/Berlin"])
+def test_an_index_of_dates(tmp_path, name, zone):
+    index = pd.date_range("2026-11-22", periods=len(Y), freq="40us", tz=zone, name=name)
+    pd.DataFrame({"y": Y}, index=index).to_parquet(tmp_path / "run.parquet")
+    signal, rate = read_recording(tmp_path / "run.parquet")
+    np.testing.assert_array_equal(signal, Y)
+    assert rate == 25_000
+    expected = index[0].timestamp() if zone else 1795305600.0
+    assert recording_start(tmp_path / "run.parquet") == expected
+
+
+def test_an_index_of_numbers_is_not_a_channel(tmp_path):
+    pd.DataFrame({"y": Y}, index=np.arange(len(Y))[::-1]).to_parquet(tmp_path / "run.parquet")
+    assert list_channels(tmp_path / "run.parquet")["channel"].tolist() == ["y"]
 
 
 @pytest.mark.parametrize("suffix", ["feather", "parquet"])

@@ -61,6 +61,41 @@ def test_data_in_other_files_is_not_followed(tmp_path):
         read_recording(tmp_path / "run.h5")
 
 
+def test_views_of_other_files_are_not_followed(tmp_path):
+    """A missing source would read as zeros, an existing one by its absolute path."""
+    with h5py.File(tmp_path / "secret.h5", "w") as file:
+        file["y"] = Y
+    layout = h5py.VirtualLayout((103,), "f8")
+    layout[:] = h5py.VirtualSource(str(tmp_path / "secret.h5"), "y", (103,))
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file.create_virtual_dataset("view", layout)
+        file["own"] = U
+    np.testing.assert_array_equal(read_recording(tmp_path / "run.h5")[0], U)
+    with pytest.raises(ValueError, match=r"run.h5: data set '/view' is a view of other files"):
+        read_recording(tmp_path / "run.h5", channel="view")
+
+
+def test_the_depth_of_groups_is_bounded(tmp_path):
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        group = file
+        for _ in range(400):
+            group = group.create_group("g")
+        group["y"] = Y
+    with pytest.raises(ValueError, match=r"run.h5: groups are nested more than 20 deep"):
+        read_recording(tmp_path / "run.h5")
+
+
+@pytest.mark.parametrize("where", ["/", "bearing", "bearing/y"])
+@pytest.mark.parametrize(
+    ("name", "value"), [("dt", 1 / 25600), ("Sampling interval (ms)", 1000 / 25600), ("fs", 25600)]
+)
+def test_steps_of_time_among_the_attributes(tmp_path, where, name, value):
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file["bearing/y"] = Y
+        file[where].attrs[name] = value
+    assert read_recording(tmp_path / "run.h5")[1] == 25600
+
+
 @pytest.fixture
 def matlab(tmp_path):
     """Laid out as MATLAB 7.3 does: a user block, columns as rows, structs as groups."""

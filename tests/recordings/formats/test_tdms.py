@@ -50,6 +50,15 @@ def test_channels_of_different_rates_are_not_read_together(path):
         read_recording(path, channel=["vibration", "torque"])
 
 
+@pytest.mark.parametrize("level", [nptdms.RootObject, nptdms.GroupObject])
+def test_a_rate_among_the_properties_of_a_group_or_of_the_file(tmp_path, level):
+    properties = {"SampleRate": 51200.0}
+    owner = level(properties) if level is nptdms.RootObject else level("a", properties)
+    with nptdms.TdmsWriter(tmp_path / "run.tdms") as writer:
+        writer.write_segment([owner, nptdms.ChannelObject("a", "y", Y)])
+    assert read_recording(tmp_path / "run.tdms")[1] == 51200
+
+
 def test_one_name_in_two_groups(tmp_path):
     with nptdms.TdmsWriter(tmp_path / "run.tdms") as writer:
         writer.write_segment(

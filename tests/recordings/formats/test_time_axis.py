@@ -6,7 +6,7 @@ import pytest
 from scipy.io import savemat
 
 from skarxlag.recordings import read_recording
-from skarxlag.recordings.files import recording_blocks
+from skarxlag.recordings.files import recording_blocks, recording_start
 
 N = 600
 Y = np.random.default_rng(0).normal(size=N)
@@ -53,6 +53,31 @@ def test_rounded_times(tmp_path):
     """Steps of 0.1 ms are printed with three decimals: ten times are equal, then one leaps."""
     path = write(tmp_path, np.round(np.arange(N) / 10_000, 3))
     assert read_recording(path)[1] == pytest.approx(10_000, rel=0.02)
+
+
+@pytest.mark.parametrize("rounding", [np.floor, np.round, np.ceil])
+@pytest.mark.parametrize(("n", "rate", "step"), [(2000, 1000, 0.01), (60_000, 20_000, 1.0)])
+def test_coarse_times(tmp_path, rounding, n, rate, step):
+    """2000 times in steps of 10 ms give 1999 / 1.99 s = 1004.52 Hz from end to end."""
+    times = rounding(np.arange(n) / rate / step) * step
+    np.savez(tmp_path / "run.npz", time=times, y=np.zeros(n))
+    assert read_recording(tmp_path / "run.npz", channel="y")[1] == rate
+
+
+def test_times_that_are_too_coarse(tmp_path):
+    np.savez(tmp_path / "run.npz", time=np.arange(5000) // 4000 + 0.5, y=np.zeros(5000))
+    assert read_recording(tmp_path / "run.npz", channel="y")[1] is None
+
+
+@pytest.mark.parametrize(
+    "form", ["%d.%m.%Y %H:%M:%S,%f", "%d/%m/%Y %H:%M:%S.%f", "%d.%m.%YT%H:%M:%S.%f"]
+)
+def test_dates_with_the_day_first(tmp_path, form):
+    times = pd.Timestamp("2026-02-03 23:59:59.5") + pd.to_timedelta(np.arange(N) * 40, unit="us")
+    lines = [f"{time:{form}};{y}" for time, y in zip(times, Y, strict=True)]
+    (tmp_path / "run.csv").write_text("\n".join(["Datum;y", *lines]))
+    assert read_recording(tmp_path / "run.csv")[1] == 25_000
+    assert recording_start(tmp_path / "run.csv") == times[0].timestamp()
 
 
 def test_dates(tmp_path):
