@@ -1,188 +1,229 @@
-"""Common code of the fetchers: download the files of a rig, verify them, cut them into windows."""
+"""Common code of the fetchers: download the recordings of a rig, verify them, cut them."""
 
 import hashlib
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from http.client import HTTPException
+from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import quote
+from zipfile import BadZipFile
 
 import numpy as np
-from scipy.io import loadmat
 from sklearn.datasets import fetch_file, get_data_home
 from sklearn.utils import Bunch
 
+from skarxlag.bearings import BearingGeometry
 from skarxlag.recordings.windows import stack_windows
 
+#: The array of samples in the converted files that a data home may hold.
+CONVERTED = "acceleration"
 
-def fetch_rig(
-    name: str,
-    checksums: dict[str, str],
-    base_url: str,
-    *,
-    sampling_rate: float,
-    description: str,
-    data_home: str | os.PathLike[str] | None,
-    download_if_missing: bool,
-    return_X_y: bool,
-    window_length: int,
-    n_retries: int,
-    delay: float,
-    verbose: bool,
-) -> Bunch | tuple[Any, ...]:
-    """Fetch the files of a rig and cut its recordings into windows.
+
+class Recording(NamedTuple):
+    """One recording: its file in the repository, its labels, and a converted file to accept."""
+
+    path: str
+    condition: str
+    rpm: float
+    sha256: str | None
+    name: str
+    converted: str | None = None
+
+
+@dataclass(frozen=True)
+class Download:
+    """Where the files of a rig come from and where they are stored.
 
     Parameters
     ----------
-    name : str
-        Folder of the rig below the data home of scikit-learn.
-    checksums : dict of str to str
-        SHA-256 in hexadecimal of every file, by its path in the repository.
-    base_url : str
+    data_home : str or path-like, default=None
+        Folder that holds the data sets of scikit-learn. If None, the folder that
+        :func:`sklearn.datasets.get_data_home` returns is used. The recordings are stored in a
+        subfolder with the name of the rig, with the same layout as in their repository. A file
+        that is already there with the right SHA-256 is not downloaded again. A file with another
+        SHA-256 is replaced, with a warning.
+    download_if_missing : bool, default=True
+        If False, raise an OSError instead of downloading.
+    mirror : str, default=None
+        URL of a copy of the repository's root, from which to download. If None, the files are
+        downloaded from the repository itself.
+    n_retries : int, default=3
+        Number of times that a failed download is repeated, for each file.
+    delay : float, default=1.0
+        Time between two attempts, in seconds.
+    verbose : bool, default=True
+        If True, write one line to standard error for every file that is downloaded.
+    """
+
+    data_home: str | os.PathLike[str] | None
+    download_if_missing: bool
+    mirror: str | None
+    n_retries: int
+    delay: float
+    verbose: bool
+
+    @property
+    def home(self) -> Path:
+        """Folder of all rigs."""
+        # get_data_home is not called with a given folder, because it would create this folder even
+        # if no file is stored there in the end.
+        home = get_data_home() if self.data_home is None else self.data_home
+        return Path(home).expanduser()
+
+
+def shared_parameters(fetcher: Callable[..., Any]) -> Callable[..., Any]:
+    """Insert the parameters of `Download` into the docstring of a fetcher, at ``{download}``."""
+    if fetcher.__doc__ and Download.__doc__:
+        shared = Download.__doc__.partition("----------\n")[2].strip()
+        fetcher.__doc__ = fetcher.__doc__.replace("{download}", shared)
+    return fetcher
+
+
+def checksums(rig: str) -> dict[str, str]:
+    """Read the SHA-256 of every file of a rig, by its path in the repository.
+
+    The lists have the format of the program ``sha256sum``.
+    """
+    text = (files("skarxlag.datasets") / "checksums" / f"{rig}.sha256").read_text("utf-8")
+    return {path: sha256 for sha256, path in (line.split("  ", 1) for line in text.splitlines())}
+
+
+def fetch_rig(
+    recordings: Sequence[Recording],
+    read_signal: Callable[[Path], Any],
+    download: Download,
+    *,
+    folder: str,
+    url: str,
+    sampling_rate: float,
+    description: str,
+    bearing: BearingGeometry | None,
+    return_X_y: bool,
+    window_length: int,
+) -> Bunch | tuple[Any, ...]:
+    """Fetch the recordings of a rig and cut them into windows.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        The recordings. The healthy condition comes first.
+    read_signal : callable
+        Function that returns the samples in an original file.
+    download : Download
+        Options of the download.
+    folder : str
+        Folder of the rig in the data home.
+    url : str
         URL of the root of the repository.
     sampling_rate : float
         Sampling rate in Hz.
     description : str
-        Description of the rig, which becomes ``DESCR`` of the Bunch.
-    data_home, download_if_missing, return_X_y, window_length, n_retries, delay, verbose
-        Parameters of the public fetchers, such as `skarxlag.datasets.fetch_uestc`.
+        Name of the description of the rig in ``descr``.
+    bearing : BearingGeometry or None
+        Dimensions of the bearing, or None if they are unknown.
+    return_X_y : bool
+        If True, return only the windows and their conditions.
+    window_length : int
+        Samples in a window.
 
     Returns
     -------
     Bunch, or tuple of ndarray
         The rig as a Bunch, or its windows and their conditions if `return_X_y` is True.
-    """
-    paths = fetch_files(
-        checksums,
-        _data_home(data_home) / name,
-        base_url,
-        download_if_missing=download_if_missing,
-        n_retries=n_retries,
-        delay=delay,
-        verbose=verbose,
-    )
-    rig = load_rig(
-        paths, window_length=window_length, sampling_rate=sampling_rate, description=description
-    )
-    return (rig.data, rig.target) if return_X_y else rig
-
-
-def fetch_files(
-    checksums: dict[str, str],
-    folder: Path,
-    base_url: str,
-    *,
-    download_if_missing: bool,
-    n_retries: int,
-    delay: float,
-    verbose: bool,
-) -> list[Any]:
-    """Download the files of a repository into a folder, and verify every file.
-
-    A file that is already there with the right SHA-256 is not downloaded again.
-
-    Parameters
-    ----------
-    checksums : dict of str to str
-        SHA-256 in hexadecimal of every file, by its path in the repository.
-    folder : Path
-        Folder for the files, with the same layout as the repository.
-    base_url : str
-        URL of the root of the repository.
-    download_if_missing, n_retries, delay, verbose
-        Parameters of the public fetchers, such as `skarxlag.datasets.fetch_uestc`.
-
-    Returns
-    -------
-    paths : list of Path
-        The files, in the order of `checksums`.
 
     Raises
     ------
     OSError
-        If a file is missing or damaged and `download_if_missing` is False, or if a download fails.
+        If a file is missing or damaged and ``download_if_missing`` is False, or if a download
+        fails.
     """
-    paths = []
-    for number, (name, sha256) in enumerate(checksums.items(), start=1):
-        path = folder / name
-        paths.append(path)
-        if _is_intact(path, sha256):
+    paths, signals = [], []
+    for number, recording in enumerate(recordings, start=1):
+        converted = download.home / (recording.converted or "")
+        if converted.is_file():
+            paths.append(converted)
+            signals.append(_read_converted(converted))
             continue
-        if not download_if_missing:
-            state = "is not the original (its SHA-256 differs)" if path.exists() else "is missing"
-            raise OSError(f"{path} {state} and download_if_missing is False")
-        url = f"{base_url.rstrip('/')}/{quote(name)}"
-        if verbose:
-            print(f"[{number}/{len(checksums)}] downloading {url}", file=sys.stderr, flush=True)
-        created = [folder for folder in path.parents if not folder.exists()]
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            fetch_file(
-                url,
-                folder=path.parent,
-                local_filename=path.name,
-                sha256=sha256,
-                n_retries=n_retries,
-                delay=delay,
-            )
-        except (OSError, HTTPException) as error:
-            with suppress(OSError):
-                for empty in created:
-                    empty.rmdir()
-            raise OSError(f"{path} could not be fetched from {url}: {error}") from error
-    return paths
-
-
-def load_rig(
-    paths: Sequence[Path], *, window_length: int, sampling_rate: float, description: str
-) -> Bunch:
-    """Read recordings and cut them into windows, as the Bunch of a rig.
-
-    Every file holds one array and is named ``condition_rpm...mat``. The conditions are listed in
-    the order in which they first occur in the paths, so that the healthy condition must come
-    first.
-    """
-    names = [path.stem for path in paths]
-    condition = np.array([name.split("_")[0] for name in names])
-    rpm = np.array([float(name.split("_")[1]) for name in names])
-    data, source, start = stack_windows(
-        [_read_signal(path) for path in paths], [str(path) for path in paths], window_length
-    )
+        path = download.home / folder / recording.path
+        counter = f"[{number}/{len(recordings)}]"
+        _fetch(path, download.mirror or url, recording, download, counter)
+        paths.append(path)
+        signals.append(np.ravel(read_signal(path)))
+    names = [str(path) for path in paths]
+    data, source, start = stack_windows(signals, names, window_length)
+    conditions = [recording.condition for recording in recordings]
+    target = np.array(conditions)[source]
+    if return_X_y:
+        return data, target
     return Bunch(
         data=data,
-        target=condition[source],
-        target_names=list(dict.fromkeys(condition.tolist())),
-        rpm=rpm[source],
-        recording=np.array(names)[source],
+        target=target,
+        target_names=list(dict.fromkeys(conditions)),
+        rpm=np.array([recording.rpm for recording in recordings], dtype=float)[source],
+        recording=np.array([recording.name for recording in recordings])[source],
         start=start,
         sampling_rate=float(sampling_rate),
-        filenames=[str(path) for path in paths],
-        DESCR=description,
+        bearing=bearing,
+        filenames=names,
+        DESCR=(files("skarxlag.datasets") / "descr" / f"{description}.rst").read_text("utf-8"),
     )
 
 
-def _data_home(data_home):
-    # get_data_home is not called with a given folder, because it would create this folder even if
-    # no file is stored there in the end.
-    return Path(get_data_home() if data_home is None else data_home).expanduser()
+def _read_converted(path):
+    try:
+        with np.load(path, allow_pickle=False) as content:
+            return content[CONVERTED].astype(float).ravel()
+    except (KeyError, ValueError, BadZipFile) as error:
+        raise OSError(f"{path} must be an npz file with an array {CONVERTED!r}: {error}") from error
+
+
+def _fetch(path, base_url, recording, download, counter):
+    if _is_intact(path, recording.sha256):
+        return
+    if not download.download_if_missing:
+        state = "is not the original (its SHA-256 differs)" if path.exists() else "is missing"
+        raise OSError(f"{path} {state} and download_if_missing is False")
+    url = f"{base_url.rstrip('/')}/{quote(recording.path)}"
+    if download.verbose:
+        print(f"{counter} downloading {url}", file=sys.stderr, flush=True)
+    created = [folder for folder in path.parents if not folder.exists()]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        fetch_file(
+            url,
+            folder=path.parent,
+            local_filename=path.name,
+            sha256=recording.sha256,
+            n_retries=download.n_retries,
+            delay=download.delay,
+        )
+    except (OSError, HTTPException) as error:
+        with suppress(OSError):
+            for empty in created:
+                empty.rmdir()
+        raise OSError(f"{path} could not be fetched from {url}: {error}") from error
 
 
 def _is_intact(path, sha256):
-    if not path.is_file():
-        return False
+    if not path.is_file() or sha256 is None:
+        return path.is_file()
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest() == sha256
 
 
-def _read_signal(path):
-    # The name of the signal differs between files. It is the only array: all other values in a
-    # file are single numbers or strings.
+def only_signal(content: dict[str, Any]) -> Any:
+    """Return the only array of numbers in the content of a MATLAB file.
+
+    Its name differs between files. All other values are single numbers or strings.
+    """
     (signal,) = (
         values
-        for values in loadmat(path).values()
+        for values in content.values()
         if isinstance(values, np.ndarray) and values.dtype.kind == "f" and values.size > 1
     )
-    return signal.ravel()
+    return signal

@@ -2,56 +2,147 @@ import hashlib
 import os
 import shutil
 import threading
+from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from itertools import product
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
 import pytest
-from scipy.io import loadmat, savemat
+from scipy.io import savemat
 
-from skarxlag.datasets import FETCHERS, hit_sm, uestc
+from skarxlag import datasets
+from skarxlag.bearings import fault_orders
+from skarxlag.datasets import FETCHERS, _repository, cwru, hit_sm, mfpt, uestc
+
+REAL = os.environ.get("SKARXLAG_DATA")
 
 
 class Expected(NamedTuple):
-    """What a rig must be: its conditions, the healthy one first; where its files lie."""
+    """What a rig must be: its recordings in order, where its files lie, and what it states."""
 
     module: ModuleType
-    conditions: list
-    speeds: list
+    options: dict
+    folder: str
+    files: dict  # path in the repository: (condition, rpm, recording)
     sampling_rate: float
-    path: str
-    url_of_first_file: str
-    phrases_of_its_terms: tuple
+    first_url: str
+    phrases: tuple
+    converted: str | None = None
+
+    @property
+    def fetch(self):
+        name = self.module.__name__.rpartition(".")[2]
+        return partial(getattr(datasets, f"fetch_{name}"), **self.options)
+
+
+GITHUB = "https://raw.githubusercontent.com/"
+HIT_SM = GITHUB + "hitwzc/Bearing-datasets/12e46cd1b4a40f396c2bd6e245be5bafe18b1989/"
+ARCS = ["Normal", "IR2", "IR5", "IR8", "OR2", "OR5", "OR8"]
+CWRU_SPEEDS = (1797, 1772, 1750, 1730)
+#: Numbers of the files as the index pages of the data centre list them, by rising load.
+CWRU_DRIVE = {
+    "inner007": "105 106 107 108", "inner014": "169 170 171 172", "inner021": "209 210 211 212",
+    "ball007": "118 119 120 121", "ball014": "185 186 187 188", "ball021": "222 223 224 225",
+    "outer007": "130 131 132 133", "outer014": "197 198 199 200", "outer021": "234 235 236 237",
+}  # fmt: skip
+CWRU_FAN = {
+    "inner007": "279 280 281", "inner014": "275 276 277", "inner021": "271 272 273",
+    "ball007": "283 284 285", "ball014": "287 288 289", "ball021": "291 292 293",
+    "outer007": "299 300 301", "outer014": "309 311 312", "outer021": "316 317 318",
+}  # fmt: skip
+
+
+def cwru_files(numbers, speeds):
+    return {
+        f"{number}.mat": (condition, rpm, f"{condition}_{rpm}")
+        for condition, row in numbers.items()
+        for number, rpm in zip(row.split(), speeds, strict=True)
+    }
+
+
+def hit_sm_files(folder):
+    return {f"{folder}/{c}_{r}.mat": (c, r, f"{c}_{r}") for c, r in product(ARCS, (600, 900, 1200))}
 
 
 RIGS = {
     "uestc": Expected(
         uestc,
-        ["N", "B", "I", "O"],
-        [800, 1000, 1200, 1400],
+        {},
+        "uestc",
+        {
+            f"Data/{c}_{r}/{c}_{r}_1.mat": (c, r, f"{c}_{r}_1")
+            for c, r in product("NBIO", (800, 1000, 1200, 1400))
+        },
         20_000,
-        "Data/{c}_{r}/{c}_{r}_1.mat",
-        "https://raw.githubusercontent.com/ChangLiu2024/UESTC-Bearing-Dataset/"
+        GITHUB + "ChangLiu2024/UESTC-Bearing-Dataset/"
         "782c6ddddcd63e0ef97019dbfeec9887e36bca1e/Data/N_800/N_800_1.mat",
         ("open-source and can be used for any", "10.1109/JSEN.2025.3635217", "20 kHz"),
     ),
     "hit_sm": Expected(
         hit_sm,
-        ["Normal", "IR2", "IR5", "IR8", "OR2", "OR5", "OR8"],
-        [600, 900, 1200],
+        {},
+        "hit_sm",
+        hit_sm_files("SpectraQuest MFS dataset"),
         51_200,
-        "SpectraQuest MFS dataset/{c}_{r}.mat",
-        "https://raw.githubusercontent.com/hitwzc/Bearing-datasets/"
-        "12e46cd1b4a40f396c2bd6e245be5bafe18b1989/SpectraQuest%20MFS%20dataset/Normal_600.mat",
-        ("publicly available and can be used by", "subdomain adaptation", "51.2 kHz"),
+        HIT_SM + "SpectraQuest%20MFS%20dataset/Normal_600.mat",
+        ("publicly available and can be used by", "subdomain adaptation", "SpectraQuest MFS rig"),
+    ),
+    "hit_sm self-built": Expected(
+        hit_sm,
+        {"rig": "self-built"},
+        "hit_sm",
+        hit_sm_files("Self-built dataset"),
+        51_200,
+        HIT_SM + "Self-built%20dataset/Normal_600.mat",
+        ("publicly available and can be used by", "subdomain adaptation", "self-built rig"),
+    ),
+    "cwru drive end": Expected(
+        cwru,
+        {},
+        "cwru",
+        cwru_files(CWRU_DRIVE, CWRU_SPEEDS),
+        12_000,
+        "https://engineering.case.edu/sites/default/files/105.mat",
+        ("states no licence", "Case Western", "12 kHz"),
+        "cwru_drive_end",
+    ),
+    "cwru fan end": Expected(
+        cwru,
+        {"end": "fan"},
+        "cwru",
+        cwru_files(CWRU_FAN, CWRU_SPEEDS[1:]),
+        12_000,
+        "https://engineering.case.edu/sites/default/files/279.mat",
+        ("states no licence", "Case Western", "12 kHz"),
+        "cwru_fan_end",
+    ),
+    "mfpt": Expected(
+        mfpt,
+        {},
+        "mfpt",
+        {
+            f"{'train' if load < 6 else 'test'}_data/{c.title()}RaceFault_vload_{load}.mat": (
+                (c, 1500, f"{c}_load{load}")
+            )
+            for c, load in product(("inner", "outer"), range(1, 8))
+        },
+        48_828,
+        GITHUB + "mathworks/RollingElementBearingFaultDiagnosis-Data/"
+        "d3efefb6ce84fa1ee6c0311f80f7c89cf903ad1d/train_data/InnerRaceFault_vload_1.mat",
+        ("CC BY-NC-SA 4.0", "Bechhoefer", "SHA-256"),
+        "mfpt",
     ),
 }
+N_SAMPLES = 3000
 
 
 def test_every_fetcher_is_tested_here():
-    assert list(RIGS) == list(FETCHERS)
+    tested = {f"fetch_{rig.module.__name__.rpartition('.')[2]}" for rig in RIGS.values()}
+    assert tested == {name for name in datasets.__all__ if name.startswith("fetch_")}
+    assert set(FETCHERS) < set(RIGS)
 
 
 class Handler(SimpleHTTPRequestHandler):
@@ -79,46 +170,62 @@ class Handler(SimpleHTTPRequestHandler):
         pass
 
 
+def content_of(name, number, signal):
+    """Variables of an original file: the signal under the name that the rig gives it."""
+    rig, path = RIGS[name], list(RIGS[name].files)[number]
+    if rig.module is mfpt:
+        return {"bearing": {"sr": 48828.0, "gs": signal[:, None], "load": 25.0, "rate": 25.0}}
+    if rig.module is cwru:
+        own, sensor = Path(path).stem, "FE" if rig.options else "DE"
+        other = {"DE": "FE", "FE": "DE"}[sensor]
+        arrays = {f"X{own}_{sensor}_time": signal[:, None], f"X{own}_{other}_time": signal[:9] + 1}
+        # One file repeats the arrays of another one, and one lacks its own number.
+        if number == 1:
+            return {f"X001_{sensor}_time": signal[:50]} | arrays
+        if number == 2:
+            return {f"X999_{sensor}_time": signal}
+        return arrays | {f"X{own}RPM": 1796.0}
+    variable = "Data" if rig.module is uestc else f"z{number}_1"
+    return {variable: signal[:, None], "SampleFrequency": 20_000, "Start": "x"}
+
+
+class Originals(NamedTuple):
+    root: Path
+    checksums: dict
+    signals: dict
+
+
 @pytest.fixture(scope="module")
 def originals(tmp_path_factory):
-    """Folder with both repositories: the real files where they are at hand, else small ones."""
-    root = os.environ.get("SKARXLAG_DATA")
-    if root and all((Path(root) / name).is_dir() for name in RIGS):
-        return Path(root), None
-    root = tmp_path_factory.mktemp("repositories")
+    """Folder with all repositories, of small files; their SHA-256 sums and their signals."""
+    made = Originals(tmp_path_factory.mktemp("repositories"), {}, {})
     rng = np.random.default_rng(0)
-    checksums = {}
     for name, rig in RIGS.items():
-        table = {}
-        for i, (c, r) in enumerate((c, r) for c in rig.conditions for r in rig.speeds):
-            path = root / name / rig.path.format(c=c, r=r)
+        for number, file in enumerate(rig.files):
+            path = made.root / rig.folder / file
             path.parent.mkdir(parents=True, exist_ok=True)
-            variable = "Data" if name == "uestc" else f"z{i}_1"
-            content = {
-                variable: rng.normal(size=(3000, 1)),
-                "SampleFrequency": 20_000,
-                "Start": "x",
-            }
-            savemat(path, content, do_compression=name == "hit_sm")
-            table[path.name] = hashlib.sha256(path.read_bytes()).hexdigest()
-        assert list(table) == list(rig.module.CHECKSUMS)
-        checksums[name] = table
-    return root, checksums
+            signal = made.signals[name, file] = rng.normal(size=N_SAMPLES)
+            savemat(path, content_of(name, number, signal), do_compression=number % 2)
+            sums = made.checksums.setdefault(rig.folder, {})
+            sums[file] = hashlib.sha256(path.read_bytes()).hexdigest()
+    return made
 
 
 @pytest.fixture(params=list(RIGS))
 def rig_name(request, originals, monkeypatch):
-    name = request.param
-    if originals[1] is not None:
-        monkeypatch.setattr(RIGS[name].module, "CHECKSUMS", originals[1][name])
+    module = RIGS[request.param].module
+    if module is mfpt:
+        monkeypatch.setattr(mfpt, "N_SAMPLES", N_SAMPLES)
+    else:
+        monkeypatch.setattr(module, "checksums", originals.checksums.get)
     monkeypatch.setenv("no_proxy", "127.0.0.1")
-    return name
+    return request.param
 
 
 @pytest.fixture
 def server(originals):
     def handler(*args):
-        return Handler(*args, directory=originals[0])
+        return Handler(*args, directory=originals.root)
 
     with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         server.requests, server.faults = [], {}
@@ -137,12 +244,12 @@ def fetch(rig_name, server, tmp_path):
     def fetch(**options):
         defaults = {
             "data_home": tmp_path / "home",
-            "mirror": f"{server.url}/{rig_name}",
+            "mirror": f"{server.url}/{RIGS[rig_name].folder}",
             "n_retries": 0,
             "delay": 0,
             "verbose": False,
         }
-        return FETCHERS[rig_name](**(defaults | options))
+        return RIGS[rig_name].fetch(**(defaults | options))
 
     return fetch
 
@@ -152,37 +259,28 @@ def files_below(folder):
 
 
 def last_file(rig_name):
-    expected = RIGS[rig_name]
-    return expected.path.format(c=expected.conditions[-1], r=expected.speeds[-1])
+    return list(RIGS[rig_name].files)[-1]
 
 
 def test_downloaded_rig(fetch, rig_name, originals, tmp_path, server):
     rig = fetch()
     expected = RIGS[rig_name]
-    conditions, speeds = expected.conditions, expected.speeds
-    root = originals[0] / rig_name
-    assert rig.target_names == conditions
+    assert rig.target_names == list(dict.fromkeys(c for c, _, _ in expected.files.values()))
     assert rig.sampling_rate == expected.sampling_rate
     assert isinstance(rig.sampling_rate, float)
     assert rig.data.dtype == rig.rpm.dtype == np.float64
-    names = [expected.path.format(c=c, r=r) for c in conditions for r in speeds]
-    assert rig.filenames == [str(tmp_path / "home" / rig_name / name) for name in names]
-    assert len(server.requests) == len(names)
+    home = tmp_path / "home" / expected.folder
+    assert rig.filenames == [str(home / file) for file in expected.files]
+    assert len(server.requests) == len(expected.files)
 
-    # Every window, cut by hand from the original files.
-    row = 0
-    for name, (c, r) in zip(names, ((c, r) for c in conditions for r in speeds), strict=True):
-        content = loadmat(root / name)
-        (signal,) = (v for v in content.values() if np.size(v) > 1000)
-        n = signal.size // 1200
-        rows = slice(row, row + n)
-        np.testing.assert_array_equal(rig.data[rows].ravel(), signal.ravel()[: n * 1200])
-        np.testing.assert_array_equal(rig.start[rows], 1200 * np.arange(n))
-        assert set(rig.target[rows]) == {c}
-        assert set(rig.rpm[rows]) == {r}
-        assert set(rig.recording[rows]) == {Path(name).stem}
-        row += n
-    assert row == len(rig.data) == len(rig.target) == len(rig.recording)
+    # Every window, cut by hand from the original signals.
+    signals = [originals.signals[rig_name, file][:2400] for file in expected.files]
+    np.testing.assert_array_equal(rig.data.ravel(), np.concatenate(signals))
+    np.testing.assert_array_equal(rig.start, np.tile([0, 1200], len(signals)))
+    for column, values in zip(
+        ("target", "rpm", "recording"), zip(*expected.files.values(), strict=True), strict=True
+    ):
+        np.testing.assert_array_equal(rig[column], np.repeat(values, 2))
 
 
 def test_second_call_needs_no_server(fetch, rig_name, tmp_path):
@@ -211,8 +309,7 @@ def test_window_length(fetch, rig_name, window_length):
 
 
 def test_window_longer_than_a_recording(fetch, rig_name):
-    expected = RIGS[rig_name]
-    first = Path(expected.path.format(c=expected.conditions[0], r=expected.speeds[0])).name
+    first = Path(next(iter(RIGS[rig_name].files))).name
     with pytest.raises(ValueError, match=rf"{first}.*window_length=300000"):
         fetch(window_length=300_000)
 
@@ -225,10 +322,12 @@ def test_nothing_is_downloaded_unasked(fetch, rig_name, server, tmp_path):
 
 
 def test_damaged_file_is_named_or_replaced(fetch, rig_name, server, tmp_path):
+    if rig_name == "mfpt":
+        return  # the SHA-256 sums of its files are unknown
     expected = fetch().data
     name = last_file(rig_name)
-    path = tmp_path / "home" / rig_name / name
-    path.write_bytes(path.read_bytes()[:1000])
+    path = tmp_path / "home" / RIGS[rig_name].folder / name
+    path.write_bytes(path.read_bytes()[:-1])
     with pytest.raises(OSError, match=rf"{name} is not the original"):
         fetch(download_if_missing=False)
     server.requests.clear()
@@ -244,20 +343,22 @@ def test_damaged_file_is_named_or_replaced(fetch, rig_name, server, tmp_path):
 def test_failed_download_names_the_file_and_leaves_nothing(
     fetch, rig_name, server, tmp_path, fault, message
 ):
+    if rig_name == "mfpt" and fault == "altered":
+        return  # the SHA-256 sums of its files are unknown
     name = last_file(rig_name)
     server.faults[Path(name).name] = fault
     with pytest.raises(OSError, match=rf"{name} could not be fetched from http.*{message}"):
         fetch()
     assert not any(path.name.startswith(Path(name).name) for path in files_below(tmp_path))
     fetch()
-    assert len(files_below(tmp_path)) == len(RIGS[rig_name].module.CHECKSUMS)
+    assert len(files_below(tmp_path)) == len(RIGS[rig_name].files)
 
 
 def test_a_data_home_that_gets_no_file_is_not_created(fetch, rig_name, server, tmp_path):
     home = tmp_path / "no" / "such" / "home"
     with pytest.raises(OSError, match="is missing and download_if_missing is False"):
         fetch(data_home=home, download_if_missing=False)
-    server.faults |= {Path(name).name: 404 for name in RIGS[rig_name].module.CHECKSUMS}
+    server.faults |= {Path(name).name: 404 for name in RIGS[rig_name].files}
     with pytest.raises(OSError, match="could not be fetched"):
         fetch(data_home=home)
     assert not (tmp_path / "no").exists()
@@ -282,7 +383,7 @@ def test_delay_is_the_time_between_tries(fetch, rig_name, server, monkeypatch):
 
 
 def test_verbose_writes_a_line_for_every_download(fetch, rig_name, capsys):
-    n_files = len(RIGS[rig_name].module.CHECKSUMS)
+    n_files = len(RIGS[rig_name].files)
     fetch(verbose=True)
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == n_files
@@ -300,13 +401,15 @@ def test_silent_when_not_verbose(fetch, capsys):
 def test_default_data_home(fetch, rig_name, tmp_path, monkeypatch):
     monkeypatch.setenv("SCIKIT_LEARN_DATA", str(tmp_path / "elsewhere"))
     rig = fetch(data_home=None)
-    assert Path(rig.filenames[0]).is_relative_to(tmp_path / "elsewhere" / rig_name)
+    assert Path(rig.filenames[0]).is_relative_to(tmp_path / "elsewhere" / RIGS[rig_name].folder)
 
 
 def test_copy_of_the_repository_is_a_data_home(fetch, rig_name, originals, server, tmp_path):
-    shutil.copytree(originals[0] / rig_name, tmp_path / "copy" / rig_name)
+    shutil.copytree(
+        originals.root / RIGS[rig_name].folder, tmp_path / "copy" / RIGS[rig_name].folder
+    )
     rig = fetch(data_home=str(tmp_path / "copy"), download_if_missing=False)
-    assert set(rig.target) == set(RIGS[rig_name].conditions)
+    assert set(rig.recording) == {name for _, _, name in RIGS[rig_name].files.values()}
     assert server.requests == []
 
 
@@ -320,17 +423,84 @@ def test_default_source_is_a_fixed_commit(fetch, rig_name, monkeypatch, tmp_path
     monkeypatch.setattr("skarxlag.datasets._repository.fetch_file", refuse)
     with pytest.raises(OSError, match="no network in this test"):
         fetch(mirror=None)
-    assert urls == [RIGS[rig_name].url_of_first_file]
+    assert urls == [RIGS[rig_name].first_url]
 
 
 def test_description_states_terms_and_source(fetch, rig_name):
     text = fetch().DESCR
-    for phrase in RIGS[rig_name].phrases_of_its_terms:
+    for phrase in RIGS[rig_name].phrases:
         assert phrase in text
 
 
-@pytest.mark.parametrize("rig", RIGS.values(), ids=RIGS)
-def test_checksums_are_complete_and_distinct(rig):
-    sums = list(rig.module.CHECKSUMS.values())
-    assert len(set(sums)) == len(sums)
-    assert all(len(value) == 64 and int(value, 16) >= 0 for value in sums)
+@pytest.mark.parametrize("name", ["uestc", "hit_sm", "cwru"])
+def test_checksums_are_complete_and_distinct(name):
+    sums = _repository.checksums(name)
+    expected = [file for rig in RIGS.values() if rig.folder == name for file in rig.files]
+    assert list(sums) == expected
+    assert len(set(sums.values())) == len(sums)
+    assert all(len(value) == 64 and int(value, 16) >= 0 for value in sums.values())
+
+
+@pytest.mark.parametrize("name", [name for name, rig in RIGS.items() if rig.converted])
+def test_converted_files_are_accepted(name, tmp_path):
+    expected = RIGS[name]
+    (tmp_path / expected.converted).mkdir()
+    recordings = [recording for _, _, recording in expected.files.values()]
+    for number, recording in enumerate(recordings):
+        signal = np.full(2400, number, dtype=np.float32)
+        np.savez(tmp_path / expected.converted / f"{recording}.npz", acceleration=signal)
+    rig = expected.fetch(data_home=tmp_path, download_if_missing=False)
+    assert rig.data.dtype == np.float64
+    np.testing.assert_array_equal(rig.recording, np.repeat(recordings, 2))
+    np.testing.assert_array_equal(rig.data[:, 0], np.repeat(np.arange(len(recordings)), 2))
+    bad = tmp_path / expected.converted / f"{recordings[-1]}.npz"
+    np.savez(bad, other=signal)
+    with pytest.raises(OSError, match=rf"{bad.name} must be an npz file with an array 'accel"):
+        expected.fetch(data_home=tmp_path, download_if_missing=False)
+    bad.write_bytes(b"no archive")
+    with pytest.raises(OSError, match=rf"{bad.name} must be an npz file with an array 'accel"):
+        expected.fetch(data_home=tmp_path, download_if_missing=False)
+
+
+def test_length_of_mfpt_recordings_is_checked(originals):
+    with pytest.raises(OSError, match=r"load_1.mat has 3000 samples, but the original has 146484"):
+        datasets.fetch_mfpt(data_home=originals.root, download_if_missing=False)
+
+
+@pytest.mark.parametrize(("name", "option"), [("hit_sm", "rig"), ("cwru", "end")])
+def test_unknown_part_of_a_rig(name, option):
+    with pytest.raises(ValueError, match=rf"{option} must be one of \[.*, got 'other'"):
+        getattr(datasets, f"fetch_{name}")(**{option: "other"})
+
+
+def test_geometry_comes_with_the_rig(fetch, rig_name):
+    """Orders of the outer and inner race, as the data centre and the society print them."""
+    orders = {
+        "hit_sm": (3.5848, 5.4152),
+        "cwru drive end": (3.5848, 5.4152),
+        "cwru fan end": (3.0530, 4.9469),
+        "mfpt": (3.245, 4.755),
+    }
+    bearing = fetch().bearing
+    if rig_name in orders:
+        found = fault_orders(bearing)
+        np.testing.assert_allclose((found["outer"], found["inner"]), orders[rig_name], atol=6e-4)
+    else:
+        assert bearing is None
+
+
+@pytest.mark.skipif(not REAL, reason="needs the recordings of the real rigs")
+@pytest.mark.parametrize("name", RIGS)
+def test_real_recordings(name):
+    expected = RIGS[name]
+    rig = expected.fetch(data_home=REAL, download_if_missing=False, window_length=12_000)
+    assert list(dict.fromkeys(rig.recording)) == [each for _, _, each in expected.files.values()]
+    assert np.isfinite(rig.data).all()
+    assert rig.data.std(axis=1).min() > 0
+
+
+def test_parameters_of_the_download_are_documented():
+    for name in ("uestc", "hit_sm", "cwru", "mfpt"):
+        text = getattr(datasets, f"fetch_{name}").__doc__
+        assert "{download}" not in text
+        assert "\n    n_retries : int, default=3\n        Number of times" in text

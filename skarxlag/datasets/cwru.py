@@ -1,0 +1,161 @@
+"""The rig of Case Western Reserve University: nine faults at four loads."""
+
+import os
+from typing import Any
+
+from scipy.io import loadmat
+
+from skarxlag.bearings import SKF_6205, BearingGeometry
+from skarxlag.datasets._repository import (
+    Download,
+    Recording,
+    checksums,
+    fetch_rig,
+    shared_parameters,
+)
+
+URL = "https://engineering.case.edu/sites/default/files"
+SAMPLING_RATE = 12_000.0
+#: Nominal speed for each load of 0, 1, 2 and 3 hp.
+SPEEDS = (1797, 1772, 1750, 1730)
+#: Number of the first file of each condition. The file of the next load has the next number.
+DRIVE_END = {
+    "inner007": 105, "inner014": 169, "inner021": 209, "ball007": 118, "ball014": 185,
+    "ball021": 222, "outer007": 130, "outer014": 197, "outer021": 234,
+}  # fmt: skip
+FAN_END = {
+    "inner007": 278, "inner014": 274, "inner021": 270, "ball007": 282, "ball014": 286,
+    "ball021": 290, "outer007": 298, "outer014": 309, "outer021": 315,
+}  # fmt: skip
+#: The only file that is out of sequence: outer014 of the fan end at 1 hp.
+OUT_OF_SEQUENCE = {310: 309}
+#: First files, first load, sensor and bearing of each end of the motor.
+ENDS = {
+    "drive": (DRIVE_END, 0, "DE", SKF_6205),
+    "fan": (FAN_END, 1, "FE", BearingGeometry(8, 6.746, 28.499)),
+}
+
+
+@shared_parameters
+def fetch_cwru(
+    *,
+    end: str = "drive",
+    data_home: str | os.PathLike[str] | None = None,
+    download_if_missing: bool = True,
+    return_X_y: bool = False,
+    window_length: int = 1200,
+    mirror: str | None = None,
+    n_retries: int = 3,
+    delay: float = 1.0,
+    verbose: bool = True,
+) -> Any:
+    """Fetch the bearing data of Case Western Reserve University (download of 105 or 79 MB).
+
+    Acceleration next to a faulty bearing of a motor: three sizes of faults of the inner race, the
+    outer race and a ball, at four loads (fan end: three), each a recording of its own [1]_. Healthy
+    recordings were made at another sampling rate and are not fetched.
+
+    ================   ======================
+    Recordings         36 (fan end: 27)
+    Conditions                              9
+    Speeds             4 (fan end: 3)
+    Samples each       120,617 to 122,917
+    Sampling rate                      12 kHz
+    ================   ======================
+
+    Converted files are accepted as well: a file ``cwru_drive_end/inner007_1797.npz`` (or
+    ``cwru_fan_end/...``) in `data_home` with an array ``acceleration`` is read as it is, and its
+    SHA-256 is not checked.
+
+    Parameters
+    ----------
+    end : {"drive", "fan"}, default="drive"
+        End of the motor with the faulty bearing.
+    {download}
+    return_X_y : bool, default=False
+        If True, return ``(data, target)`` instead of a Bunch.
+    window_length : int, default=1200
+        Samples in a window (100 ms at the default). Windows do not overlap. Samples at the end of a
+        recording that do not fill a window are not used.
+
+    Returns
+    -------
+    rig : :class:`~sklearn.utils.Bunch`
+        The windows of all recordings, with the following attributes.
+
+        data : ndarray of shape (n_windows, window_length)
+            Acceleration in g. Windows of one recording are consecutive and in time order.
+        target : ndarray of str, shape (n_windows,)
+            Condition of each window.
+        target_names : list of str
+            The conditions: ``inner007``, ``inner014``, ``inner021`` (inner race, 0.007, 0.014 and
+            0.021 inch), then ``ball...`` and ``outer...`` alike; there is no healthy one.
+        rpm : ndarray of float, shape (n_windows,)
+            Nominal shaft speed in revolutions per minute: 1797, 1772, 1750 or 1730, for
+            loads of 0 to 3 hp.
+        recording : ndarray of str, shape (n_windows,)
+            Recording that the window was cut from, such as ``"inner007_1797"``.
+        start : ndarray of int, shape (n_windows,)
+            Index of the window's first sample in its recording.
+        sampling_rate : float
+            12000, in Hz.
+        bearing : BearingGeometry
+            6205 at the drive end, 6203 at the fan end.
+        filenames : list of str
+            Path of every recording, in the order of the recordings in `data`.
+        DESCR : str
+            Description of the rig, its terms of use and the work to cite.
+    (data, target) : tuple of ndarray
+        The windows and their conditions, if `return_X_y` is True.
+
+    Raises
+    ------
+    OSError
+        If a file is missing or is not the original and `download_if_missing` is False, or if it
+        cannot be downloaded. The message names the file.
+    ValueError
+        If `end` is unknown, or if `window_length` is below 1 or longer than a recording.
+
+    References
+    ----------
+    .. [1] Case Western Reserve University Bearing Data Center,
+       https://engineering.case.edu/bearingdatacenter.
+
+    Examples
+    --------
+    >>> from skarxlag.datasets import fetch_cwru
+    >>> rig = fetch_cwru()  # doctest: +SKIP
+    >>> rig.data.shape  # doctest: +SKIP
+    (3641, 1200)
+    """
+    if end not in ENDS:
+        raise ValueError(f"end must be one of {list(ENDS)}, got {end!r}.")
+    first_files, first_load, sensor, bearing = ENDS[end]
+    sums = checksums("cwru")
+    recordings = []
+    for condition, first in first_files.items():
+        for load in range(first_load, len(SPEEDS)):
+            number, name = first + load, f"{condition}_{SPEEDS[load]}"
+            path = f"{OUT_OF_SEQUENCE.get(number, number)}.mat"
+            converted = f"cwru_{end}_end/{name}.npz"
+            recordings.append(Recording(path, condition, SPEEDS[load], sums[path], name, converted))
+
+    def read_signal(path):
+        # Some files repeat the arrays of another file.
+        content = loadmat(path)
+        own = f"X{int(path.stem):03d}_{sensor}_time"
+        return content.get(own, next((v for k, v in content.items() if k.endswith(own[4:])), None))
+
+    download = Download(data_home, download_if_missing, mirror, n_retries, delay, verbose)
+    return fetch_rig(
+        recordings,
+        read_signal,
+        download,
+        folder="cwru",
+        url=URL,
+        sampling_rate=SAMPLING_RATE,
+        description="cwru",
+        bearing=bearing,
+        return_X_y=return_X_y,
+        window_length=window_length,
+    )
