@@ -16,7 +16,7 @@ from sklearn.frozen import FrozenEstimator
 from sklearn.pipeline import Pipeline
 from sklearn.utils.metadata_routing import get_routing_for_object
 
-from ._state import estimators_within, is_fitted
+from ._validation import as_fitted, estimators_within, is_fitted
 
 #: Fields that describe the last step; other fields may come from any step.
 _OF_THE_DECISION = {"alarm", "healthy_p_value", "none_of_these", "stated_rate"}
@@ -146,7 +146,7 @@ def unfolded_steps(model: Any) -> list[tuple[str, Any]]:
 
 
 def _declared(step):
-    return step._answers() if hasattr(step, "_answers") else {}
+    return as_fitted(step)._answers() if hasattr(step, "_answers") else {}
 
 
 def _steps_within(decision):

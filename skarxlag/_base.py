@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, OutlierMixin, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
-from ._state import check_fitted_input, check_fitted_number
-from ._validation import check_input_names
+from ._validation import INNOVATIONS, CheckedEstimator, check_input_names, uses_fitted
 
 #: Site of the documentation.
 SITE = "https://skarxlag.github.io/skarxlag/"
@@ -23,7 +22,7 @@ class DocumentedEstimator:
     _doc_link_template: ClassVar = SITE + "api/generated/skarxlag.{estimator_name}.html"
 
 
-class SignalEstimator(DocumentedEstimator):
+class SignalEstimator(CheckedEstimator, DocumentedEstimator):
     """Estimator that accepts windows of several channels: arrays of three axes."""
 
     def __sklearn_tags__(self):
@@ -33,7 +32,11 @@ class SignalEstimator(DocumentedEstimator):
 
 
 class ArrayTransformer(
-    DocumentedEstimator, TransformerMixin, BaseEstimator, auto_wrap_output_keys=None
+    CheckedEstimator,
+    DocumentedEstimator,
+    TransformerMixin,
+    BaseEstimator,
+    auto_wrap_output_keys=None,
 ):
     """Transformer whose output has three axes, so that it is always an array."""
 
@@ -66,6 +69,9 @@ class GroupTransformer(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=
     A subclass names the groups of one model in `_group_names`, and sets `n_models_` in `fit`.
     """
 
+    _state = INNOVATIONS
+
+    @uses_fitted
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
         """Return the names of the groups.
 
@@ -80,20 +86,12 @@ class GroupTransformer(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=
             One name for each entry along axis 1 of the output. With several models, each name
             begins with the name of its model.
         """
-        check_is_fitted(self)
         names = check_input_names(self, input_features)
         groups = self._group_names()
         if self.n_models_ < 2:
             return np.array(groups, dtype=object)
         models = [f"model{c}" for c in range(self.n_models_)] if names is None else names
         return np.array([f"{model}_{group}" for model in models for group in groups], dtype=object)
-
-    def _check_input(self):
-        check_fitted_input(self, windows=True)
-        n_models = self.n_features_in_ if len(self.window_shape_) == 2 else 0
-        check_fitted_number(
-            self, "n_models_", kind="i", valid=lambda n: n == n_models, expected=f"{n_models}"
-        )
 
 
 class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):

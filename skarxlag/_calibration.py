@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._parallel import BATCH, map_batches
-from ._state import check_fitted_array, check_fitted_input, check_fitted_number
 from .kernels.healthy_limits import SLOPES
-from .kernels.healthy_rows import Rows, measure_rows, number_of_cepstra
+from .kernels.healthy_rows import Rows, measure_rows
 from .kernels.speed_drift import SAME_SPEED, UNIT_DISTANCE
 
 
@@ -165,67 +164,3 @@ def price_of_unknown_speed(detector: Any) -> tuple[float, float]:
     own = detector.deviations_[0] ** 2 * (1 + 1 / detector.n_blocks_)
     far = own + (1 + SAME_SPEED) * drift + detector.slopes_[0, 1] * UNIT_DISTANCE**2
     return float(spectrum), float(np.sqrt(far / (own + SAME_SPEED * drift)))
-
-
-def check_calibration(detector: Any) -> None:
-    """Check that what a detector learnt is consistent.
-
-    Parameters
-    ----------
-    detector : FaultDetector
-        Fitted.
-
-    Raises
-    ------
-    ValueError
-        If an attribute is not what `fit` could have made. The message names it.
-    """
-    check_fitted_input(detector, windows=True)
-    check_fitted_number(
-        detector,
-        "n_models_",
-        kind="i",
-        valid=lambda n: n == len(detector.window_shape_) - 1,
-        expected="0 for plain windows, else 1",
-    )
-    for name, least in {"n_rows_": 2, "n_windows_": 1, "n_blocks_": 2}.items():
-        check_fitted_number(
-            detector,
-            name,
-            kind="i",
-            valid=lambda n, least=least: n >= least,
-            expected=f"at least {least}",
-        )
-    n_cepstra = number_of_cepstra(int(detector.window_shape_[-1]) // detector.n_windows_)
-    positive = {"valid": lambda v: v > 0, "expected": "above 0"}
-    speeds = check_fitted_array(
-        detector,
-        "speeds_",
-        (None,),
-        valid=lambda v: np.all(v > 0) and np.all(np.diff(v) > 0),
-        expected="speeds above 0, ascending",
-    )
-    n_speeds = max(len(speeds), 1)
-    n_values = len(check_fitted_array(detector, "deviations_", (None,), **positive))
-    for name, shape in {
-        "references_": (n_speeds, n_cepstra),
-        "axes_": (n_cepstra, n_cepstra),
-        "means_": (n_speeds, n_values),
-    }.items():
-        check_fitted_array(detector, name, shape)
-    at_least_0 = {"valid": lambda v: v >= 0, "expected": "at least 0"}
-    check_fitted_array(detector, "variances_", (n_cepstra,), **at_least_0)
-    check_fitted_array(
-        detector, "left_out_rates_", (n_speeds if n_speeds > 1 else 0,), **at_least_0
-    )
-    check_fitted_array(
-        detector,
-        "slopes_",
-        (n_values, 2),
-        valid=lambda v: v[:, 1] >= 0,
-        expected="variances of at least 0 in the second column",
-    )
-    for name in ("drift_scale_", "score_deviation_"):
-        check_fitted_number(detector, name, **positive)
-    check_fitted_number(detector, "score_mean_")
-    check_fitted_number(detector, "offset_", valid=lambda v: v < 0, expected="below 0")

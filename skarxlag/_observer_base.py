@@ -9,23 +9,33 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin, clone
 from sklearn.utils import Bunch, check_scalar
-from sklearn.utils.validation import check_is_fitted
 
 from ._base import DocumentedEstimator
 from ._parallel import map_batches
-from ._state import check_fitted_array, check_fitted_input, check_fitted_number, remember_parameters
-from ._validation import check_input_names, check_real, validate_innovations
+from ._validation import (
+    INNOVATIONS,
+    CheckedEstimator,
+    Values,
+    check_input_names,
+    check_real,
+    check_value,
+    remember_parameters,
+    uses_fitted,
+    validate_innovations,
+)
 from .kernels import observer, residual_levels
 from .kernels.scaling import root_mean_square
 from .residual_evaluations import RESIDUAL_EVALUATIONS
 
 
-class Observer(DocumentedEstimator, TransformerMixin, BaseEstimator):
+class Observer(CheckedEstimator, DocumentedEstimator, TransformerMixin, BaseEstimator):
     """Innovations to residual levels, for any observer that is a recursion on them.
 
     A subclass certifies its gains in `_certify`, and names them in `_loop_constants` and
     `_small_signal_gains`.
     """
+
+    _state = INNOVATIONS
 
     def fit(self, X: ArrayLike, y: Any = None) -> Self:
         """Certify that the observer is stable.
@@ -54,6 +64,7 @@ class Observer(DocumentedEstimator, TransformerMixin, BaseEstimator):
         remember_parameters(self)
         return self
 
+    @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:
         """One residual level for each window and model.
 
@@ -85,6 +96,7 @@ class Observer(DocumentedEstimator, TransformerMixin, BaseEstimator):
     def _loop(self):
         return tuple(map(float, self._loop_constants()))
 
+    @uses_fitted
     def small_signal_response(self, frequency: NDArray[Any]) -> NDArray[Any]:
         """Frequency response from small innovations to the output error.
 
@@ -104,6 +116,7 @@ class Observer(DocumentedEstimator, TransformerMixin, BaseEstimator):
             return (z - pole) / (z - pole + kp)
         return (z - pole) * (z - 1) / ((z - pole + kp) * (z - 1) + ki)
 
+    @uses_fitted
     def observe(self, X: ArrayLike) -> Bunch:
         r"""Trajectories, for looking at them.
 
@@ -139,6 +152,7 @@ class Observer(DocumentedEstimator, TransformerMixin, BaseEstimator):
         }
         return Bunch(**{name: path.reshape(shape) for name, path in trajectories.items()})
 
+    @uses_fitted
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
         """Names of the levels: model and evaluation.
 
@@ -152,7 +166,6 @@ class Observer(DocumentedEstimator, TransformerMixin, BaseEstimator):
         ndarray of str
             One name a column of what `transform` returns.
         """
-        check_is_fitted(self)
         names = check_input_names(self, input_features)
         if self.n_models_ == 0:
             prefixes = [""]
@@ -183,25 +196,13 @@ class Observer(DocumentedEstimator, TransformerMixin, BaseEstimator):
         check_scalar(self.spectrum_order, "spectrum_order", Integral, min_val=1)
         check_real(self.quefrency_exponent, "quefrency_exponent", min_val=0, max_val=10)
 
-    def _check_state(self):
-        check_fitted_input(self, windows=True)
-        check_fitted_number(
-            self,
-            "n_models_",
-            kind="i",
-            valid=lambda n: n == (self.n_features_in_ if len(self.window_shape_) == 2 else 0),
-            expected="the number of models in window_shape_, or 0 for plain windows",
-        )
-        self._check_parameters()
+    def _check_relations(self):
         # The loops run on the parameters, and all else that `fit` found follows from these.
         afresh = clone(self)
         afresh._certify()
         for name in filter(lambda name: name.endswith("_"), vars(afresh)):
-            expected = getattr(afresh, name)
-            if isinstance(expected, np.ndarray):
-                found = check_fitted_array(self, name, expected.shape)
-            else:
-                found = check_fitted_number(self, name)
+            expected, found = vars(afresh)[name], vars(self).get(name)
+            check_value(self, name, found, Values(np.shape(expected)))
             if not np.allclose(found, expected, rtol=1e-6):
                 raise ValueError(f"{name} == {found!r}, but the parameters give {expected!r}.")
 

@@ -8,11 +8,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array, check_scalar
-from sklearn.utils.validation import check_is_fitted, validate_data
+from sklearn.utils.validation import validate_data
 
 from ._base import ArrayTransformer
-from ._state import check_fitted_input, check_state, remember_parameters
-from ._validation import check_input_names
+from ._validation import TABLE, check_input_names, remember_parameters, uses_fitted
 
 
 class ChannelRows(ArrayTransformer, auto_wrap_output_keys=None):
@@ -91,14 +90,11 @@ class ChannelRows(ArrayTransformer, auto_wrap_output_keys=None):
         """
         X = validate_data(self, X, dtype=[np.float64, np.float32])
         self._check_parameters()
-        if X.shape[1] % self.n_channels != 0:
-            raise ValueError(
-                f"X has {X.shape[1]} columns, expected a multiple of n_channels == "
-                f"{self.n_channels}."
-            )
+        self._check_relations()
         remember_parameters(self)
         return self
 
+    @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:
         """Windows of the rows.
 
@@ -112,11 +108,10 @@ class ChannelRows(ArrayTransformer, auto_wrap_output_keys=None):
         ndarray of shape (n_windows, n_channels, n_samples)
             Windows.
         """
-        check_is_fitted(self)
-        check_state(self)
         X = validate_data(self, X, dtype=[np.float64, np.float32], reset=False)
         return X.reshape(len(X), self.n_channels, -1)
 
+    @uses_fitted
     def inverse_transform(self, X: ArrayLike) -> NDArray[Any]:
         """Rows of windows.
 
@@ -135,14 +130,13 @@ class ChannelRows(ArrayTransformer, auto_wrap_output_keys=None):
         ValueError
             If the windows are not of the shape that `transform` gives.
         """
-        check_is_fitted(self)
-        check_state(self)
         X = check_array(X, dtype=[np.float64, np.float32], allow_nd=True)
         wanted = (self.n_channels, self.n_features_in_ // self.n_channels)
         if X.shape[1:] != wanted:
             raise ValueError(f"X has windows of shape {X.shape[1:]}, expected {wanted}.")
         return X.reshape(len(X), -1)
 
+    @uses_fitted
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
         """Names of the channels.
 
@@ -156,7 +150,6 @@ class ChannelRows(ArrayTransformer, auto_wrap_output_keys=None):
         ndarray of str of shape (n_channels,)
             One name along axis 1 of what `transform` returns.
         """
-        check_is_fitted(self)
         check_input_names(self, input_features)
         return np.array([f"channel{c}" for c in range(self.n_channels)], dtype=object)
 
@@ -169,11 +162,11 @@ class ChannelRows(ArrayTransformer, auto_wrap_output_keys=None):
             "n_channels": self.n_channels,
         }
 
-    def _check_state(self):
-        self._check_parameters()
-        check_fitted_input(self)
+    _state = TABLE
+
+    def _check_relations(self):
         if self.n_features_in_ % self.n_channels != 0:
             raise ValueError(
-                f"n_features_in_ == {self.n_features_in_}, expected a multiple of n_channels == "
-                f"{self.n_channels}."
+                f"n_features_in_ == {self.n_features_in_} columns, expected a multiple of "
+                f"n_channels == {self.n_channels}."
             )

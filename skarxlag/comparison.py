@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from numbers import Integral
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
-from sklearn.utils.validation import check_is_fitted
 
 from ._base import DocumentedEstimator
 from ._parallel import one_thread
-from ._state import (
-    check_fitted_array,
-    check_fitted_classes,
-    check_fitted_input,
-    is_moderate,
+from ._validation import (
+    MODERATE,
+    WINDOWS,
+    CheckedEstimator,
+    Labels,
+    Values,
+    as_fitted,
+    check_input_names,
+    check_real,
+    check_value,
     remember_parameters,
+    uses_fitted,
+    validate_signals,
+    weighted_windows,
 )
-from ._validation import check_input_names, check_real, validate_signals, weighted_windows
 from .kernels.drift import scaled_frequency, smooth_variance, whitened
 from .kernels.group_means import group_means
 from .kernels.spectra import cepstrum
@@ -31,7 +38,7 @@ _LARGEST = 1e4
 _LEAST = 1e-12
 
 
-class SpectralDistance(DocumentedEstimator, TransformerMixin, BaseEstimator):
+class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, BaseEstimator):
     r"""Distance of log spectra from those of each condition, with a change of speed discounted.
 
     A window comes as one or several groups of log spectra over frequency. Each group g is reduced
@@ -130,6 +137,14 @@ class SpectralDistance(DocumentedEstimator, TransformerMixin, BaseEstimator):
     #: Metadata routing hands weights over without a call of `set_fit_request`.
     __metadata_request__fit: ClassVar = {"sample_weight": True}
 
+    _state = WINDOWS | {
+        "classes_": Labels(),
+        "whiteners_": Values(lambda e: (e._n_groups(), *2 * [e.window_shape_[-1] - 1]), MODERATE),
+        "references_": Values(
+            lambda e: (len(e.classes_), e._n_groups(), e.window_shape_[-1] - 1), MODERATE
+        ),
+    }
+
     def __init__(
         self,
         *,
@@ -197,6 +212,7 @@ class SpectralDistance(DocumentedEstimator, TransformerMixin, BaseEstimator):
     def _calibrate(self, X, y, sample_weight):
         X, y = self._validate(X, y, reset=True)
         self._check_parameters()
+        self._check_groups()
         rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         self.classes_, target = np.unique(y, return_inverse=True)
         means = group_means(X[rows].astype(np.float64, copy=False), target, weights)
@@ -252,6 +268,10 @@ class SpectralDistance(DocumentedEstimator, TransformerMixin, BaseEstimator):
         ValueError
             If a condition was not in `fit`.
         """
+        vars(self).update(as_fitted(self)._moved_references(X, y))
+        return self
+
+    def _moved_references(self, X, y):
         X, y = self._validate(X, y, reset=False)
         unknown = np.setdiff1d(y, self.classes_)
         if len(unknown) > 0:
@@ -264,15 +284,15 @@ class SpectralDistance(DocumentedEstimator, TransformerMixin, BaseEstimator):
             self._adapted(cepstra[:, [g]], target, W, self.references_[:, g])
             for g, W in enumerate(self.whiteners_)
         ]
-        self.references_ = np.stack(references, axis=1)
+        moved = {"references_": np.stack(references, axis=1)}
         if self._is_joint():
-            self.joint_references_ = self._adapted(
+            moved["joint_references_"] = self._adapted(
                 cepstra[:, self._joint_groups()],
                 target,
                 self.joint_whitener_,
                 self.joint_references_,
             )
-        return self
+        return moved
 
     @one_thread
     def _adapted(self, cepstra, target, whitener, references):
@@ -281,6 +301,7 @@ class SpectralDistance(DocumentedEstimator, TransformerMixin, BaseEstimator):
         smooth = self._smooth_variance(cepstra.shape[1], 0.0)
         return references + whitener.T @ (smooth * (whitener @ moved))
 
+    @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:
         """One residual for each window and condition.
 
@@ -325,6 +346,7 @@ class SpectralDistance(DocumentedEstimator, TransformerMixin, BaseEstimator):
         of_group = smooth_variance(int(self.window_shape_[-1]) - 1, self.smooth_drift, rough)
         return np.tile(of_group, n_groups)
 
+    @uses_fitted
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
         """Names of the residuals: their conditions.
 
@@ -338,7 +360,6 @@ class SpectralDistance(DocumentedEstimator, TransformerMixin, BaseEstimator):
         ndarray of str of shape (n_classes,)
             One name a column of what `transform` returns.
         """
-        check_is_fitted(self)
         check_input_names(self, input_features)
         return np.array([f"{name}_distance" for name in self.classes_], dtype=object)
 
@@ -359,26 +380,31 @@ class SpectralDistance(DocumentedEstimator, TransformerMixin, BaseEstimator):
         check_real(self.rough_drift, "rough_drift", min_val=0, include_boundaries="neither")
         for name in ("smooth_drift", "frequency_drift"):
             check_real(getattr(self, name), name, min_val=0)
-        n_groups = int(self.window_shape_[0]) if len(self.window_shape_) == 2 else 1
         chosen = [0] if self.joint_groups is None else list(self.joint_groups)
-        if not chosen or len(set(chosen)) < len(chosen) or not set(chosen) <= set(range(n_groups)):
+        are_indices = all(isinstance(g, Integral) and g >= 0 for g in chosen)
+        if not chosen or len(set(chosen)) < len(chosen) or not are_indices:
+            raise ValueError(
+                f"joint_groups == {self.joint_groups!r}, expected different integers of at least 0."
+            )
+
+    def _n_groups(self):
+        return int(self.window_shape_[0]) if len(self.window_shape_) == 2 else 1
+
+    def _check_relations(self):
+        self._check_groups()
+        if self._is_joint():
+            n = len(self._joint_groups()) * (int(self.window_shape_[-1]) - 1)
+            shapes = {"joint_whitener_": (n, n), "joint_references_": (len(self.classes_), n)}
+            for name, shape in shapes.items():
+                check_value(self, name, vars(self).get(name), Values(shape, MODERATE))
+
+    def _check_groups(self):
+        n_groups = self._n_groups()
+        if self.joint_groups is not None and max(self.joint_groups) >= n_groups:
             raise ValueError(
                 f"joint_groups == {self.joint_groups!r}, expected different integers from 0 to "
                 f"{n_groups - 1}."
             )
-
-    def _check_state(self):
-        check_fitted_input(self, windows=True)
-        self._check_parameters()
-        n_classes, shape = len(check_fitted_classes(self)), self.window_shape_.tolist()
-        n_groups, n = (shape[0] if len(shape) == 2 else 1), shape[-1] - 1
-        shapes = {"whiteners_": (n_groups, n, n), "references_": (n_classes, n_groups, n)}
-        if self._is_joint():
-            n_joint = len(self._joint_groups()) * n
-            shapes["joint_whitener_"] = (n_joint, n_joint)
-            shapes["joint_references_"] = (n_classes, n_joint)
-        for name, wanted in shapes.items():
-            check_fitted_array(self, name, wanted, valid=is_moderate, expected="below 1e150")
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()

@@ -11,15 +11,35 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_scalar
 
 from ._base import RowOutlierDetector
-from ._calibration import check_calibration, log_speeds, measure, weak_points
+from ._calibration import log_speeds, measure, weak_points
 from ._parallel import one_thread
-from ._state import remember_parameters
-from ._validation import check_real, validate_innovations, weighted_windows
+from ._validation import (
+    AT_LEAST_1,
+    INNOVATIONS,
+    NEGATIVE,
+    NOT_NEGATIVE,
+    POSITIVE,
+    Values,
+    check_rate,
+    remember_parameters,
+    uses_fitted,
+    validate_innovations,
+    weighted_windows,
+)
 from .kernels.healthy_limits import Limits, calibrate, drift_scale, log_p_values, parts_of_rows
+from .kernels.healthy_rows import number_of_cepstra
 from .kernels.speed_drift import UNIT_DISTANCE, group_speeds
 
 #: Samples that a spectrum takes at least.
 _SHORTEST_SPECTRUM = 8
+
+
+def _n_references(detector):
+    return max(len(detector.speeds_), 1)
+
+
+def _n_cepstra(detector):
+    return number_of_cepstra(int(detector.window_shape_[-1]) // detector.n_windows_)
 
 
 class FaultDetector(RowOutlierDetector):
@@ -153,6 +173,32 @@ class FaultDetector(RowOutlierDetector):
     n_windows_: int
     axes_: NDArray[np.float32]
     variances_: NDArray[Any]
+
+    _state = INNOVATIONS | {
+        "n_rows_": Values((), (lambda n, e: n >= 2, "at least 2"), "i"),
+        "n_windows_": Values((), AT_LEAST_1, "i"),
+        "n_blocks_": Values((), (lambda n, e: n >= 2, "at least 2"), "i"),
+        "speeds_": Values(
+            (None,),
+            (lambda v, e: np.all(v > 0) and np.all(np.diff(v) > 0), "speeds above 0, ascending"),
+        ),
+        "deviations_": Values((None,), POSITIVE),
+        "references_": Values(lambda e: (_n_references(e), _n_cepstra(e))),
+        "axes_": Values(lambda e: 2 * (_n_cepstra(e),)),
+        "means_": Values(lambda e: (_n_references(e), len(e.deviations_))),
+        "variances_": Values(lambda e: (_n_cepstra(e),), NOT_NEGATIVE),
+        "left_out_rates_": Values(
+            lambda e: (len(e.speeds_) if len(e.speeds_) > 1 else 0,), NOT_NEGATIVE
+        ),
+        "slopes_": Values(
+            lambda e: (len(e.deviations_), 2),
+            (lambda v, e: v[:, 1] >= 0, "variances of at least 0 in the second column"),
+        ),
+        "drift_scale_": Values((), POSITIVE),
+        "score_deviation_": Values((), POSITIVE),
+        "score_mean_": Values(),
+        "offset_": Values((), NEGATIVE),
+    }
 
     #: Metadata routing hands these over without a call of `set_fit_request` and its like.
     __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
@@ -288,6 +334,7 @@ class FaultDetector(RowOutlierDetector):
         """
         return np.exp(self.score_samples(X, rpm))
 
+    @uses_fitted
     def score_samples(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Logarithm of the p-value of each row.
 
@@ -309,6 +356,7 @@ class FaultDetector(RowOutlierDetector):
         rows = measure(X, self.n_windows_, with_level=with_level, n_jobs=self.n_jobs)
         return self._log_p_values_of(rows, log_speed)
 
+    @uses_fitted
     @one_thread
     def _log_p_values_of(self, rows, log_speed, two_sided=False):
         """Log p-values of measured rows; where speeds are not known, the largest of some speeds."""
@@ -371,16 +419,7 @@ class FaultDetector(RowOutlierDetector):
             "is_stretch": self.n_windows_ > 1,
         }
 
-    def _check_state(self):
-        check_calibration(self)
-
     def _check_parameters(self):
-        check_real(
-            self.false_alarm_rate,
-            "false_alarm_rate",
-            min_val=0,
-            max_val=1,
-            include_boundaries="neither",
-        )
+        check_rate(self.false_alarm_rate, "false_alarm_rate")
         check_scalar(self.fixed_gain, "fixed_gain", (bool, np.bool_))
         check_scalar(self.window_length, "window_length", Integral, min_val=1)

@@ -9,22 +9,21 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import Bunch, check_scalar
-from sklearn.utils.validation import check_is_fitted
 
 from ._base import ArrayTransformer
 from ._parallel import map_batches
-from ._state import (
-    check_fitted_array,
-    check_fitted_classes,
-    check_fitted_input,
-    check_state,
-    is_moderate,
-    remember_parameters,
-)
 from ._validation import (
+    AT_LEAST_1,
+    MODERATE,
+    NOT_NEGATIVE,
+    WINDOWS,
+    Labels,
+    Values,
     check_input_names,
     check_networks,
     check_real,
+    remember_parameters,
+    uses_fitted,
     validate_signals,
     weighted_windows,
 )
@@ -36,6 +35,15 @@ from .kernels.scaling import fit_percentage, unit_rms_windows
 
 #: Name of a model of all windows.
 _OF_ALL = "model"
+
+
+def _per_channel(estimator):
+    shape = estimator.window_shape_
+    return (int(shape[0]) if len(shape) == 2 else 1,)
+
+
+def _per_model(estimator):
+    return (len(estimator.classes_),)
 
 
 class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
@@ -144,6 +152,23 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
     sums_: NDArray[Any]
     weights_: NDArray[Any]
 
+    _state = WINDOWS | {
+        "orders_": Values(_per_channel, AT_LEAST_1, "i"),
+        "poles_": Values(_per_channel, (lambda p, e: np.abs(p) < 1, "in (-1, 1)")),
+        "classes_": Labels(),
+        "noise_level_": Values(_per_model, NOT_NEGATIVE),
+        "weights_": Values(_per_model, NOT_NEGATIVE),
+        "coef_": Values(lambda e: (len(e.classes_), e.orders_.sum()), MODERATE),
+        "sums_": Values(
+            lambda e: (len(e.classes_), e.orders_.sum() + 1, e.orders_.sum() + 1),
+            (
+                # They follow from an equation, so those of a state at rest are 0 but for rounding.
+                lambda a, e: np.einsum("mii->mi", a) >= -1e-6 * np.abs(a).max(),
+                "sums of squares, at least 0, on the diagonal",
+            ),
+        ),
+    }
+
     #: Metadata routing hands weights over without a call of `set_fit_request`.
     __metadata_request__fit: ClassVar = {"sample_weight": True}
 
@@ -225,7 +250,7 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
             self._check_conditions_go_on(y)
         windows, y, weights = weighted_windows(windows, y, sample_weight)
         windows, labels, weights = self._windows_by_model(windows, y, weights)
-        self._check_weighting()
+        self._check_parameters()
         scaled, _ = unit_rms_windows(windows)
         # A constant output says nothing of the model, whatever the inputs do meanwhile.
         weights = weights * np.any(scaled[:, 0] != 0, axis=-1)
@@ -241,7 +266,9 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         remember_parameters(self)
         return self
 
-    def _check_weighting(self):
+    def _check_parameters(self):
+        if self.transient is not None:
+            check_scalar(self.transient, "transient", Integral, min_val=0)
         check_real(self.alpha, "alpha", min_val=0)
         check_real(
             self.forgetting_factor,
@@ -331,6 +358,7 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         sums[place], weights[place] = self.sums_, self.weights_
         self.classes_, self.sums_, self.weights_ = merged, sums, weights
 
+    @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:
         """Innovations of every model on every window.
 
@@ -366,6 +394,7 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         map_batches(of_batch, n_windows, self.n_jobs)
         return innovations
 
+    @uses_fitted
     def state_space(self) -> Bunch:
         """The networks and the coefficients as one state-space model.
 
@@ -376,11 +405,10 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
             (n_states, n_inputs), shared by all models, and ``coef`` of shape (n_models, n_states).
             All describe windows that are centred.
         """
-        check_is_fitted(self)
-        check_state(self)
         A, b = network_matrices(self.orders_, self.poles_)
         return Bunch(A=A, b_y=b[:, 0], b_u=b[:, 1:], coef=self.coef_)
 
+    @uses_fitted
     def predict_output(self, X: ArrayLike, *, free_run: bool = False) -> NDArray[Any]:
         """Output of every model in the sensor's unit.
 
@@ -453,6 +481,7 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         windows, _ = self._validate_windows(X, None, reset=False)
         return fit_percentage(windows[:, :1, -predicted.shape[-1] :], predicted)
 
+    @uses_fitted
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
         """Name of each model: its condition.
 
@@ -466,7 +495,6 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         ndarray of str of shape (n_models,)
             Names along axis 1 of what `transform` returns.
         """
-        check_is_fitted(self)
         check_input_names(self, input_features)
         return np.array([str(name) for name in self.classes_], dtype=object)
 
@@ -509,49 +537,8 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         check_scalar(self.transient, "transient", Integral, min_val=0, max_val=n_samples - 1)
         return int(self.transient)
 
-    def _check_state(self):
-        check_fitted_input(self, windows=True)
-        n_channels = self.window_shape_[0] if len(self.window_shape_) == 2 else 1
-        of_channels, of_models = {"given": "windows of window_shape_"}, {"given": "classes_"}
-        orders = check_fitted_array(
-            self,
-            "orders_",
-            (n_channels,),
-            **of_channels,
-            kind="i",
-            valid=lambda n: n >= 1,
-            expected="at least 1",
-        )
-        check_fitted_array(
-            self,
-            "poles_",
-            (n_channels,),
-            **of_channels,
-            valid=lambda p: np.abs(p) < 1,
-            expected="in (-1, 1)",
-        )
-        n_models, n_states = len(check_fitted_classes(self)), int(orders.sum())
-        for name in ("noise_level_", "weights_"):
-            check_fitted_array(
-                self, name, (n_models,), **of_models, valid=lambda a: a >= 0, expected="at least 0"
-            )
-        check_fitted_array(
-            self,
-            "coef_",
-            (n_models, n_states),
-            given="classes_ and orders_",
-            valid=is_moderate,
-            expected="below 1e150",
-        )
-        check_fitted_array(
-            self,
-            "sums_",
-            (n_models, n_states + 1, n_states + 1),
-            given="classes_ and orders_",
-            # They follow from an equation, so those of a state at rest are 0 but for rounding.
-            valid=lambda a: np.einsum("mii->mi", a) >= -1e-6 * np.abs(a).max(),
-            expected="sums of squares, at least 0, on the diagonal",
-        )
+    def _check_relations(self):
+        check_networks(self.order, self.pole, len(self.orders_))
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()

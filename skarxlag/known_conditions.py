@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import warnings
+from numbers import Integral
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from sklearn.utils import check_scalar
 
 from ._base import RowOutlierDetector
-from ._calibration import check_calibration, log_speeds, measure, price_of_unknown_speed
-from ._state import (
-    check_fitted_classes,
-    check_fitted_input,
-    check_fitted_number,
+from ._calibration import log_speeds, measure, price_of_unknown_speed
+from ._validation import (
+    INNOVATIONS,
+    NEGATIVE,
+    Labels,
+    Values,
+    check_rate,
+    check_state,
     remember_parameters,
+    uses_fitted,
+    validate_innovations,
+    weighted_windows,
 )
-from ._validation import check_real, validate_innovations, weighted_windows
 from .detector import FaultDetector
 from .kernels.speed_drift import group_speeds
 
@@ -108,6 +115,8 @@ class KnownConditions(RowOutlierDetector):
     #: Metadata routing hands these over without a call of `set_fit_request` and its like.
     __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
 
+    _state = INNOVATIONS | {"offset_": Values((), NEGATIVE), "classes_": Labels()}
+
     def __init__(
         self,
         *,
@@ -160,13 +169,7 @@ class KnownConditions(RowOutlierDetector):
             are of one speed.
         """
         X, y = validate_innovations(self, X, y, reset=True)
-        check_real(
-            self.false_rejection_rate,
-            "false_rejection_rate",
-            min_val=0,
-            max_val=1,
-            include_boundaries="neither",
-        )
+        self._check_parameters()
         labels = np.full(len(X), "known") if y is None else y
         log_speed = log_speeds(rpm, len(X))
         X, counted, weights = weighted_windows(X, np.arange(len(X)), sample_weight)
@@ -273,6 +276,7 @@ class KnownConditions(RowOutlierDetector):
         """
         return self._log_p_values(X, rpm).max(axis=1)
 
+    @uses_fitted
     def _log_p_values(self, X, rpm):
         X, _ = validate_innovations(self, X, reset=False)
         log_speed = log_speeds(rpm, len(X))
@@ -296,37 +300,32 @@ class KnownConditions(RowOutlierDetector):
             "is_stretch": self.detectors_[0].n_windows_ > 1,
         }
 
-    def _check_state(self):
-        check_fitted_input(self, windows=True)
-        check_fitted_number(
-            self,
-            "n_models_",
-            kind="i",
-            valid=lambda n: n == len(self.window_shape_) - 1,
-            expected="0 for plain windows, else 1",
-        )
-        check_fitted_number(self, "offset_", valid=lambda v: v < 0, expected="below 0")
-        detectors = getattr(self, "detectors_", None)
+    def _check_parameters(self):
+        check_rate(self.false_rejection_rate, "false_rejection_rate")
+        check_scalar(self.window_length, "window_length", Integral, min_val=1)
+
+    def _check_relations(self):
+        detectors = vars(self).get("detectors_")
         if (
             not isinstance(detectors, list)
-            or not detectors
+            or len(detectors) == 0
             or not all(isinstance(each, FaultDetector) for each in detectors)
         ):
             raise ValueError(f"detectors_ == {detectors!r}, expected a list of FaultDetector.")
-        check_fitted_classes(self, n_classes=len(detectors))
-        for detector in detectors:
-            check_calibration(detector)
-            for name in ("window_shape_", "n_windows_"):
-                own, first = getattr(detector, name), getattr(detectors[0], name)
-                if not np.array_equal(own, first):
-                    raise ValueError(f"detectors_ differ in {name}: {own} and {first}.")
-            if detector.means_.shape[1] != detectors[0].means_.shape[1]:
-                raise ValueError("detectors_ differ in the number of columns of means_.")
-        if not np.array_equal(detectors[0].window_shape_, self.window_shape_):
+        if len(detectors) != len(self.classes_):
             raise ValueError(
-                f"window_shape_ == {self.window_shape_}, but detectors_ were fitted on windows of "
-                f"shape {detectors[0].window_shape_}."
+                f"classes_ has {len(self.classes_)} entries, expected {len(detectors)}."
             )
+        for detector in detectors:
+            check_state(detector)
+            own = (detector.window_shape_.tolist(), detector.n_windows_, detector.means_.shape[1])
+            first = detectors[0]
+            expected = (self.window_shape_.tolist(), first.n_windows_, first.means_.shape[1])
+            if own != expected:
+                raise ValueError(
+                    f"detectors_ differ in window_shape_, n_windows_ or means_: {own} and "
+                    f"{expected}."
+                )
 
 
 def _most_rows(log_speed, own):

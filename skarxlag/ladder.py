@@ -9,18 +9,22 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import log_softmax
 from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils.multiclass import check_classification_targets
-from sklearn.utils.validation import check_is_fitted, validate_data
+from sklearn.utils.validation import validate_data
 
 from ._base import DocumentedEstimator
-from ._state import (
-    check_fitted_array,
-    check_fitted_classes,
-    check_fitted_input,
-    check_fitted_number,
-    check_state,
+from ._validation import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    TABLE,
+    CheckedEstimator,
+    Labels,
+    Values,
+    check_labels,
+    check_rate,
     remember_parameters,
+    uses_fitted,
+    weighted_windows,
 )
-from ._validation import check_alarm, check_labels, weighted_windows
 from .kernels.ladder import (
     confidence_scale,
     false_alarm_threshold,
@@ -31,7 +35,7 @@ from .kernels.ladder import (
 from .kernels.scaling import root_mean_square
 
 
-class ThresholdLadder(DocumentedEstimator, ClassifierMixin, BaseEstimator):
+class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, BaseEstimator):
     r"""Classify residual levels by calibrated thresholds (equations 23-32).
 
     One residual, of the healthy model: the paper's ladder. Conditions are ordered by their median
@@ -52,8 +56,6 @@ class ThresholdLadder(DocumentedEstimator, ClassifierMixin, BaseEstimator):
         The healthy condition. None: the one of lowest median level.
     false_alarm_rate : float, default=0.01
         Share in (0, 1) of healthy windows that :math:`\Gamma` may flag.
-    margin_db : float, default=0.0
-        Margin on :math:`\Gamma` in dB, from -1000 to 1000.
     priors : array-like of shape (n_classes,) or None, default=None
         Probability of each condition before a window is looked at, above 0, in the order of
         `classes_`; they sum to 1. They shift verdicts and confidences, and leave the thresholds
@@ -113,17 +115,38 @@ class ThresholdLadder(DocumentedEstimator, ClassifierMixin, BaseEstimator):
     __metadata_request__fit: ClassVar = {"sample_weight": True}
     __metadata_request__score: ClassVar = {"sample_weight": True}
 
+    _state = TABLE | {
+        "classes_": Labels(),
+        "healthy_index_": Values(
+            (), (lambda i, e: 0 <= i < len(e.classes_), "an index of classes_"), "i"
+        ),
+        "detection_threshold_": Values((), NOT_NEGATIVE),
+        "confidence_scale_": Values((), POSITIVE),
+        "priors_": Values(
+            lambda e: (len(e.classes_),),
+            (
+                lambda p, e: np.all(p > 0) and abs(p.sum() - 1) < 1e-6,
+                "probabilities above 0 that sum to 1",
+            ),
+        ),
+        "isolation_thresholds_": Values(
+            lambda e: (len(e.classes_) - (not e._is_bank()),),
+            (
+                lambda t, e: np.all(t >= 0) and (e._is_bank() or np.all(np.diff(t) >= 0)),
+                "at least 0, and ascending for one residual",
+            ),
+        ),
+    }
+
     def __init__(
         self,
         *,
         healthy: Any = None,
         false_alarm_rate: float = 0.01,
-        margin_db: float = 0.0,
         priors: ArrayLike | None = None,
     ) -> None:
         self.healthy = healthy
         self.false_alarm_rate = false_alarm_rate
-        self.margin_db = margin_db
         self.priors = priors
 
     def fit(self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None) -> Self:
@@ -152,7 +175,7 @@ class ThresholdLadder(DocumentedEstimator, ClassifierMixin, BaseEstimator):
         X, y = validate_data(self, X, y, dtype=[np.float64, np.float32])
         check_classification_targets(y)
         X, y, weights = weighted_windows(np.abs(X), y, sample_weight)
-        check_alarm(self.false_alarm_rate, self.margin_db)
+        self._check_parameters()
         self.classes_, target = np.unique(y, return_inverse=True)
         self.priors_ = self._check_priors()
         combined = root_mean_square(X)
@@ -163,10 +186,7 @@ class ThresholdLadder(DocumentedEstimator, ClassifierMixin, BaseEstimator):
         self.healthy_index_ = self._find_healthy(order)
         healthy = of_class[self.healthy_index_]
         self.detection_threshold_ = false_alarm_threshold(
-            self._healthy_level(X)[healthy],
-            self.false_alarm_rate,
-            self.margin_db,
-            weights[healthy],
+            self._healthy_level(X)[healthy], self.false_alarm_rate, weights[healthy]
         )
         if self._is_bank():
             self.isolation_thresholds_ = self._bank_thresholds(X, of_class, weights)
@@ -213,7 +233,7 @@ class ThresholdLadder(DocumentedEstimator, ClassifierMixin, BaseEstimator):
         relative = np.exp(-relative_scores(X))
         return np.array(
             [
-                false_alarm_threshold(relative[own, c], self.false_alarm_rate, 0.0, weights[own])
+                false_alarm_threshold(relative[own, c], self.false_alarm_rate, weights[own])
                 for c, own in enumerate(of_class)
             ]
         )
@@ -230,10 +250,9 @@ class ThresholdLadder(DocumentedEstimator, ClassifierMixin, BaseEstimator):
         return by_rung[:, rung_of_class]
 
     def _validate(self, X):
-        check_is_fitted(self)
-        check_state(self)
         return np.abs(validate_data(self, X, dtype=[np.float64, np.float32], reset=False))
 
+    @uses_fitted
     def decision_function(self, X: ArrayLike) -> NDArray[Any]:
         """Scores of the conditions; the highest is the verdict.
 
@@ -252,6 +271,7 @@ class ThresholdLadder(DocumentedEstimator, ClassifierMixin, BaseEstimator):
         scores = self._scores(self._validate(X))
         return scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
 
+    @uses_fitted
     def predict(self, X: ArrayLike) -> NDArray[Any]:
         """Condition of each window.
 
@@ -286,6 +306,7 @@ class ThresholdLadder(DocumentedEstimator, ClassifierMixin, BaseEstimator):
         """
         return np.exp(self.predict_log_proba(X))
 
+    @uses_fitted
     def predict_log_proba(self, X: ArrayLike) -> NDArray[Any]:
         """Logarithm of the confidence in each condition.
 
@@ -305,6 +326,7 @@ class ThresholdLadder(DocumentedEstimator, ClassifierMixin, BaseEstimator):
         scores = self._scores(self._validate(X))
         return log_softmax(self.confidence_scale_ * scores, axis=1)
 
+    @uses_fitted
     def detect(self, X: ArrayLike) -> NDArray[Any]:
         r"""Whether the healthy residual of each window exceeds :math:`\Gamma` (equation 24).
 
@@ -332,41 +354,15 @@ class ThresholdLadder(DocumentedEstimator, ClassifierMixin, BaseEstimator):
             "stated_rate": self.false_alarm_rate,
         }
 
-    def _check_state(self):
-        check_fitted_input(self)
-        n_classes = len(check_fitted_classes(self))
-        rungs = getattr(self, "rungs_", None)
+    def _check_parameters(self):
+        check_rate(self.false_alarm_rate, "false_alarm_rate")
+
+    def _check_relations(self):
+        self._check_priors()
+        rungs = self.rungs_
         is_array = isinstance(rungs, np.ndarray) and rungs.shape == self.classes_.shape
         if not is_array or sorted(map(str, rungs)) != sorted(map(str, self.classes_)):
             raise ValueError(f"rungs_ == {rungs!r}, expected the conditions in classes_.")
-        check_fitted_number(
-            self,
-            "healthy_index_",
-            kind="i",
-            valid=lambda i: 0 <= i < n_classes,
-            expected=f"an index of classes_, from 0 to {n_classes - 1}",
-        )
-        check_fitted_number(
-            self, "detection_threshold_", valid=lambda g: g >= 0, expected="at least 0"
-        )
-        check_fitted_number(self, "confidence_scale_", valid=lambda b: b > 0, expected="above 0")
-        check_fitted_array(
-            self,
-            "priors_",
-            (n_classes,),
-            given="classes_",
-            valid=lambda p: np.all(p > 0) and abs(p.sum() - 1) < 1e-6,
-            expected="probabilities above 0 that sum to 1",
-        )
-        is_bank = self._is_bank()
-        check_fitted_array(
-            self,
-            "isolation_thresholds_",
-            (n_classes if is_bank else n_classes - 1,),
-            given="classes_ and n_features_in_",
-            valid=lambda t: np.all(t >= 0) and (is_bank or np.all(np.diff(t) >= 0)),
-            expected="at least 0" if is_bank else "at least 0 and ascending",
-        )
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()

@@ -197,7 +197,7 @@ class SpeedSplit(BaseCrossValidator):
     >>> from skarxlag import ThresholdLadder
     >>> levels = np.array([[1.0], [3.0], [1.1], [3.2], [1.3], [3.5]])
     >>> y, rpm = list("abababab")[:6], [300, 300, 400, 400, 500, 500]
-    >>> search = GridSearchCV(ThresholdLadder(), {"margin_db": [0, 3]}, cv=SpeedSplit())
+    >>> search = GridSearchCV(ThresholdLadder(), {"false_alarm_rate": [0.01, 0.1]}, cv=SpeedSplit())
     >>> search.fit(levels, y, groups=rpm).n_splits_
     6
     """

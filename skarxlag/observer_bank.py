@@ -12,8 +12,16 @@ from sklearn.utils import Bunch, check_scalar
 
 from ._base import GroupTransformer
 from ._parallel import map_batches
-from ._state import check_fitted_array, is_moderate, remember_parameters
-from ._validation import check_real, validate_innovations
+from ._validation import (
+    INNOVATIONS,
+    MODERATE,
+    NOT_NEGATIVE,
+    Values,
+    check_real,
+    remember_parameters,
+    uses_fitted,
+    validate_innovations,
+)
 from .kernels import observer
 from .kernels.observer_bank import bank_levels, centre_frequencies, member_gains
 from .kernels.residual_levels import switching_gain
@@ -30,6 +38,12 @@ class ObserverBank(GroupTransformer, auto_wrap_output_keys=None):
 
     ki_: Any
     kp_: Any
+
+    _state = INNOVATIONS | {
+        "kp_": Values(lambda e: (e.n_members,), MODERATE),
+        "ki_": Values(lambda e: (e.n_members,), MODERATE),
+        "bounds_": Values(lambda e: (e.n_members,), NOT_NEGATIVE),
+    }
 
     def fit(self, X: ArrayLike, y: Any = None) -> Self:
         """Tune the members and certify that each of them is stable.
@@ -67,6 +81,7 @@ class ObserverBank(GroupTransformer, auto_wrap_output_keys=None):
             ]
         )
 
+    @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:
         """Three log spectra over the members for each window.
 
@@ -94,6 +109,7 @@ class ObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         parts = map_batches(of_batch, len(X), self.n_jobs)
         return np.concatenate(parts).astype(X.dtype, copy=False)
 
+    @uses_fitted
     def observe(self, X: ArrayLike, members: Sequence[int]) -> Bunch:
         """Trajectories of chosen members, for looking at them.
 
@@ -163,17 +179,6 @@ class ObserverBank(GroupTransformer, auto_wrap_output_keys=None):
             min_val=0,
             max_val=1,
             include_boundaries="right",
-        )
-
-    def _check_state(self):
-        self._check_parameters()
-        self._check_input()
-        for name in ("kp_", "ki_"):
-            check_fitted_array(
-                self, name, (self.n_members,), valid=is_moderate, expected="below 1e150"
-            )
-        check_fitted_array(
-            self, "bounds_", (self.n_members,), valid=lambda b: b >= 0, expected="at least 0"
         )
 
 
@@ -247,6 +252,12 @@ class PIObserverBank(ObserverBank, auto_wrap_output_keys=None):
     bounds_: NDArray[Any]
     spectral_radii_: NDArray[Any]
 
+    _state = ObserverBank._state | {
+        "spectral_radii_": Values(
+            lambda e: (e.n_members,), (lambda r, e: (r >= 0) & (r < 1), "in [0, 1)")
+        )
+    }
+
     def __init__(
         self,
         *,
@@ -261,16 +272,6 @@ class PIObserverBank(ObserverBank, auto_wrap_output_keys=None):
         self.bandwidth = bandwidth
         self.adaptation_step = adaptation_step
         self.n_jobs = n_jobs
-
-    def _check_state(self):
-        super()._check_state()
-        check_fitted_array(
-            self,
-            "spectral_radii_",
-            (self.n_members,),
-            valid=lambda radii: (radii >= 0) & (radii < 1),
-            expected="in [0, 1)",
-        )
 
     def _certify(self):
         self.bounds_ = np.zeros(self.n_members)
@@ -354,6 +355,8 @@ class ExtendedStatePIObserverBank(ObserverBank, auto_wrap_output_keys=None):
     bounds_: NDArray[Any]
     lyapunov_: NDArray[Any]
 
+    _state = ObserverBank._state | {"lyapunov_": Values(lambda e: (e.n_members, 2, 2))}
+
     def __init__(
         self,
         *,
@@ -374,10 +377,6 @@ class ExtendedStatePIObserverBank(ObserverBank, auto_wrap_output_keys=None):
     def _check_parameters(self):
         super()._check_parameters()
         check_real(self.saturation, "saturation", min_val=0)
-
-    def _check_state(self):
-        super()._check_state()
-        check_fitted_array(self, "lyapunov_", (self.n_members, 2, 2))
 
     def _certify(self):
         # Jury's first condition, a + k < 1, is the one that a larger gain breaks first.

@@ -11,16 +11,15 @@ from sklearn.utils import Bunch, check_scalar
 
 from ._base import StretchTransformer
 from ._parallel import map_batches
-from ._state import (
-    check_fitted_array,
-    check_fitted_classes,
-    check_fitted_input,
-    check_fitted_number,
-    is_moderate,
-    remember_parameters,
-)
 from ._validation import (
+    INNOVATIONS,
+    MODERATE,
+    POSITIVE,
+    Labels,
+    Values,
     check_real,
+    remember_parameters,
+    uses_fitted,
     validate_innovations,
     weighted_windows,
 )
@@ -157,6 +156,15 @@ class OrderResidual(StretchTransformer):
 
     _suffix = "orders"
 
+    _state = INNOVATIONS | {
+        "classes_": Labels(),
+        "orders_": Values(lambda e: (e._n_orders(),), POSITIVE),
+        "variances_": Values(lambda e: (e.n_bands, e._n_orders()), POSITIVE),
+        "references_": Values(lambda e: (len(e.classes_), e.n_bands, e._n_orders()), MODERATE),
+        "samples_a_turn_": Values((), POSITIVE),
+        "speed_known_": Values((), kind="b"),
+    }
+
     def __init__(
         self,
         *,
@@ -246,6 +254,7 @@ class OrderResidual(StretchTransformer):
         remember_parameters(self)
         return self
 
+    @uses_fitted
     def transform(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """One residual for each stretch and condition.
 
@@ -269,6 +278,7 @@ class OrderResidual(StretchTransformer):
         """
         return self.match(X, rpm=rpm).residuals
 
+    @uses_fitted
     def match(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
         """Residuals, and the factors on the speed that they belong to.
 
@@ -329,12 +339,12 @@ class OrderResidual(StretchTransformer):
     def _check_parameters(self):
         if self.sampling_rate is not None:
             check_real(self.sampling_rate, "sampling_rate", min_val=0, include_boundaries="neither")
-        check_real(self.n_turns, "n_turns", min_val=LEAST_TURNS)
-        check_real(self.max_order, "max_order", min_val=1)
-        check_scalar(self.frame, "frame", Integral, min_val=4)
+        check_real(self.n_turns, "n_turns", min_val=LEAST_TURNS, max_val=1e6)
+        check_real(self.max_order, "max_order", min_val=1, max_val=1e4)
+        check_scalar(self.frame, "frame", Integral, min_val=4, max_val=2**20)
         check_scalar(self.n_bands, "n_bands", Integral, min_val=1, max_val=self.frame // 2)
-        check_real(self.speed_tolerance, "speed_tolerance", min_val=0)
-        check_real(self.speed_range, "speed_range", min_val=1)
+        check_real(self.speed_tolerance, "speed_tolerance", min_val=0, max_val=10)
+        check_real(self.speed_range, "speed_range", min_val=1, max_val=1e4)
         check_real(self.drift, "drift", min_val=0, include_boundaries="neither")
 
     def _answers(self):
@@ -344,34 +354,12 @@ class OrderResidual(StretchTransformer):
             "sampling_rate": self.sampling_rate,
         }
 
-    def _check_state(self):
-        self._check_parameters()
-        check_fitted_input(self, windows=True)
-        n_classes = len(check_fitted_classes(self))
-        is_plain = len(self.window_shape_) == 1
-        check_fitted_number(
-            self,
-            "n_models_",
-            kind="i",
-            valid=lambda n: (
-                n == 0 if is_plain else n in (1, n_classes) and n == self.n_features_in_
-            ),
-            expected="the number of models in window_shape_, or 0 for plain stretches",
-        )
-        positive = {"valid": lambda values: values > 0, "expected": "above 0"}
-        n_orders = self._n_orders()
-        check_fitted_array(self, "orders_", (n_orders,), **positive)
-        check_fitted_array(self, "variances_", (self.n_bands, n_orders), **positive)
-        check_fitted_array(
-            self,
-            "references_",
-            (n_classes, self.n_bands, n_orders),
-            valid=is_moderate,
-            expected="below 1e150",
-        )
-        check_fitted_number(self, "samples_a_turn_", **positive)
-        if not isinstance(self.speed_known_, bool):
-            raise ValueError(f"speed_known_ == {self.speed_known_!r}, expected True or False.")
+    def _check_relations(self):
+        if self.n_models_ not in (0, 1, len(self.classes_)):
+            raise ValueError(
+                f"n_models_ == {self.n_models_}, expected 1 or one for each of "
+                f"{len(self.classes_)} conditions in classes_."
+            )
 
     def _n_orders(self):
         return int((self.max_order - _LOWEST_ORDER) / _ORDER_STEP + 1 + 1e-9)

@@ -16,7 +16,7 @@ from sklearn.utils.validation import check_is_fitted
 from ._answers import answers
 from ._archive import read_members, write_members
 from ._files import write_atomically
-from ._state import check_model_state, estimators_within
+from ._validation import check_model_state, estimators_within
 from ._version import __version__
 from .known_conditions import KnownConditions
 

@@ -12,8 +12,7 @@ from sklearn.utils import check_scalar
 
 from ._base import GroupTransformer
 from ._parallel import map_batches
-from ._state import remember_parameters
-from ._validation import validate_innovations
+from ._validation import remember_parameters, uses_fitted, validate_innovations
 from .kernels.measures import MEASURES, measure
 
 
@@ -115,6 +114,7 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
         remember_parameters(self)
         return self
 
+    @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:
         """Log spectra of each window.
 
@@ -151,7 +151,3 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
             raise ValueError(
                 f"measures == {self.measures!r}, expected different names of {list(MEASURES)}."
             )
-
-    def _check_state(self):
-        self._check_parameters()
-        self._check_input()

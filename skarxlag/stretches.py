@@ -12,14 +12,14 @@ from sklearn.pipeline import Pipeline
 from sklearn.utils import check_scalar
 
 from ._base import StretchTransformer
-from ._state import (
-    check_fitted_classes,
-    check_fitted_input,
-    check_fitted_number,
-    check_state,
+from ._validation import (
+    INNOVATIONS,
+    Labels,
     remember_parameters,
+    uses_fitted,
+    validate_innovations,
+    weighted_windows,
 )
-from ._validation import validate_innovations, weighted_windows
 from .comparison import SpectralDistance
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
@@ -142,6 +142,8 @@ class StretchResidual(StretchTransformer):
 
     _suffix = "stretch"
 
+    _state = INNOVATIONS | {"classes_": Labels()}
+
     def __init__(
         self,
         *,
@@ -201,6 +203,7 @@ class StretchResidual(StretchTransformer):
         remember_parameters(self)
         return self
 
+    @uses_fitted
     def transform(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """One residual for each stretch and condition.
 
@@ -280,26 +283,15 @@ class StretchResidual(StretchTransformer):
             "sampling_rate": self.order_residual_.sampling_rate,
         }
 
-    def _check_state(self):
-        self._check_parameters()
-        check_fitted_input(self, windows=True)
-        check_fitted_classes(self)
-        is_plain = len(self.window_shape_) == 1
-        check_fitted_number(
-            self,
-            "n_models_",
-            kind="i",
-            valid=lambda n: n == (0 if is_plain else self.n_features_in_),
-            expected="the number of models in window_shape_, or 0 for plain stretches",
-        )
+    def _check_relations(self):
         for name in ("window_residual_", "order_residual_"):
-            part = getattr(self, name, None)
-            known = getattr(part, "classes_", None)
-            if known is None or not np.array_equal(known, self.classes_):
+            part = vars(self).get(name)
+            try:
+                agrees = np.array_equal(part.classes_, self.classes_)
+            except AttributeError:
+                agrees = False
+            if not agrees:
                 raise ValueError(
                     f"{name} == {part!r}, expected a fitted residual of the conditions "
                     f"{self.classes_.tolist()}."
                 )
-            steps = [step for _, step in part.steps] if hasattr(part, "steps") else [part]
-            for step in steps:
-                check_state(step)

@@ -1,6 +1,7 @@
 import copy
 import pickle
 import warnings
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from skarxlag import (
     save_diagnoser,
 )
 from skarxlag._calibration import measure
+from skarxlag._validation import check_state
 
 LENGTH, RATE = 1200, 0.05
 COLOURS = {"good": -0.8, "inner": 0.0, "outer": 0.8}
@@ -252,7 +254,10 @@ def test_tampered_known_conditions_are_refused_at_load(tmp_path):
     known = fit(make_known_conditions(), X, y, rpm=rpm)
     known["decide"].detectors_[1].axes_ = np.zeros((2, 2))
     path = tmp_path / "bearing.skops"
-    save_diagnoser(make_diagnoser().fit(X, y), path, known_conditions=known)
+    with pytest.raises(ValueError, match="axes_ has shape"):
+        save_diagnoser(make_diagnoser().fit(X, y), path, known_conditions=known)
+    with mock.patch("skarxlag._answers.as_fitted", lambda estimator: estimator):
+        save_diagnoser(make_diagnoser().fit(X, y), path, known_conditions=known)
     with pytest.raises(ValueError, match="axes_ has shape"):
         load_diagnoser(path)
 
@@ -276,8 +281,8 @@ def of_other_length(fitted):
     ],
 )
 def test_inconsistent_detectors_are_refused(fitted, name, change):
-    fitted._check_state()
+    check_state(fitted)
     broken = copy.deepcopy(fitted)
     broken.detectors_ = change(fitted)
     with pytest.raises(ValueError, match=name):
-        broken._check_state()
+        check_state(broken)

@@ -59,14 +59,12 @@ def test_a_threshold_above_the_next_cut_leaves_no_band_between():
 
 
 @pytest.mark.parametrize(("rate", "rank"), [(0.01, 99), (0.05, 95), (0.1, 90), (0.42, 58)])
-@pytest.mark.parametrize("margin_db", [0.0, 6.0])
-def test_detection_threshold_is_an_order_statistic_with_a_margin(rate, rank, margin_db):
+def test_detection_threshold_is_an_order_statistic(rate, rank):
     levels = np.random.default_rng(0).permutation(np.arange(1.0, 100.0))
     X = np.concatenate([levels, [1e4] * 5])[:, np.newaxis]
-    expected = rank * 10 ** (margin_db / 20)
-    ladder = ThresholdLadder(false_alarm_rate=rate, margin_db=margin_db)
+    ladder = ThresholdLadder(false_alarm_rate=rate)
     ladder.fit(X, ["healthy"] * 99 + ["broken"] * 5)
-    assert ladder.detection_threshold_ == pytest.approx(expected)
+    assert ladder.detection_threshold_ == rank
 
 
 def test_stated_false_alarm_rate_holds_on_fresh_windows():
@@ -202,7 +200,7 @@ def test_silent_windows_are_on_the_lowest_rung():
 def test_healthy_windows_alone_calibrate_gamma():
     rng = np.random.default_rng(0)
     X = rng.lognormal(size=(200, 3))
-    ladder = ThresholdLadder(false_alarm_rate=0.1, margin_db=1.0).fit(X, ["good"] * 200)
+    ladder = ThresholdLadder(false_alarm_rate=0.1).fit(X, ["good"] * 200)
     fresh = 2 * rng.lognormal(size=(300, 3))
     alarm = root_mean_square(fresh) > ladder.detection_threshold_
     assert 0 < alarm.sum() < 300
@@ -215,7 +213,6 @@ def test_bad_parameters_are_named():
     X, y = LEVELS[:, np.newaxis], NAMES
     for name, values in {
         "false_alarm_rate": [0.0, 1.0, -0.1, np.nan],
-        "margin_db": [np.nan, np.inf],
         "healthy": ["absent", 3],
     }.items():
         for value in values:
@@ -223,12 +220,6 @@ def test_bad_parameters_are_named():
                 ThresholdLadder(**{name: value}).fit(X, y)
     with pytest.raises(ValueError, match=r"healthy='absent'.*\['ball', 'inner', 'normal'\]"):
         ThresholdLadder(healthy="absent").fit(X, y)
-
-
-@pytest.mark.parametrize("margin_db", [1e5, -1e5])
-def test_margin_beyond_any_number_is_refused(margin_db):
-    with pytest.raises(ValueError, match="margin_db == "):
-        ThresholdLadder(margin_db=margin_db).fit([[1.0], [2.0]], ["a", "b"])
 
 
 def test_labels_that_mix_texts_and_numbers_are_refused_by_name():

@@ -63,7 +63,7 @@ def log_p_values(estimator, X, y):
     return fitted.decision_function(X[::-1] + 3 * np.roll(X, 5, axis=1))
 
 
-ALARM_EFFECTS = {"false_alarm_rate": ({}, 0.5, thresholds), "margin_db": ({}, 3.0, thresholds)}
+ALARM_EFFECTS = {"false_alarm_rate": ({}, 0.5, thresholds)}
 EFFECTS = {
     ARXLaguerre: {
         "order": ({}, 8, levels),

@@ -264,13 +264,13 @@ def forge(path, content):
         (0, "poles_", np.array([1.0000001])),
         (0, "window_shape_", np.array([0])),
         (1, "n_models_", 7),
-        (1, "segment", 64),
+        (1, "segment", 1),
         (2, "whiteners_", np.zeros((0, 0))),
         (2, "whiteners_", np.full((3, 62, 62), np.nan)),
         (2, "references_", np.zeros((3, 10**6))),
         (2, "joint_whitener_", np.zeros((1, 1))),
         (2, "joint_references_", np.zeros((3, 10**6))),
-        (2, "joint_groups", (0, 1, 2)),
+        (2, "joint_groups", (0, 0)),
         (3, "rungs_", np.array(["good"])),
         (3, "isolation_thresholds_", np.zeros(0)),
         (3, "healthy_index_", 3),
@@ -281,7 +281,9 @@ def test_tampered_model_is_refused_at_load_by_name(tmp_path, step, name, value):
     diagnoser = make_diagnoser().fit(X, Y)
     setattr(diagnoser[step], name, value)
     content = {"format": "skarxlag diagnoser 1", "diagnoser": diagnoser, "facts": {}}
-    with pytest.raises(ValueError, match=rf"d\.skops: .*Step '\w+': .*{name}"):
+    # Of two attributes that contradict each other either may be named.
+    names = f"({name}|coef_|isolation_thresholds_)"
+    with pytest.raises(ValueError, match=rf"d\.skops: .*Step '\w+': .*{names}"):
         load_diagnoser(forge(tmp_path / "d.skops", content))
 
 

@@ -245,7 +245,7 @@ def test_searches_and_calibration_hand_weights_on(windows, conditions):
     with sklearn.config_context(enable_metadata_routing=True):
         params = {"sample_weight": weights}
         scores = cross_validate(make_diagnoser(), windows, y, cv=splits, params=params)
-        search = GridSearchCV(make_diagnoser(), {"decide__margin_db": [0.0]}, cv=splits)
+        search = GridSearchCV(make_diagnoser(), {"decide__false_alarm_rate": [0.01]}, cv=splits)
         search.fit(windows, y, **params)
         calibrated = CalibratedClassifierCV(make_diagnoser(), cv=splits, method="isotonic")
         calibrated.fit(windows, y, **params)

@@ -13,7 +13,7 @@ from skarxlag import (
     make_stretch_diagnoser,
     save_diagnoser,
 )
-from skarxlag._state import check_pipeline_state
+from skarxlag._validation import check_model_state
 from skarxlag.stretches import window_comparison
 
 from .test_orders import ORDERS, RATE, stretches
@@ -142,9 +142,9 @@ def test_state_of_the_parts_is_checked(diagnoser):
     broken = copy.deepcopy(diagnoser)
     broken["compare"].order_residual_.classes_ = np.array(["a", "b"])
     with pytest.raises(ValueError, match=r"order_residual_ == .*expected a fitted residual of the"):
-        check_pipeline_state(broken)
+        check_model_state(broken)
     broken = copy.deepcopy(diagnoser)
     broken["compare"].order_residual_.variances_ *= -1
     with pytest.raises(ValueError, match="variances_"):
-        check_pipeline_state(broken)
-    check_pipeline_state(diagnoser)
+        check_model_state(broken)
+    check_model_state(diagnoser)

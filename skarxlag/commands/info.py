@@ -8,7 +8,7 @@ from pathlib import Path
 from sklearn.pipeline import Pipeline
 
 from .._answers import answers
-from .._state import estimators_within
+from .._validation import estimators_within
 from .._version import __version__
 from .models import SavedModel, calibration_basis, held_rate, load_model, stated_facts
 from .names import counted

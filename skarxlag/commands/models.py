@@ -12,7 +12,7 @@ from zipfile import BadZipFile, ZipFile
 from sklearn.pipeline import Pipeline
 
 from .._answers import answers
-from .._state import estimators_within
+from .._validation import estimators_within
 from ..channels import ChannelRows
 from ..persistence import load_diagnoser
 from ..pipelines import in_one_pass

@@ -14,7 +14,7 @@ _TIE = 1e-9
 
 
 def false_alarm_threshold(
-    levels: NDArray[Any], rate: float, margin_db: float, weights: NDArray[Any] | None = None
+    levels: NDArray[Any], rate: float, weights: NDArray[Any] | None = None
 ) -> float:
     """Return the level that a healthy window exceeds with at most the stated probability.
 
@@ -29,8 +29,6 @@ def false_alarm_threshold(
         Healthy levels.
     rate : float
         False-alarm rate, in (0, 1).
-    margin_db : float
-        Margin in dB that is added to the threshold.
     weights : ndarray of shape (n_windows,) or None, default=None
         Number of windows that each level stands for, above 0; n is their sum. If None, each level
         stands for one window.
@@ -42,14 +40,14 @@ def false_alarm_threshold(
 
     Examples
     --------
-    >>> false_alarm_threshold(np.arange(1.0, 100.0), rate=0.05, margin_db=0.0)
+    >>> false_alarm_threshold(np.arange(1.0, 100.0), rate=0.05)
     95.0
     """
     order, counted = _counted_in_order(levels, np.ones(len(levels)) if weights is None else weights)
     # (n + 1)(1 - rate) may be a whole number but for rounding.
     rank = (counted[-1] + 1) * (1 - rate) - 1e-9
     place = min(np.searchsorted(counted, rank), len(order) - 1)
-    return float(levels[order[place]] * 10 ** (margin_db / 20))
+    return float(levels[order[place]])
 
 
 def weighted_median(levels: NDArray[Any], weights: NDArray[Any]) -> float:
