@@ -109,7 +109,7 @@ def test_api_page_lists_every_public_name():
         elif name := re.fullmatch(r"(?:   |\.\. py:data:: )([\w.]+)", line):
             listed.add(f"{module}.{name[1]}")
     public = {f"{kernels.__name__}.{each.name}" for each in pkgutil.iter_modules(kernels.__path__)}
-    for name in ("skarxlag", "skarxlag.datasets", "skarxlag.paper", "skarxlag.plotting"):
+    for name in ("skarxlag", "skarxlag.datasets", "skarxlag.plotting"):
         public |= {f"{name}.{each}" for each in importlib.import_module(name).__all__}
     assert listed == public
 

@@ -9,8 +9,8 @@ import numpy as np
 from sklearn.utils import Bunch
 
 from skarxlag import ChannelRows, SpeedSplit, make_diagnoser, make_windows, read_recording
+from skarxlag.accuracy_tables import condition_accuracy
 from skarxlag.datasets import simulate_rig
-from skarxlag.paper import accuracy_beside_paper
 from skarxlag.plotting import IdentificationDisplay
 
 
@@ -23,7 +23,7 @@ def right() -> tuple[float, int]:
     rows = ChannelRows(n_channels=2).fit(windows).inverse_transform(windows)
     rig = simulate_rig(rpm=np.array([300.0, 500.0]), crack_mm=3)
     shown = IdentificationDisplay.from_estimator(diagnoser, windows[0], axes=np.array([None, None]))
-    table = accuracy_beside_paper(rig.verdicts, 2)
+    table = condition_accuracy(rig.verdicts, rig.target_names, ["diagnoser"])
     return diagnoser.score(windows, found.verdict) + shown.fit_percentage, rows.ndim + len(table)
 
 

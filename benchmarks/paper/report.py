@@ -4,17 +4,17 @@ from functools import partial
 
 import pandas as pd
 
-from benchmarks.paper.ladders import DIAGNOSERS
-from skarxlag.commands.report import Table, file_stem, matrix_text, number_text
-from skarxlag.paper import (
+from benchmarks.paper.comparison import (
     accuracy_beside_paper,
     averages,
     confusion_beside_paper,
     improvements,
-    load_tables,
     paper_averages,
     paper_improvements,
 )
+from benchmarks.paper.ladders import DIAGNOSERS
+from benchmarks.paper.printed_tables import load_tables
+from skarxlag.commands.report import Table, file_stem, matrix_text, number_text
 
 _IN_PAPER = {DIAGNOSERS["extended-state"][0]: "proposed"}
 #: Figures of the paper are shown with all decimals that they have, or come to.
@@ -31,7 +31,7 @@ def paper_report(outcome):
     Parameters
     ----------
     outcome : Bunch
-        Of `skarxlag.paper.run_protocol` with the titles in `benchmarks.paper.ladders`.
+        Of `benchmarks.paper.protocol.run_protocol` with the titles in `benchmarks.paper.ladders`.
 
     Returns
     -------

@@ -14,13 +14,14 @@ from sklearn.utils import Bunch
 
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.paper.ladders import DIAGNOSERS, LADDERS
+from benchmarks.paper.printed_tables import load_tables
+from benchmarks.paper.protocol import run_protocol
 from benchmarks.paper.report import paper_report
 from benchmarks.paper.tables_plot import averages_figure
 from skarxlag import make_alpio, make_single_observer_pio, make_stretch_diagnoser
 from skarxlag.bearings import SKF_6205, strike_rate
 from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import LOCATIONS
-from skarxlag.paper import load_tables, run_protocol
 
 PAPER = load_tables().claims
 PAPER_WINDOW, PAPER_SAMPLES = PAPER["samples_per_window"], PAPER["samples_per_condition"]

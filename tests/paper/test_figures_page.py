@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from benchmarks.pages import paper_figures
 from benchmarks.pages.diagrams import DIAGRAMS, TEXT, Diagram, draw
 from benchmarks.pages.paper_figures import RESIDUAL_FIGURES
+from benchmarks.paper.printed_tables import load_tables
 from skarxlag.datasets.simulated import CONDITIONS
-from skarxlag.paper import load_tables
 from skarxlag.plotting._style import ANY_PAGE, NEUTRAL
 
 FOLDER = Path(__file__).parents[2] / "docs" / "paper"

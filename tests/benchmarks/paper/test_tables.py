@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.paper import tables as paper_tables
 from benchmarks.paper.ladders import LADDERS
-from skarxlag.paper import load_tables
+from benchmarks.paper.printed_tables import load_tables
 
 PAGE = Path(__file__).parents[3] / "docs" / "paper" / "tables.md"
 BLOCKS = ["compared", *paper_tables.SHOWN]

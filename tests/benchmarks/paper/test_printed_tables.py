@@ -2,12 +2,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from skarxlag.paper import (
-    improvements,
-    load_tables,
-    paper_averages,
-    paper_improvements,
-)
+from benchmarks.paper.comparison import improvements, paper_averages, paper_improvements
+from benchmarks.paper.printed_tables import load_tables
 
 #: Typed from the paper: (table, condition, column): percent.
 CELLS = {

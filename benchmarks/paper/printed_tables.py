@@ -2,7 +2,7 @@
 
 import json
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 
 import pandas as pd
 from sklearn.utils import Bunch
@@ -38,7 +38,7 @@ def load_tables() -> Bunch:
 
     Examples
     --------
-    >>> from skarxlag.paper import load_tables
+    >>> from benchmarks.paper.printed_tables import load_tables
     >>> table = load_tables().tables[5]
     >>> table.rpm, table.frame.loc["Ball", ("proposed", 3)].item()
     (500, 97.0)
@@ -52,7 +52,7 @@ def load_tables() -> Bunch:
 
 @cache
 def _read():
-    return json.loads(files(__package__).joinpath("tables.json").read_text(encoding="utf-8"))
+    return json.loads(Path(__file__).with_name("printed_tables.json").read_text(encoding="utf-8"))
 
 
 def _table(content):

@@ -1,13 +1,18 @@
 """Verdicts in the layout of Tables 2-9 of Piltan and Kim (2019), next to the printed values.
 
-The verdicts come from `skarxlag.paper.run_protocol`, with the method names in `METHODS`.
+The verdicts come from `run_protocol`, with the method names in `METHODS`.
 """
 
 import numpy as np
 import pandas as pd
 
-from ..accuracy_tables import AVERAGE, condition_accuracy, confusion_margins, confusion_table
-from .tables import load_tables
+from benchmarks.paper.printed_tables import load_tables
+from skarxlag.accuracy_tables import (
+    AVERAGE,
+    condition_accuracy,
+    confusion_margins,
+    confusion_table,
+)
 
 #: Methods in the order of the paper's columns; the last is not in the paper.
 METHODS = ("proposed", "ALPIO", "Diagnoser")

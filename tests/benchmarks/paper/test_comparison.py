@@ -3,12 +3,8 @@ import pandas as pd
 import pytest
 from sklearn.metrics import accuracy_score, confusion_matrix, precision_score, recall_score
 
-from skarxlag.paper import (
-    accuracy_beside_paper,
-    averages,
-    confusion_beside_paper,
-    load_tables,
-)
+from benchmarks.paper.comparison import accuracy_beside_paper, averages, confusion_beside_paper
+from benchmarks.paper.printed_tables import load_tables
 
 CONDITIONS = ["Normal", "IR", "OR", "Ball", "IR-Ball", "OR-Ball", "IR-OR", "IR-OR-Ball"]
 #: Rows and columns of Tables 6 and 7 stand in another order.

@@ -5,7 +5,7 @@ import pytest
 from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils import Bunch
 
-from skarxlag.paper import run_protocol
+from benchmarks.paper.protocol import run_protocol
 
 CONDITIONS = ["Normal", "Ball", "IR"]
 
