@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Sequence
 from numbers import Integral
 from typing import Any
 
@@ -14,6 +16,111 @@ from .kernels.comb import comb_frequency
 
 #: Turns of the shaft below which a stretch says nothing of orders.
 LEAST_TURNS = 3
+#: A stated speed is taken for an error if it lies farther than this factor outside the training
+#: speeds: hertz instead of revolutions per minute is a factor of 60.
+SPEED_FACTOR = 5.0
+
+
+def speed_errors(
+    rpm: ArrayLike, n_rows: int, train_rpm: Sequence[float] = (), factor: float = SPEED_FACTOR
+) -> NDArray[Any]:
+    """Return for each row why its stated speed cannot be true.
+
+    Parameters
+    ----------
+    rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples)
+        Stated speeds in revolutions per minute.
+    n_rows : int
+        Number of rows.
+    train_rpm : sequence of float, default=()
+        Training speeds. If there are none, every finite speed above 0 is accepted.
+    factor : float, default=5.0
+        Largest factor, at least 1, between a stated speed and the range of the training speeds.
+
+    Returns
+    -------
+    ndarray of str of shape (n_rows,)
+        Reasons; empty if the speed is plausible.
+
+    Raises
+    ------
+    ValueError
+        If `rpm` does not hold numbers or has another shape, or `factor` is below 1.
+
+    Examples
+    --------
+    >>> speed_errors([900.0, 15.0, float("nan")], 3, train_rpm=[600.0, 1200.0]).tolist()
+    ['', 'speed 15 rpm is outside 120 to 6000 rpm', 'speed nan rpm is not a number above 0']
+    """
+    check_real(factor, "speed_factor", min_val=1)
+    try:
+        speeds = np.asarray(rpm, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"rpm must hold numbers, got {rpm!r}.") from error
+    if speeds.ndim == 0:
+        speeds = np.full(n_rows, speeds)
+    if speeds.ndim not in (1, 2) or len(speeds) != n_rows:
+        raise ValueError(
+            f"rpm has shape {speeds.shape}, expected one speed for each of {n_rows} rows."
+        )
+    lowest, highest = 0.0, np.inf
+    if len(train_rpm) > 0:
+        lowest, highest = min(train_rpm) / factor, max(train_rpm) * factor
+    worst = speeds.reshape(n_rows, -1)
+    is_bad = ~((worst >= lowest) & (worst <= highest) & (worst > 0) & np.isfinite(worst))
+    worst = worst[np.arange(n_rows), is_bad.argmax(axis=1)] if n_rows else worst
+    return np.array(
+        [_speed_error(speed, lowest, highest) if bad else ""
+         for speed, bad in zip(worst, is_bad.any(axis=1), strict=True)],
+        dtype=str,
+    )  # fmt: skip
+
+
+def _speed_error(speed, lowest, highest):
+    if not (np.isfinite(speed) and speed > 0):
+        return f"speed {speed:g} rpm is not a number above 0"
+    return f"speed {speed:g} rpm is outside {lowest:g} to {highest:g} rpm"
+
+
+def plausible_speeds(
+    rpm: ArrayLike, n_rows: int, train_rpm: Sequence[float] = (), factor: float = SPEED_FACTOR
+) -> NDArray[np.bool_]:
+    """Return which rows have a plausible speed, and warn once if some have not.
+
+    Parameters
+    ----------
+    rpm, n_rows, train_rpm, factor
+        As in `speed_errors`.
+
+    Returns
+    -------
+    ndarray of bool of shape (n_rows,)
+        True for a plausible speed. Estimators treat other rows as rows without a signal.
+
+    Raises
+    ------
+    ValueError
+        As in `speed_errors`.
+
+    Warns
+    -----
+    UserWarning
+        If the speed of a row is not plausible.
+
+    Examples
+    --------
+    >>> plausible_speeds(900.0, 2, train_rpm=[600.0])
+    array([ True,  True])
+    """
+    errors = speed_errors(rpm, n_rows, train_rpm, factor)
+    is_plausible = errors == ""
+    if not is_plausible.all():
+        warnings.warn(
+            f"{np.sum(~is_plausible)} of {n_rows} rows are treated as rows without a signal: "
+            f"{errors[~is_plausible][0]}. rpm must be in revolutions per minute.",
+            stacklevel=3,
+        )
+    return is_plausible
 
 
 def samples_a_turn(

@@ -1,118 +1,411 @@
-"""From the windows of recordings to one verdict for each recording."""
+"""One answer for each recording, from its windows."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import softmax
+from scipy.stats import norm
 from sklearn.pipeline import Pipeline
-from sklearn.utils import check_consistent_length
+from sklearn.utils import Bunch, check_consistent_length
 
 from ._answers import answers
+from ._validation import check_real
+from .kernels.speed_drift import SAME_SPEED, UNIT_DISTANCE
 from .pipelines import in_one_pass
 from .quality import signal_quality
+from .speeds import SPEED_FACTOR, speed_errors
 
-FAULTY = "faulty"
+#: Verdict on a recording whose healthy limits are exceeded and whose condition cannot be named.
+CHANGED = FAULTY = "changed"
+#: Verdict on a recording that resembles none of the conditions.
+NONE_OF_THESE = "none of these"
 #: Verdict on a window, or on a recording, that carries no signal.
 NO_SIGNAL = "no signal"
-#: Below it a single window could veto a condition for the whole recording.
-_SMALLEST_PROBABILITY = 1e-6
+#: Begin of the verdict on a recording that cannot be judged; a colon and the reason follow.
+NO_VERDICT = "no verdict"
+#: Entry of the column ``limits`` if healthy limits hold. Other entries are reasons.
+HOLD = "hold"
+#: Smallest probability of a condition in a window. Without it, a single window could veto a
+#: condition for the whole recording.
+SMALLEST_PROBABILITY = 1e-6
+#: Correlation of the evidence of two windows of one recording: they share specimen, mounting, load
+#: and the error of the model at this speed.
+CORRELATION = 0.5
+#: Range of the p-values that are combined: beyond it they are not accurate.
+_LEAST_P, _LARGEST_P = 1e-300, 0.999
+#: Without p-values, a recording exceeds the limits if more than this share of its windows does.
+_MOST_WINDOWS = 0.5
 
 
-def window_verdicts(
-    diagnoser: Pipeline,
-    X: NDArray[Any],
-    conditions: list[str] | None = None,
-    rpm: ArrayLike | None = None,
-    known: Pipeline | None = None,
-) -> pd.DataFrame:
-    """What a diagnoser says of each window.
+def no_verdict(reason: object) -> str:
+    """Return the verdict on a recording that cannot be judged."""
+    return f"{NO_VERDICT}: {' '.join(str(reason).split())}"
 
-    Windows that carry no signal (see :func:`skarxlag.signal_quality`) are not shown to the
-    diagnoser: their verdict is "no signal".
+
+def check_condition_names(conditions: Sequence[Any]) -> None:
+    """Check that no condition is named like another verdict.
 
     Parameters
     ----------
-    diagnoser : Pipeline
-        Fitted; its last step is a ThresholdLadder or a FaultDetector.
-    X : ndarray of shape (n_windows, ...)
-        Windows; NaN is allowed, and is no signal.
-    conditions : list of str or None, default=None
-        Conditions that it was calibrated on, the healthy one first. None: those of the diagnoser,
-        sorted; a detector calls what it does not flag "healthy".
-    rpm : float or array-like of shape (n_windows,), default=None
-        Speed of each window, for the steps that request it by metadata routing. A diagnoser
-        without such a step ignores it.
-    known : estimator or None, default=None
-        What :func:`skarxlag.make_known_conditions` made, fitted on windows of the same shape.
+    conditions : sequence of label
+        Names of conditions.
 
-    Returns
-    -------
-    DataFrame
-        ``verdict``; ``alarm``, whether the detection threshold is exceeded, NaN of a diagnoser that
-        has none; ``quality``, as
-        :func:`skarxlag.signal_quality` names it; then ``probability of`` each condition, or
-        ``score`` of a detector: the logarithm of the p-value over the false-alarm rate; and, with
-        `known`, ``p-value`` of the nearest condition. Without a signal these are NaN, and the alarm
-        is False.
+    Raises
+    ------
+    ValueError
+        If a name is that of another verdict.
 
     Examples
     --------
-    >>> import warnings
-    >>> from skarxlag import make_detector
-    >>> X = np.random.default_rng(0).normal(size=(40, 400))
-    >>> with warnings.catch_warnings(action="ignore"):  # the speed is not known
-    ...     detector = make_detector(false_alarm_rate=0.1, fixed_gain=True).fit(X)
-    >>> new = np.stack([X[0], 9 * X[1], 0 * X[2]])
-    >>> window_verdicts(detector, new)["verdict"].tolist()
-    ['healthy', 'faulty', 'no signal']
+    >>> check_condition_names(["healthy", "no signal"])
+    Traceback (most recent call last):
+        ...
+    ValueError: condition 'no signal': this name is a verdict of its own, expected another name
     """
-    quality = signal_quality(X)
-    is_good = quality == "good"
-    can, diagnoser = answers(diagnoser), in_one_pass(diagnoser)
-    if conditions is None:
-        conditions = _conditions(can)
-    has_score = can.conditions is None
-    names = ["score"] if has_score else [f"probability of {name}" for name in conditions]
-    verdict = np.full(len(quality), NO_SIGNAL, dtype=object)
-    alarm = np.zeros(len(quality), dtype=bool if can.alarm else float)
-    values = np.full((len(quality), len(names)), np.nan)
-    if is_good.any():
-        of_good = _scored if has_score else _classified
-        X = X if is_good.all() else np.asarray(X)[is_good]
-        params = {}
-        if rpm is not None and can.takes_rpm:
-            params["rpm"] = np.broadcast_to(rpm, is_good.shape)[is_good]
-        found = of_good(diagnoser, X, conditions, params)
-        verdict[is_good], alarm[is_good], values[is_good] = found
-    if not can.alarm:
-        alarm[:] = np.nan
-    columns = dict(zip(names, values.T, strict=True))
-    if known is not None:
-        p_value = np.full(len(quality), np.nan)
-        if is_good.any():
-            params = {}
-            if rpm is not None and answers(known).takes_rpm:
-                params["rpm"] = np.broadcast_to(rpm, is_good.shape)[is_good]
-            p_value[is_good] = np.exp(known.score_samples(X, **params))
-        columns["p-value"] = p_value
-    return pd.DataFrame({"verdict": verdict, "alarm": alarm, "quality": quality} | columns)
+    for name in map(str, conditions):
+        is_verdict = name.casefold() in (CHANGED, NONE_OF_THESE, NO_SIGNAL)
+        if is_verdict or name.casefold().startswith(NO_VERDICT):
+            raise ValueError(
+                f"condition {name!r}: this name is a verdict of its own, expected another name"
+            )
 
 
-def _scored(diagnoser, X, conditions, params):
-    """Verdicts, alarms and scores of a detector."""
-    score = diagnoser.decision_function(X, **params)
-    return np.where(score < 0, FAULTY, conditions[0]), score < 0, score[:, np.newaxis]
+def effective_number(n_windows: ArrayLike) -> NDArray[Any]:
+    r"""Return the number of independent windows with as much evidence as correlated ones.
+
+    .. math:: n / (1 + (n - 1) \varrho)
+
+    with the correlation :math:`\varrho` of two windows of a recording, 0.5.
+
+    Parameters
+    ----------
+    n_windows : array-like
+        Numbers of windows n, above 0.
+
+    Returns
+    -------
+    ndarray
+        Effective numbers, at most 2.
+
+    Examples
+    --------
+    >>> effective_number([1, 3]).tolist()
+    [1.0, 1.5]
+    """
+    n = np.asarray(n_windows, dtype=np.float64)
+    # Fading evidence may weigh less than one window.
+    return n / (1 + np.maximum(n - 1, 0) * CORRELATION)
 
 
-def _classified(diagnoser, X, conditions, params):
-    """Verdicts, alarms and probabilities of a diagnoser."""
-    found = diagnoser.diagnose(X, **params)
-    places = [diagnoser.classes_.tolist().index(name) for name in conditions]
-    return found.verdict, found.get("alarm", np.nan), found.probability[:, places]
+def combined_p_value(p_values: ArrayLike) -> float:
+    r"""Combine the p-values of the windows of a recording, which depend on each other.
+
+    Stouffer's method for correlated tests:
+    :math:`p = \Phi(\sqrt{n_e}\; \overline{\Phi^{-1}(p_w)})` with the effective number
+    :math:`n_e` of windows.
+
+    Parameters
+    ----------
+    p_values : array-like of shape (n_windows,)
+        Values in (0, 1].
+
+    Returns
+    -------
+    float
+        The p-value of the recording.
+
+    References
+    ----------
+    M. J. Strube (1985), "Combining and comparing significance levels from nonindependent hypothesis
+    tests", Psychological Bulletin 97(2), 334-341.
+
+    Examples
+    --------
+    >>> round(combined_p_value([0.01]), 4), round(combined_p_value([0.01] * 100), 4)
+    (0.01, 0.0005)
+    """
+    scores = norm.ppf(np.clip(p_values, _LEAST_P, _LARGEST_P))
+    return float(norm.cdf(np.sqrt(effective_number(len(scores))) * scores.mean()))
+
+
+class Judge:
+    """Models that together give one answer for windows and for recordings.
+
+    Parameters
+    ----------
+    diagnoser : estimator or None
+        Fitted classifier with probabilities, or a detector.
+    conditions : list of label or None, default=None
+        Order of the conditions, the healthy one first: a permutation of those of the diagnoser. For
+        a detector alone, the name of the healthy condition. None: sorted, or ``["healthy"]``.
+    known : estimator or None, default=None
+        Fitted known conditions, which reject windows that resemble none of them.
+    detector : estimator or None, default=None
+        Fitted detector with the healthy limits. None: the detection threshold of the diagnoser, if
+        it has one.
+    train_rpm : sequence of float, default=()
+        Training speeds. Empty: those that the models state.
+    speed_factor : float, default=5.0
+        Rows whose stated speed lies farther than this factor, at least 1, outside the training
+        speeds get no verdict.
+
+    Attributes
+    ----------
+    conditions : list
+        See above.
+    healthy : label or None
+        The healthy condition; None if it is not known.
+    detects : bool
+        Whether there are healthy limits.
+    alarm_rate : float or None
+        Share of healthy windows that may exceed the limits.
+
+    Raises
+    ------
+    ValueError
+        If there is neither a classifier nor a detector, the classifier has no probabilities,
+        `conditions` is no permutation, a condition is named like another verdict, or `speed_factor`
+        is below 1.
+    """
+
+    def __init__(
+        self,
+        diagnoser: Any,
+        *,
+        conditions: Sequence[Any] | None = None,
+        known: Any = None,
+        detector: Any = None,
+        train_rpm: Sequence[float] = (),
+        speed_factor: float = SPEED_FACTOR,
+    ) -> None:
+        if diagnoser is None and detector is None:
+            raise ValueError("diagnoser and detector are None, expected at least one of them")
+        if diagnoser is not None and answers(diagnoser).conditions is None:
+            if detector is not None:
+                raise ValueError("diagnoser is no classifier, expected None beside a detector")
+            diagnoser, detector = None, diagnoser
+        models = {"diagnoser": diagnoser, "detector": detector, "known": known}
+        models = {name: model for name, model in models.items() if model is not None}
+        self._can = {name: answers(model) for name, model in models.items()}
+        self._models = {name: in_one_pass(model) for name, model in models.items()}
+        self.conditions, self.healthy = self._ordered(conditions)
+        limits = self._can.get("detector", self._can.get("diagnoser"))
+        if "detector" in models and not limits.alarm:
+            raise ValueError(
+                f"detector: {type(detector).__name__} flags no rows, expected an outlier detector"
+            )
+        self.detects, self.alarm_rate = limits.alarm, limits.stated_rate
+        self.train_rpm = list(train_rpm)
+        for can in self._can.values():
+            self.train_rpm = self.train_rpm or list(can.speeds)
+        check_real(speed_factor, "speed_factor", min_val=1)
+        self.speed_factor = speed_factor
+
+    def _ordered(self, chosen):
+        """Conditions in the order asked for, and the healthy one."""
+        can, healthy = self._can.get("diagnoser"), None if chosen is None else [*chosen, None][0]
+        if can is None:
+            chosen = ["healthy"] if chosen is None else list(chosen)
+            healthy = healthy or "healthy"
+            fits, expected = len(chosen) == 1, "the name of the healthy condition"
+        else:
+            if not can.states_probabilities:
+                raise ValueError(
+                    "diagnoser states no probabilities, expected a classifier with predict_proba"
+                )
+            known = list(can.conditions)
+            healthy = can.healthy if chosen is None else healthy
+            chosen = known if chosen is None else list(chosen)
+            fits = len(chosen) == len(known) and set(chosen) == set(known)
+            expected = f"a permutation of {known}"
+        if not fits:
+            raise ValueError(f"conditions={chosen!r}, expected {expected}")
+        check_condition_names(chosen)
+        return chosen, healthy
+
+    def opinions(self, X: NDArray[Any], rpm: ArrayLike | None = None) -> Bunch:
+        """Ask all models about windows.
+
+        Parameters
+        ----------
+        X : ndarray of shape (n_windows, ...)
+            Windows; NaN is allowed, and is no signal.
+        rpm : float, array-like of shape (n_windows,) or None, default=None
+            Speed of each window.
+
+        Returns
+        -------
+        Bunch
+            One entry for each window: ``quality``, as `signal_quality` names it; ``refusal``, why
+            there can be no verdict, else an empty text; ``limits``, ``"hold"`` or why healthy
+            limits do not hold at this speed; ``probability`` of each condition, of shape
+            (n_windows, n_conditions); ``exceeds``, 1 if the healthy limits are exceeded, else 0;
+            ``score``, ``p_value`` (healthy) and ``nearest`` (p-value of the nearest condition).
+            Numbers are NaN if they are not known.
+        """
+        quality = signal_quality(X)
+        n = len(quality)
+        speed_error = np.full(n, "")
+        if rpm is not None:
+            speed_error = speed_errors(rpm, n, self.train_rpm, self.speed_factor)
+            rpm = np.asarray(rpm, dtype=np.float64)
+            rpm = np.full(n, rpm) if rpm.ndim == 0 else rpm
+        refusal = speed_error.astype(object)
+        limits = self._limits(rpm, n)
+        if "diagnoser" not in self._can:
+            # Without limits, a detector says nothing.
+            refusal = np.where((refusal == "") & (limits != HOLD), limits, refusal)
+        usable = np.flatnonzero((quality == "good") & (refusal == ""))
+        found = Bunch(quality=quality, refusal=refusal, limits=limits)
+        found.probability = np.full((n, len(self.conditions)), np.nan)
+        for name in ("exceeds", "score", "p_value", "nearest"):
+            found[name] = np.full(n, np.nan)
+        X = X if len(usable) == n else np.asarray(X)[usable]
+        self._ask_diagnoser(found, X, rpm, usable)
+        holds = limits[usable] == HOLD
+        if "detector" in self._can and holds.any():
+            some = usable[holds]
+            said = self._asked("detector", "diagnose", X if holds.all() else X[holds], rpm, some)
+            found.exceeds[some], found.score[some] = said.alarm, said.score
+            if self._can["detector"].healthy_p_value:
+                # The score is the logarithm of the p-value over the stated rate.
+                found.p_value[some] = np.exp(said.score) * self.alarm_rate
+        if "known" in self._can and len(usable) > 0:
+            found.nearest[usable] = np.exp(self._asked("known", "score_samples", X, rpm, usable))
+        found.exceeds[limits != HOLD] = np.nan
+        return found
+
+    def _ask_diagnoser(self, found, X, rpm, usable):
+        if "diagnoser" not in self._can or len(usable) == 0:
+            return
+        said = self._asked("diagnoser", "diagnose", X, rpm, usable)
+        classes = self._can["diagnoser"].conditions
+        found.probability[usable] = said.probability[:, list(map(classes.index, self.conditions))]
+        if self.detects and "detector" not in self._can:
+            found.exceeds[usable] = said.alarm
+
+    def _asked(self, name, method, X, rpm, rows):
+        params = {} if rpm is None or not self._can[name].takes_rpm else {"rpm": rpm[rows]}
+        return getattr(self._models[name], method)(X, **params)
+
+    def _limits(self, rpm, n):
+        """For each row, whether healthy limits hold at its speed, or why not."""
+        if not self.detects:
+            return np.full(n, "no healthy limits were learned", dtype=object)
+        can, listed = self._can.get("detector"), ", ".join(f"{v:g}" for v in self.train_rpm)
+        reason = f"healthy limits hold at {listed} rpm"
+        if rpm is None:
+            is_free = not self.train_rpm or (can is not None and not can.needs_rpm)
+            stated = f"the speed is not stated, and {reason} only"
+            return np.full(n, HOLD if is_free else stated, dtype=object)
+        if can is not None and (can.takes_rpm or not self.train_rpm):
+            # These limits widen with the distance in speed.
+            return np.full(n, HOLD, dtype=object)
+        if not self.train_rpm:
+            return np.full(n, "the training speeds are not known", dtype=object)
+        # A detector without speeds has limits for speeds that differ by the factor 1.3.
+        tolerance = SAME_SPEED if can is None else UNIT_DISTANCE
+        with np.errstate(invalid="ignore", divide="ignore"):
+            speeds = np.log(rpm.reshape(n, -1).mean(axis=1, keepdims=True) / self.train_rpm)
+            is_near = np.min(np.abs(speeds), axis=1) <= tolerance + 1e-9
+        return np.where(is_near, HOLD, f"{reason} only").astype(object)
+
+    def windows(self, X: NDArray[Any], rpm: ArrayLike | None = None) -> pd.DataFrame:
+        """Return a row for each window, as `window_verdicts` does."""
+        found = self.opinions(X, rpm)
+        is_usable = (found.quality == "good") & (found.refusal == "")
+        if "diagnoser" in self._can:
+            names = np.array([*self.conditions, None], dtype=object)[:-1]
+            known = np.nan_to_num(found.probability, nan=-1.0)
+            verdict = names[known.argmax(axis=1)]
+        else:
+            verdict = np.where(found.exceeds == 1, CHANGED, self.healthy).astype(object)
+        verdict[~is_usable] = NO_SIGNAL
+        is_refused = (found.quality == "good") & (found.refusal != "")
+        verdict[is_refused] = [no_verdict(reason) for reason in found.refusal[is_refused]]
+        columns = {"verdict": verdict, "alarm": found.exceeds, "quality": found.quality}
+        if not np.isnan(found.exceeds).any():
+            columns["alarm"] = found.exceeds == 1
+        columns["limits"] = found.limits
+        if "detector" in self._can:
+            columns |= {"score": found.score, "p-value": found.p_value}
+        if "diagnoser" in self._can:
+            for name, values in zip(self.conditions, found.probability.T, strict=True):
+                columns[f"probability of {name}"] = values
+        if "known" in self._can:
+            columns["p-value of nearest"] = found.nearest
+        return pd.DataFrame(columns)
+
+    def recording(self, windows: pd.DataFrame) -> dict[str, Any]:
+        """Return one answer for the windows of one recording.
+
+        Parameters
+        ----------
+        windows : DataFrame
+            Rows of `windows`, also those of several calls.
+
+        Returns
+        -------
+        dict
+            The columns of `recording_verdicts`.
+        """
+        is_refused = windows["verdict"].astype(str).str.startswith(NO_VERDICT)
+        has_signal = windows["quality"] == "good"
+        usable = windows[has_signal & ~is_refused]
+        alarm, p_value, limits = self._recording_alarm(usable)
+        answer = {"verdict": NO_SIGNAL, "probability": np.nan, "alarm": alarm, "p-value": p_value}
+        if "known" in self._can:
+            answer["p-value of nearest"] = _combined(usable["p-value of nearest"])
+        if usable.empty:
+            if is_refused.any():
+                answer["verdict"] = windows.loc[is_refused, "verdict"].mode()[0]
+        else:
+            answer["verdict"], answer["probability"] = self._recording_condition(usable, answer)
+        possible = self.conditions if "diagnoser" in self._can else [self.healthy, CHANGED]
+        return (
+            answer
+            | {"windows": len(windows), "no signal": int((~has_signal).sum()), "limits": limits}
+            | {f"share of {name}": float((usable["verdict"] == name).mean()) for name in possible}
+        )
+
+    def _recording_alarm(self, usable):
+        """Alarm, p-value, and whether healthy limits hold."""
+        within = usable[usable["limits"] == HOLD]
+        if within.empty:
+            return "-", np.nan, "" if usable.empty else usable["limits"].mode()[0]
+        p_value = _combined(within["p-value"]) if "p-value" in within else np.nan
+        if np.isnan(p_value):
+            exceeds = within["alarm"].astype(float).mean() > _MOST_WINDOWS
+        else:
+            exceeds = p_value < self.alarm_rate
+        return "yes" if exceeds else "no", p_value, HOLD
+
+    def _recording_condition(self, usable, answer):
+        """Verdict and its probability."""
+        if answer.get("p-value of nearest", 1.0) < self._rejection_rate():
+            return NONE_OF_THESE, np.nan
+        verdict, probability = self.healthy, np.nan
+        if "diagnoser" in self._can:
+            columns = [f"probability of {name}" for name in self.conditions]
+            logs = np.log(usable[columns].clip(lower=SMALLEST_PROBABILITY)).mean().to_numpy()
+            every = softmax(effective_number(len(usable)) * logs)
+            verdict, probability = self.conditions[every.argmax()], float(every.max())
+        if verdict == self.healthy and answer["alarm"] == "yes":
+            return CHANGED, np.nan
+        return verdict, probability
+
+    def _rejection_rate(self):
+        return self._can["known"].stated_rate if "known" in self._can else 0.0
+
+
+def _combined(p_values):
+    p_values = p_values.dropna()
+    return combined_p_value(p_values) if len(p_values) > 0 else np.nan
 
 
 def recording_verdict(
@@ -163,7 +456,7 @@ def recording_verdict(
     ('worn', 1, 0.333)
     """
     usable = windows[windows["quality"] == "good"]
-    is_scored = "score" in windows
+    is_scored = f"probability of {conditions[0]}" not in windows
     possible = [conditions[0], FAULTY] if is_scored else conditions
     confidence = np.nan
     if usable.empty:
@@ -172,12 +465,12 @@ def recording_verdict(
         verdict = FAULTY if usable["score"].sum() < 0 else conditions[0]
     else:
         columns = [f"probability of {name}" for name in conditions]
-        evidence = np.log(usable[columns].clip(lower=_SMALLEST_PROBABILITY)).mean().to_numpy()
+        evidence = np.log(usable[columns].clip(lower=SMALLEST_PROBABILITY)).mean().to_numpy()
         best = int(evidence.argmax())
         verdict, confidence = conditions[best], softmax(evidence)[best]
     known = {}
-    if "p-value" in windows:
-        p_value = float(usable["p-value"].median())
+    if "p-value of nearest" in windows:
+        p_value = float(usable["p-value of nearest"].median())
         is_none = None if usable.empty else p_value < false_rejection_rate
         known = {"p-value": p_value, "none of these": is_none}
     return (
@@ -193,6 +486,84 @@ def recording_verdict(
     )
 
 
+def window_verdicts(
+    diagnoser: Pipeline,
+    X: NDArray[Any],
+    conditions: list[str] | None = None,
+    rpm: ArrayLike | None = None,
+    known: Pipeline | None = None,
+    *,
+    detector: Pipeline | None = None,
+    train_rpm: Sequence[float] = (),
+    speed_factor: float = SPEED_FACTOR,
+) -> pd.DataFrame:
+    """Return the verdict of a diagnoser on each window.
+
+    Use :func:`recording_verdicts` instead for one answer from all windows of a recording. Windows
+    that carry no signal (see :func:`skarxlag.signal_quality`) are not diagnosed.
+
+    Parameters
+    ----------
+    diagnoser : Pipeline
+        Fitted: a classifier with probabilities, or a detector.
+    X : ndarray of shape (n_windows, ...)
+        Windows; NaN is allowed, and is no signal.
+    conditions : list of label or None, default=None
+        Order of the conditions, the healthy one first: a permutation of those of the diagnoser. For
+        a detector alone, the name of the healthy condition. None: sorted, or ``["healthy"]``.
+    rpm : float, array-like of shape (n_windows,) or None, default=None
+        Speed of each window. None: it is not known.
+    known : estimator or None, default=None
+        What :func:`skarxlag.make_known_conditions` made, fitted on windows of the same shape.
+    detector : estimator or None, default=None
+        What :func:`skarxlag.make_detector` made, fitted on windows of the same shape. Its healthy
+        limits replace the detection threshold of the diagnoser.
+    train_rpm : sequence of float, default=()
+        Training speeds. Empty: those that the models state.
+    speed_factor : float, default=5.0
+        Windows whose stated speed lies farther than this factor, at least 1, outside the training
+        speeds get no verdict.
+
+    Returns
+    -------
+    DataFrame
+        ``verdict``: the most probable condition, of a detector alone the healthy condition or
+        ``"changed"``; ``"no signal"``; or ``"no verdict: ..."`` with the reason. ``alarm``: whether
+        the healthy limits are exceeded, NaN if this is not known; ``quality``, as
+        :func:`skarxlag.signal_quality` names it; ``limits``: ``"hold"``, or why the healthy limits
+        do not hold at this speed. With a detector, ``score``, the logarithm of the p-value over the
+        false-alarm rate, and ``p-value``, the probability that a healthy window deviates as much.
+        Of a classifier, ``probability of`` each condition. With `known`, ``p-value of nearest``
+        condition.
+
+    Raises
+    ------
+    ValueError
+        If `conditions` is no permutation, a condition is named like another verdict, or `rpm` does
+        not fit the windows.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> from skarxlag import make_detector
+    >>> X = np.random.default_rng(0).normal(size=(40, 400))
+    >>> with warnings.catch_warnings(action="ignore"):  # the speed is not known
+    ...     detector = make_detector(false_alarm_rate=0.1, fixed_gain=True).fit(X)
+    >>> new = np.stack([X[0], 9 * X[1], 0 * X[2]])
+    >>> window_verdicts(detector, new)["verdict"].tolist()
+    ['healthy', 'changed', 'no signal']
+    """
+    judge = Judge(
+        diagnoser,
+        conditions=conditions,
+        known=known,
+        detector=detector,
+        train_rpm=train_rpm,
+        speed_factor=speed_factor,
+    )
+    return judge.windows(X, rpm)
+
+
 def recording_verdicts(
     diagnoser: Pipeline,
     X: NDArray[Any],
@@ -201,34 +572,51 @@ def recording_verdicts(
     *,
     rpm: ArrayLike | None = None,
     known: Pipeline | None = None,
+    detector: Pipeline | None = None,
+    train_rpm: Sequence[float] = (),
+    speed_factor: float = SPEED_FACTOR,
 ) -> pd.DataFrame:
-    """One verdict for each recording, from windows of several recordings.
+    r"""Return one answer for each recording, from its windows.
+
+    The verdict is, in this order,
+
+    - ``"no signal"`` if no window carries a signal, or ``"no verdict: ..."`` with the reason, such
+      as an implausible speed;
+    - ``"none of these"`` if the recording resembles no condition (with `known`);
+    - the most probable condition;
+    - but ``"changed"`` instead of the healthy condition if the healthy limits are exceeded.
+
+    Windows of a recording share specimen, mounting and load, so they are no independent evidence.
+    With a correlation of :math:`arrho = 0.5`, n windows count as
+    :math:`n_e = n / (1 + (n - 1) arrho)`: the probabilities are the softmax of :math:`n_e` times
+    the mean log probability, and p-values are combined by Stouffer's method for correlated tests.
 
     Parameters
     ----------
     diagnoser : Pipeline
-        Fitted; its last step is a ThresholdLadder or a FaultDetector.
+        Fitted: a classifier with probabilities, or a detector.
     X : ndarray of shape (n_windows, ...)
         Windows.
     recording : array-like of shape (n_windows,)
-        Recording of each window.
-    conditions : list of str or None, default=None
+        Identifier of the recording of each window.
+    conditions, rpm, known, detector, train_rpm, speed_factor
         As in `window_verdicts`.
-    rpm : float, array-like of shape (n_windows,) or None, default=None
-        As in `window_verdicts`.
-    known : estimator or None, default=None
-        As in `window_verdicts`; its rate says which recordings are none of these.
 
     Returns
     -------
     DataFrame
-        One row for each recording, in order of appearance; the columns are the entries that
-        `recording_verdict` returns.
+        One row for each recording, in order of appearance. ``verdict``; ``probability`` of the
+        verdict, NaN if it is no condition; ``alarm``: ``"yes"`` if the healthy limits are exceeded,
+        ``"no"`` if not, ``"-"`` if they do not hold at this speed; ``p-value``: probability that a
+        healthy recording deviates as much, NaN if it is not known; with `known`, ``p-value of
+        nearest`` condition; ``windows``, how many there are; ``no signal``, how many of them carry
+        none; ``limits``: ``"hold"``, or why healthy limits do not hold; and ``share of`` the
+        windows with a signal that got each verdict.
 
     Raises
     ------
     ValueError
-        If `recording` does not have one entry for each window.
+        If `recording` does not have an identifier for each window, or as in `window_verdicts`.
 
     Examples
     --------
@@ -237,18 +625,27 @@ def recording_verdicts(
     >>> white, coloured = rng.normal(size=(20, 400)), rng.normal(size=(20, 400)).cumsum(axis=1)
     >>> X, y = np.concatenate([white, coloured]), np.repeat(["good", "worn"], 20)
     >>> run = np.repeat(["run 1", "run 2"], 20)
-    >>> recording_verdicts(make_diagnoser().fit(X, y), X, run)["verdict"].tolist()
-    ['good', 'worn']
+    >>> recording_verdicts(make_diagnoser(healthy="good").fit(X, y), X, run)[["verdict", "alarm"]]
+          verdict alarm
+    run 1    good    no
+    run 2    worn   yes
     """
     check_consistent_length(X, recording)
-    if conditions is None:
-        conditions = _conditions(answers(diagnoser))
-    windows = window_verdicts(diagnoser, X, conditions, rpm=rpm, known=known)
-    groups = windows.groupby(np.asarray(recording), sort=False)
-    rate = {} if known is None else {"false_rejection_rate": answers(known).stated_rate}
-    rows = {name: recording_verdict(rows, conditions, **rate) for name, rows in groups}
+    recording = np.asarray(recording)
+    missing = np.flatnonzero(pd.isna(recording))
+    if len(missing) > 0:
+        raise ValueError(
+            f"recording[{missing[0]}] is {recording[missing[0]]}, expected an identifier of the "
+            "recording for each window"
+        )
+    judge = Judge(
+        diagnoser,
+        conditions=conditions,
+        known=known,
+        detector=detector,
+        train_rpm=train_rpm,
+        speed_factor=speed_factor,
+    )
+    groups = judge.windows(X, rpm).groupby(recording, sort=False)
+    rows = {name: judge.recording(windows) for name, windows in groups}
     return pd.DataFrame.from_dict(rows, orient="index")
-
-
-def _conditions(can):
-    return ["healthy"] if can.conditions is None else list(can.conditions)

@@ -1,18 +1,30 @@
+import warnings
+
 import numpy as np
 import pandas as pd
 import pytest
 from scipy.special import softmax
+from scipy.stats import norm
 
 from skarxlag import (
     make_alpio,
     make_detector,
+    make_diagnoser,
+    make_known_conditions,
     recording_verdicts,
     window_verdicts,
 )
-from skarxlag.commands.remarks import verdict_remarks
-from skarxlag.verdicts import recording_verdict
+from skarxlag.verdicts import (
+    CORRELATION,
+    Judge,
+    check_condition_names,
+    combined_p_value,
+    effective_number,
+    no_verdict,
+)
 
-pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
+SPEEDS = np.repeat([900.0, 1200.0], 100)
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +36,17 @@ def windows():
 
 @pytest.fixture(scope="module")
 def diagnoser(windows):
-    return make_alpio().fit(*windows)
+    return make_alpio(healthy="white").fit(*windows)
+
+
+@pytest.fixture(scope="module")
+def healthy():
+    return np.random.default_rng(1).normal(size=(200, 400))
+
+
+@pytest.fixture(scope="module")
+def detector(healthy):
+    return make_detector().fit(healthy, rpm=SPEEDS)
 
 
 def test_windows_get_what_the_pipeline_says(diagnoser, windows):
@@ -33,20 +55,35 @@ def test_windows_get_what_the_pipeline_says(diagnoser, windows):
     np.testing.assert_array_equal(verdicts["verdict"], diagnoser.predict(X))
     columns = ["probability of coloured", "probability of white"]
     np.testing.assert_allclose(verdicts[columns], diagnoser.predict_proba(X))
+    assert verdicts.columns[4:].tolist() == columns
     reversed_columns = window_verdicts(diagnoser, X, ["white", "coloured"]).columns.tolist()
-    assert reversed_columns[3:] == columns[::-1]
+    assert reversed_columns[4:] == columns[::-1]
 
 
-def test_evidence_of_a_recording_is_the_sum_over_its_windows(diagnoser, windows):
+def test_evidence_of_a_recording_counts_correlated_windows(diagnoser, windows):
     X, _ = windows
     recording = np.arange(40) % 3
     table = recording_verdicts(diagnoser, X, recording)
-    evidence = diagnoser.predict_log_proba(X)
+    evidence = diagnoser.predict_log_proba(X).clip(np.log(1e-6))
     for name, row in table.iterrows():
-        mean = evidence[recording == name].mean(axis=0)
+        n, mean = np.sum(recording == name), evidence[recording == name].mean(axis=0)
+        n_effective = 1 / (CORRELATION + (1 - CORRELATION) / n)
         assert row["verdict"] == diagnoser.classes_[mean.argmax()]
-        assert row["confidence"] == pytest.approx(softmax(mean).max(), rel=1e-3)
-        assert row["windows"] == np.sum(recording == name)
+        assert row["probability"] == pytest.approx(softmax(n_effective * mean).max(), rel=1e-6)
+        assert row["windows"] == n
+
+
+def test_effective_number_is_that_of_the_variance_of_a_mean():
+    n, rng = 7, np.random.default_rng(0)
+    covariance = np.full((n, n), CORRELATION) + (1 - CORRELATION) * np.eye(n)
+    assert effective_number(n) == pytest.approx(1 / covariance.mean())
+    assert effective_number(1) == 1 and effective_number(0.25) == 0.25
+    # Combined p-values of equally correlated windows are uniform.
+    scores = rng.multivariate_normal(np.zeros(n), covariance, size=20_000)
+    combined = np.array([combined_p_value(norm.sf(row)) for row in scores[:4000]])
+    for rate in (0.01, 0.05, 0.3):
+        assert np.mean(combined < rate) == pytest.approx(rate, rel=0.4)
+    assert 0 < combined_p_value([1e-320, 1.0, 0.5]) < 1
 
 
 def test_recordings_keep_their_order_of_appearance(diagnoser, windows):
@@ -54,14 +91,144 @@ def test_recordings_keep_their_order_of_appearance(diagnoser, windows):
     assert table.index.tolist() == ["z", "a"]
 
 
-def test_detector_names_what_it_does_not_flag(windows):
-    X, _ = windows
-    detector = make_detector(false_alarm_rate=0.1, fixed_gain=True).fit(X[:20])
-    assert set(window_verdicts(detector, X)["verdict"]) <= {"healthy", "faulty"}
-    assert recording_verdicts(detector, X, np.repeat([0, 1], 20))["verdict"].tolist() == [
-        "healthy",
-        "faulty",
+def test_detector_alone_says_healthy_or_changed(detector, healthy):
+    X = np.concatenate([healthy[:20], healthy[:20].cumsum(axis=1)])
+    found = recording_verdicts(detector, X, np.repeat(["a", "b"], 20), rpm=1000.0)
+    assert found["verdict"].tolist() == ["healthy", "changed"]
+    assert found["alarm"].tolist() == ["no", "yes"]
+    assert found.loc["a", "p-value"] > 0.01 > found.loc["b", "p-value"]
+    assert found["probability"].isna().all() and (found["limits"] == "hold").all()
+    named = recording_verdicts(detector, X[:20], np.zeros(20), ["ok"], rpm=1000.0)
+    assert named["verdict"].tolist() == ["ok"]
+    without = recording_verdicts(detector, X[:20], np.zeros(20))
+    assert without["verdict"].tolist() == [
+        "no verdict: the speed is not stated, and healthy limits hold at 900, 1200 rpm only"
     ]
+
+
+def test_p_values_are_those_of_the_detector(detector, healthy):
+    X, rpm = healthy[:9], np.linspace(900, 1300, 9)
+    verdicts = window_verdicts(detector, X, rpm=rpm)
+    np.testing.assert_allclose(verdicts["p-value"], detector.p_values(X, rpm=rpm))
+    np.testing.assert_allclose(verdicts["score"], detector.decision_function(X, rpm=rpm))
+    np.testing.assert_array_equal(verdicts["alarm"], detector.predict(X, rpm=rpm) == -1)
+    row = recording_verdicts(detector, X, np.zeros(9), rpm=rpm).iloc[0]
+    assert row["p-value"] == combined_p_value(verdicts["p-value"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "alarm", "limits"),
+    [
+        ({}, "no", "hold"),
+        ({"rpm": 900.0, "train_rpm": [900.0]}, "no", "hold"),
+        ({"rpm": 1200.0, "train_rpm": [900.0]}, "-", "healthy limits hold at 900 rpm only"),
+        (
+            {"train_rpm": [900.0]},
+            "-",
+            "the speed is not stated, and healthy limits hold at 900 rpm only",
+        ),
+        ({"rpm": 900.0}, "-", "the training speeds are not known"),
+    ],
+)
+def test_alarm_where_the_detection_threshold_holds(arguments, alarm, limits, diagnoser, windows):
+    row = recording_verdicts(diagnoser, windows[0][:20], np.zeros(20), **arguments).iloc[0]
+    assert (row["verdict"], row["alarm"], row["limits"]) == ("white", alarm, limits)
+    assert row["probability"] > 0.5 and np.isnan(row["p-value"])
+
+
+def test_classifier_without_healthy_limits_raises_no_alarm(windows):
+    from sklearn.linear_model import LogisticRegression
+
+    model = LogisticRegression().fit(windows[0], windows[1])
+    row = recording_verdicts(model, windows[0][:20], np.zeros(20)).iloc[0]
+    assert (row["alarm"], row["limits"]) == ("-", "no healthy limits were learned")
+
+
+def test_healthy_limits_of_a_detector_decide_between_healthy_and_changed(
+    diagnoser, detector, windows
+):
+    X = windows[0].copy()
+    X[:10, ::200] += 40.0  # impacts, which the diagnoser takes for noise
+    found = recording_verdicts(
+        diagnoser, X, np.repeat(["struck", "quiet", "worn"], [10, 10, 20]),
+        rpm=900.0, detector=detector,
+    )  # fmt: skip
+    assert found["verdict"].tolist() == ["changed", "white", "coloured"]
+    assert found["alarm"].tolist() == ["yes", "no", "yes"]
+    assert np.isnan(found.loc["struck", "probability"])
+    assert found.loc["worn", "probability"] > 0.5
+
+
+def test_recording_that_resembles_no_condition(diagnoser, windows, healthy):
+    known = make_known_conditions().fit(healthy, np.repeat(["a", "b"], 100), rpm=900.0)
+    new, run = np.concatenate([windows[0][-8:], healthy[:8]]), np.repeat(["strange", "known"], 8)
+    found = recording_verdicts(diagnoser, new, run, known=known, rpm=900.0)
+    assert found["verdict"].tolist() == ["none of these", "white"]
+    assert np.isnan(found.loc["strange", "probability"])
+    nearest = window_verdicts(diagnoser, new, known=known, rpm=900.0)["p-value of nearest"]
+    np.testing.assert_allclose(nearest, np.exp(known.score_samples(new, rpm=900.0)))
+    assert found.loc["known", "p-value of nearest"] == combined_p_value(nearest[8:])
+
+
+@pytest.mark.parametrize(
+    ("rpm", "reason"),
+    [
+        (12.5, "speed 12.5 rpm is outside 180 to 6000 rpm"),
+        (1e9, "speed 1e+09 rpm is outside 180 to 6000 rpm"),
+        (0.0, "speed 0 rpm is not a number above 0"),
+        (-900.0, "speed -900 rpm is not a number above 0"),
+        (np.nan, "speed nan rpm is not a number above 0"),
+        (np.inf, "speed inf rpm is not a number above 0"),
+    ],
+)
+def test_implausible_speed_gets_no_verdict(rpm, reason, detector, diagnoser, healthy):
+    arguments = {"rpm": rpm, "train_rpm": [900, 1200]}
+    for model in (detector, diagnoser):
+        found = recording_verdicts(model, healthy[:5], np.zeros(5), **arguments).iloc[0]
+        assert found["verdict"] == f"no verdict: {reason}"
+        assert found["alarm"] == "-" and np.isnan([found["probability"], found["p-value"]]).all()
+    # The models know their training speeds themselves.
+    (own,) = recording_verdicts(detector, healthy[:5], np.zeros(5), rpm=rpm)["verdict"]
+    assert own == f"no verdict: {reason}"
+
+
+def test_speed_factor_and_single_implausible_windows(detector, healthy):
+    rpm = np.array([1000.0, 6500.0, 1000.0])
+    found = window_verdicts(detector, healthy[:3], rpm=rpm)["verdict"]
+    assert found[1].startswith("no verdict: ") and found[0] == found[2] == "healthy"
+    found = window_verdicts(detector, healthy[:3], rpm=rpm, speed_factor=6.0)["verdict"]
+    assert not found.str.startswith("no verdict").any()
+    row = recording_verdicts(detector, healthy[:3], np.zeros(3), rpm=rpm).iloc[0]
+    assert (row["verdict"], row["windows"]) == ("healthy", 3)
+    with pytest.raises(ValueError, match="speed_factor == "):
+        window_verdicts(detector, healthy[:3], speed_factor=0.5)
+    with pytest.raises(ValueError, match="rpm has shape"):
+        window_verdicts(detector, healthy[:3], rpm=[900.0, 900.0])
+
+
+@pytest.mark.parametrize(
+    "conditions",
+    [["white"], ["white", "white"], ["white", "coloured", "other"], ["white", "grey"], []],
+)
+def test_only_a_permutation_of_the_conditions_is_accepted(conditions, diagnoser, windows):
+    with pytest.raises(ValueError, match="expected a permutation of"):
+        recording_verdicts(diagnoser, windows[0], np.zeros(40), conditions)
+
+
+@pytest.mark.parametrize("name", ["no signal", "Changed", "none of these", "no verdict: x"])
+def test_condition_named_like_a_verdict_is_refused(name, windows):
+    with pytest.raises(ValueError, match="this name is a verdict of its own"):
+        check_condition_names(["healthy", name])
+    model = make_alpio().fit(windows[0], np.repeat(["white", name], 20))
+    with pytest.raises(ValueError, match="this name is a verdict of its own"):
+        window_verdicts(model, windows[0])
+
+
+@pytest.mark.parametrize("missing", [None, np.nan, pd.NA, pd.NaT])
+def test_windows_without_a_recording_are_refused(missing, diagnoser, windows):
+    run = np.array(["a"] * 39 + [missing], dtype=object)
+    with pytest.raises(ValueError, match=r"recording\[39\] is"):
+        recording_verdicts(diagnoser, windows[0], run)
 
 
 def test_recording_must_fit_the_windows(diagnoser, windows):
@@ -81,59 +248,43 @@ def test_windows_without_a_signal_get_no_verdict_and_do_not_count(diagnoser, win
     verdicts = window_verdicts(diagnoser, X)
     bad = [1, 2, 3]
     assert verdicts["quality"][bad].tolist() == ["constant", "not finite", "clipped"]
-    assert (verdicts["verdict"][bad] == "no signal").all() and not verdicts["alarm"][bad].any()
+    assert (verdicts["verdict"][bad] == "no signal").all() and verdicts["alarm"][bad].isna().all()
     assert verdicts.loc[bad, "probability of white"].isna().all()
     others = np.delete(np.arange(40), bad)
     expected = window_verdicts(diagnoser, windows[0][others])
-    pd.testing.assert_frame_equal(verdicts.loc[others].reset_index(drop=True), expected)
+    found = verdicts.loc[others].reset_index(drop=True)
+    pd.testing.assert_frame_equal(found, expected, check_dtype=False)
     run = np.repeat(["start", "rest"], [20, 20])
     row = recording_verdicts(diagnoser, X, run).loc["start"]
     without = recording_verdicts(diagnoser, X[others], run[others]).loc["start"]
     assert (row["windows"], row["no signal"]) == (20, 3)
-    names = ["verdict", "confidence", "alarms", "share of white"]
+    names = ["verdict", "probability", "alarm", "share of white"]
     assert row[names].tolist() == without[names].tolist()
 
 
-def test_a_dead_sensor_gives_no_verdict(diagnoser):
-    X = np.zeros((4, 400))
-    windows = window_verdicts(diagnoser, X)
-    verdict = recording_verdict(windows, ["coloured", "white"])
-    assert verdict["verdict"] == "no signal" and np.isnan(verdict["confidence"])
-    (remark,) = verdict_remarks(windows, verdict, ["coloured", "white"])
-    assert "constant: 4" in remark and "check the sensor" in remark
-    healthy = np.random.default_rng(0).normal(size=(9, 400))
-    detector = make_detector(false_alarm_rate=0.1).fit(healthy)
-    assert recording_verdicts(detector, X, np.zeros(4))["verdict"].tolist() == ["no signal"]
+def test_a_dead_sensor_gives_no_verdict(diagnoser, detector):
+    for model in (diagnoser, detector):
+        row = recording_verdicts(model, np.zeros((4, 400)), np.zeros(4), rpm=900.0).iloc[0]
+        assert (row["verdict"], row["alarm"], row["no signal"]) == ("no signal", "-", 4)
+        assert np.isnan([row["probability"], row["p-value"]]).all()
 
 
-@pytest.mark.parametrize(
-    ("verdict", "alarm", "message"),
-    [
-        ("good", True, "The verdict is good, but most windows exceed the detection threshold"),
-        ("worn", False, "The verdict is worn, but most windows stay below the detection threshold"),
-        ("good", False, None),
-        ("worn", True, None),
-    ],
-)
-def test_verdict_and_alarm_that_contradict_each_other_are_explained(verdict, alarm, message):
-    windows = pd.DataFrame(
-        {"verdict": verdict, "alarm": [alarm] * 3, "quality": "good"}
-        | {f"probability of {c}": 0.9 if c == verdict else 0.1 for c in ("good", "worn")}
-    )
-    found = recording_verdict(windows, ["good", "worn"])
-    assert found["verdict"] == verdict
-    remarks = verdict_remarks(windows, found, ["good", "worn"])
-    assert (remarks == []) if message is None else remarks[0].startswith(message)
+def test_healthy_condition_is_the_first_of_the_stated_ones_or_known(diagnoser, windows):
+    assert Judge(diagnoser).healthy == "white"
+    assert Judge(diagnoser, conditions=["coloured", "white"]).healthy == "coloured"
+    assert Judge(None, detector=make_detector().fit(windows[0][:20])).healthy == "healthy"
+    with pytest.raises(ValueError, match="diagnoser and detector are None"):
+        Judge(None)
+    with pytest.raises(ValueError, match="flags no rows"):
+        Judge(diagnoser, detector=make_known_conditions().fit(*windows))
 
 
-def test_speeds_reach_the_detector(windows):
-    X, _ = windows
-    rpm = np.repeat([1000.0, 1200.0], 10)
-    detector = make_detector(false_alarm_rate=0.1).fit(X[:20], rpm=rpm)
-    new = X[10:20].copy()
-    new[3] = 0.0
-    verdicts = window_verdicts(detector, new, rpm=np.linspace(900, 1300, 10))
-    assert verdicts["verdict"][3] == "no signal"
-    good = np.arange(10) != 3
-    expected = detector.decision_function(new[good], rpm=np.linspace(900, 1300, 10)[good])
-    np.testing.assert_allclose(verdicts["score"][good], expected)
+def test_reasons_are_one_line():
+    assert no_verdict(" two\nlines ") == "no verdict: two lines"
+
+
+def test_nothing_warns_of_windows_without_numbers(diagnoser):
+    with warnings.catch_warnings(action="error"):
+        Judge(make_diagnoser(healthy="a").fit(
+            np.random.default_rng(0).normal(size=(8, 400)), list("aaaabbbb")
+        )).windows(np.full((2, 400), np.nan))  # fmt: skip

@@ -67,7 +67,7 @@ def test_recordings_at_a_speed_between_are_told(run, plant, model):
     output = plant / "v.csv"
     code, out, _ = run("diagnose", model, "--table", plant / "new.csv", "-o", output)
     rows = pd.read_csv(output)
-    assert code == 0 and rows["verdict"].tolist() == ["healthy", "faulty"]
+    assert code == 0 and rows["verdict"].tolist() == ["healthy", "changed"]
     assert rows["alarms"].tolist() == [0, 1] and "of 8400 samples" in out
 
 

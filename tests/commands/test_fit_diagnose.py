@@ -129,14 +129,12 @@ def test_verdicts_sum_the_evidence_of_windows(run, model, workshop):
     probability = diagnoser.predict_proba(X)
     evidence = np.log(np.maximum(probability, 1e-6)).mean(axis=0)
     assert diagnoser.classes_[evidence.argmax()] == "inner"
-    levels = diagnoser[:-1].transform(X)
-    alarms = diagnoser[-1].detect(levels)
     line = next(line for line in out.splitlines() if line.startswith(str(path)))
     assert line.split()[1:5] == [
         "inner",
         f"{softmax(evidence).max():.1%}",
         "7",
-        f"{alarms.mean():.1%}",
+        "-",  # the speed is not stated
     ]
     p_value = line.split()[5]
     assert 0.01 < float(p_value) <= 1
@@ -147,7 +145,7 @@ def test_verdicts_sum_the_evidence_of_windows(run, model, workshop):
     assert windows["start"].tolist() == list(range(0, 7 * WINDOW, WINDOW))
     assert set(windows["recording"]) == {str(path)}
     assert windows["verdict"].tolist() == diagnoser.predict(X).tolist()
-    assert windows["alarm"].tolist() == alarms.tolist()
+    assert windows["alarm"].isna().all()
     np.testing.assert_allclose(windows["probability of outer"], probability[:, 2], rtol=1e-12)
 
 
@@ -209,7 +207,7 @@ def test_detector_needs_healthy_recordings_only(run, workshop):
     verdicts = rows["verdict"].to_dict()
     assert rows["rpm"].tolist() == [300, 500] * 3
     assert verdicts.pop("good_300.npy") == verdicts.pop("good_500.npy") == "good"
-    assert set(verdicts.values()) == {"faulty"}
+    assert set(verdicts.values()) == {"changed"}
     windows = pd.read_csv(workshop / "v_windows.csv")
     X = make_windows(np.load(workshop / "good_300.npy"), WINDOW)
     own = windows[windows["recording"] == "good_300.npy"]

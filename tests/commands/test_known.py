@@ -62,7 +62,7 @@ def test_what_is_of_no_condition_is_told(run, plant, model):
     assert out.count(", none of these\n") + out.count(", none of these ") == len(OTHERS)
     assert "below 0.01 a recording is none of these." in out and "unknown conditions" not in out
     windows = pd.read_csv(plant / "out_windows.csv")
-    medians = windows.groupby("recording")["p-value"].median()
+    medians = windows.groupby("recording")["p-value of nearest"].median()
     np.testing.assert_allclose(rows["p-value"], medians[rows["recording"]])
 
 
@@ -89,7 +89,7 @@ def test_json_html_and_exit_status(run, plant, model):
     assert code == 3 and found["model"]["false_rejection_rate"] == 0.01
     assert [row["none of these"] for row in found["recordings"]] == [True, False]
     assert found["recordings"][0]["p-value"] < 0.01
-    assert found["recordings"][0]["window_rows"][0]["p-value"] < 0.01
+    assert found["recordings"][0]["window_rows"][0]["p-value of nearest"] < 0.01
     code, _, _ = run(*arguments, "-o", plant / "out.html")
     page = (plant / "out.html").read_text()
     assert code == 0 and page.count("<b>none of these</b>") == 2
