@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from .recordings import read_recording_table as read_recording_table
     from .spectra import LogSpectra as LogSpectra
     from .speeds import estimate_shaft_speed as estimate_shaft_speed
+    from .speeds import rpm_from_tacho as rpm_from_tacho
     from .stretches import StretchResidual as StretchResidual
     from .verdicts import recording_verdicts as recording_verdicts
     from .verdicts import window_verdicts as window_verdicts
@@ -93,6 +94,7 @@ _MODULES = {
     "read_recording": "recordings",
     "read_recording_table": "recordings",
     "recording_verdicts": "verdicts",
+    "rpm_from_tacho": "speeds",
     "save_diagnoser": "persistence",
     "save_monitor_state": "monitoring",
     "signal_quality": "quality",

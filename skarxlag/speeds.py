@@ -283,3 +283,69 @@ def estimate_shaft_speed(
         for samples, turn in zip(rows, turns, strict=True)
     ]
     return 60 * sampling_rate * np.array(found)
+
+
+def rpm_from_tacho(
+    tacho: ArrayLike, sampling_rate: float, *, pulses_per_turn: int = 1
+) -> NDArray[Any]:
+    r"""Compute the shaft speed at each sample from the pulses of a tachometer.
+
+    A pulse begins at :math:`t_i`, where the signal rises through the middle of its range, from the
+    percentile 0.1 to the percentile 99.9. The speed between two pulses is
+
+    .. math:: n(\tfrac{1}{2}(t_i + t_{i+1})) = \frac{60}{P\,(t_{i+1} - t_i)},
+
+    with P pulses in a turn. It is interpolated linearly between these times, and constant before
+    the first and after the last of them. A pulse counts only if the signal was below a quarter of
+    its range before, so that noise at the edge of a pulse is not counted as further pulses.
+
+    Parameters
+    ----------
+    tacho : array-like of shape (n_samples,)
+        Signal of the tachometer, in any unit. For pulses that are negative, pass its negative.
+    sampling_rate : float
+        In Hz.
+    pulses_per_turn : int, default=1
+        The number P, at least 1.
+
+    Returns
+    -------
+    ndarray of shape (n_samples,)
+        Speed in revolutions per minute. Its mean is the ``rpm`` of a recording. If the speed
+        varies, cut it as the signal is cut and pass one row of speeds for each stretch.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of its range or the signal has fewer than two pulses.
+
+    Examples
+    --------
+    >>> time = np.arange(5000) / 1000
+    >>> pulses = np.sin(2 * np.pi * 10 * time) > 0.95        # 10 turns in a second
+    >>> rpm_from_tacho(pulses, 1000).mean().round(1)
+    np.float64(600.0)
+    """
+    check_real(sampling_rate, "sampling_rate", min_val=0, include_boundaries="neither")
+    check_scalar(pulses_per_turn, "pulses_per_turn", Integral, min_val=1)
+    signal = check_array(tacho, ensure_2d=False, dtype=np.float64, input_name="tacho")
+    if signal.ndim != 1:
+        raise ValueError(f"tacho has shape {signal.shape}, expected (n_samples,).")
+    low, high = np.percentile(signal, [0.1, 99.9])
+    # Halves before they are subtracted: the range of huge values is not infinite.
+    quarter = high / 4 - low / 4
+    # The sample at which the signal last was low or high decides which of both it is.
+    level = np.where(signal >= low + 2 * quarter, 1, np.where(signal <= low + quarter, -1, 0))
+    known = np.flatnonzero(level) if quarter > 0 else np.array([], dtype=int)
+    rises = np.flatnonzero(np.diff(level[known]) == 2)
+    if len(rises) < 2:
+        raise ValueError(
+            f"tacho has {len(rises)} pulses in {len(signal)} samples, expected at least 2."
+        )
+    after = known[rises + 1]
+    before = after - 1
+    share = (low + 2 * quarter - signal[before]) / (signal[after] - signal[before])
+    times = (before + share) / sampling_rate
+    speeds = 60 / (pulses_per_turn * np.diff(times))
+    middles = (times[1:] + times[:-1]) / 2
+    return np.interp(np.arange(len(signal)) / sampling_rate, middles, speeds)

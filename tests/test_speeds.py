@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from skarxlag import estimate_shaft_speed
+from skarxlag import estimate_shaft_speed, rpm_from_tacho
 from skarxlag.kernels.comb import comb_frequency
 
 RATE = 10_000
@@ -93,3 +93,49 @@ def test_harmonics_without_number_are_those_that_there_are():
     X = vibration(6000)[np.newaxis]
     expected = estimate_shaft_speed(X, RATE, 6100, n_harmonics=60)
     np.testing.assert_array_equal(estimate_shaft_speed(X, RATE, 6100, n_harmonics=10**9), expected)
+
+
+@pytest.mark.parametrize("pulses_per_turn", [1, 3])
+def test_tacho_of_a_run_up(pulses_per_turn):
+    time = np.arange(40_000) / 10_000
+    turns = 5 * time + 2 * time**2  # 300 rpm, and 240 rpm more with each second
+    pulses = np.cos(2 * np.pi * pulses_per_turn * turns) ** 9
+    found = rpm_from_tacho(pulses, 10_000, pulses_per_turn=pulses_per_turn)
+    inner = (time > 0.3) & (time < 3.8)
+    np.testing.assert_allclose(found[inner], 60 * (5 + 4 * time[inner]), rtol=0.005)
+
+
+def test_tacho_with_noise_offset_and_any_unit():
+    rng = np.random.default_rng(0)
+    time = np.arange(20_000) / 10_000
+    pulses = (np.sin(2 * np.pi * 25 * time) > 0.8) + 0.05 * rng.normal(size=time.shape)
+    found = rpm_from_tacho(pulses, 10_000)
+    np.testing.assert_allclose(found, 1500, rtol=0.02)
+    for scale in (1e-300, 1e300):
+        np.testing.assert_allclose(rpm_from_tacho(scale * pulses, 10_000), found)
+    read_only = np.repeat(pulses.astype(np.float32), 2)[::2]
+    read_only.flags.writeable = False
+    np.testing.assert_allclose(rpm_from_tacho(read_only, 10_000), found, rtol=1e-4)
+
+
+def test_tacho_by_hand():
+    pulses = [0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1]
+    # Pulses rise at 1.5, 5.5 and 11.5 samples: 4 and 6 samples a turn, at 3.5 and 8.5 samples.
+    speeds = rpm_from_tacho(pulses, 2)
+    np.testing.assert_allclose(speeds[[0, 3, 6, 9, 13]], [30, 30, 25, 20, 20])
+
+
+@pytest.mark.parametrize(
+    ("tacho", "options", "message"),
+    [
+        (np.zeros(100), {}, "tacho has 0 pulses in 100 samples"),
+        ([0, 1, 1, 0], {}, "tacho has 1 pulses"),
+        ([[0, 1], [1, 0]], {}, r"tacho has shape \(2, 2\)"),
+        ([0, np.nan, 1], {}, "tacho contains NaN"),
+        ([0, 1], {"sampling_rate": 0}, "sampling_rate == 0"),
+        ([0, 1], {"pulses_per_turn": 0}, "pulses_per_turn == 0"),
+    ],
+)
+def test_tacho_that_states_no_speed(tacho, options, message):
+    with pytest.raises(ValueError, match=message):
+        rpm_from_tacho(tacho, **({"sampling_rate": 100} | options))
