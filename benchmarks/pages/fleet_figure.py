@@ -23,7 +23,7 @@ from matplotlib.patches import Patch
 from benchmarks.pages.svg_figures import BLUE, GREY, ORANGE, PURPLE, saved_figure
 from benchmarks.speed.rows import coloured_windows
 from skarxlag import make_diagnoser, save_diagnoser
-from skarxlag.commands.recording_task import Task
+from skarxlag.commands.diagnosis import Task
 from skarxlag.commands.runner import WorkerDied, executors, run_tasks
 from skarxlag.recordings.listing import list_files
 

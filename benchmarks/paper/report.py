@@ -14,7 +14,7 @@ from benchmarks.paper.comparison import (
 )
 from benchmarks.paper.ladders import DIAGNOSERS
 from benchmarks.paper.printed_tables import load_tables
-from skarxlag.commands.report import Table, file_stem, matrix_text, number_text
+from skarxlag.commands.tables import Table, file_stem, matrix_text, number_text
 
 _IN_PAPER = {DIAGNOSERS["extended-state"][0]: "proposed"}
 #: Figures of the paper are shown with all decimals that they have, or come to.

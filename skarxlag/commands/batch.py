@@ -6,9 +6,9 @@ import os
 from dataclasses import replace
 
 from ..recordings.listing import ListedRecording
+from .diagnosis import Diagnosis, Task
 from .journal import Journal
 from .progress import Progress
-from .recording_task import Diagnosis, Task
 from .runner import WorkerDied, executors, run_tasks
 
 
@@ -20,7 +20,7 @@ def diagnose_all(
     Parameters
     ----------
     args : argparse.Namespace
-        With ``model``, ``output``, ``resample``, ``n_jobs``, ``processes``, ``dask``, ``quiet``
+        With ``model``, ``resample``, ``n_jobs``, ``processes``, ``dask``, ``quiet``
         and ``verbose``.
     recordings : list of ListedRecording or similar
         What to diagnose.
@@ -82,5 +82,4 @@ def _tasks(args, recordings, n_workers):
     if args.dask is not None:
         # A worker may run in another folder.
         recordings = [replace(each, path=each.path.absolute()) for each in recordings]
-    is_drawn = args.output is not None and args.output.suffix.lower() == ".html"
-    return [Task(recording, model, args.resample, is_drawn) for recording in recordings]
+    return [Task(recording, model, args.resample) for recording in recordings]

@@ -18,11 +18,11 @@ from ..verdicts import NO_SIGNAL
 from .arguments import add_execution_arguments, bearing
 from .batch import diagnose_all
 from .errors import UsageError, as_command_error
-from .html_report import html_report
 from .journal import Journal
-from .models import load_model, stated_facts
+from .models import load_model, model_heading, stated_facts
 from .names import below_common_folder
 from .progress import add_progress_arguments
+from .report import html_report, template
 from .results import (
     SUFFIXES,
     check_output,
@@ -156,6 +156,8 @@ def _is_report(output):
 
 
 def _check_output(args, recordings):
+    if _is_report(args.output):
+        template()
     inputs = [args.model, *(recording.path for recording in recordings)]
     inputs += [] if args.table is None else [args.table]
     for path in result_paths(args.output):
@@ -165,7 +167,9 @@ def _check_output(args, recordings):
 def _write(args, model, recordings, diagnoses, rows):
     if _is_report(args.output):
         faults = None if args.bearing is None else fault_orders(args.bearing)
-        content = html_report(_heading(model), model, rows, diagnoses, faults)
+        content = html_report(
+            model, recordings, diagnoses, rows, resample=args.resample, faults=faults
+        )
         write_atomically(args.output, content.encode())
     else:
         windows = window_rows(recordings, diagnoses)
@@ -190,7 +194,7 @@ def _has_alarm(rows, model):
 
 def _report(args, model, diagnoses, rows):
     """What a person reads: the model, the table of verdicts, and what to make of them."""
-    lines = [_heading(model)]
+    lines = [model_heading(model)]
     folder, names = below_common_folder(rows["recording"])
     lines += [f"Recordings below {folder}"] if folder else []
     rows = rows.assign(recording=names)
@@ -249,19 +253,3 @@ def _known_line(model, found):
 
 def _is_near(speed, known):
     return known is not None and any(abs(speed / each - 1) < _SAME_SPEED for each in known)
-
-
-def _heading(model):
-    at = (
-        "" if model.train_rpm is None else f" at {', '.join(f'{s:g}' for s in model.train_rpm)} rpm"
-    )
-    rate = "" if model.sampling_rate is None else f" at {model.sampling_rate:g} Hz"
-    rows, seconds = "windows", ""
-    if answers(model.diagnoser).is_stretch:
-        rows = "stretches"
-        if model.sampling_rate is not None:
-            seconds = f", {model.window_length / model.sampling_rate:.3g} s,"
-    return (
-        f"{model.path}: {model.kind} calibrated on {', '.join(model.conditions)}{at}, "
-        f"{rows} of {model.window_length} samples{seconds}{rate}"
-    )

@@ -21,8 +21,9 @@ from .arguments import add_execution_arguments, positive_int, seed, speed_or_all
 from .diagnosers import DIAGNOSERS
 from .errors import CommandError, UsageError, as_command_error
 from .progress import Progress, add_progress_arguments
-from .report import evaluation_report
+from .report import why_no_figures
 from .runner import WorkerDied, executors, run_tasks
+from .tables import evaluation_report
 
 _DESCRIPTION = """\
 Compare the three diagnosers across shaft speeds: ALPIO, the baseline of Piltan and Kim (2019); the
@@ -190,7 +191,7 @@ def run(args: argparse.Namespace) -> int:
         for name in DIAGNOSERS
     ]
     outcomes = _outcomes(args, trials)
-    missing = figures.why_missing()
+    missing = why_no_figures()
     text = []
     for source in dict.fromkeys(trial.rig for trial in trials):
         own = {trial: outcomes[trial] for trial in trials if trial.rig == source}

@@ -16,19 +16,10 @@ from ..plotting import (
     condition_styles,
 )
 from ..plotting._fitted import model_names
-from .report import confusion_verdicts
+from .tables import confusion_verdicts
 
 #: Samples of a window that an identification is drawn of, and parts of a raw signal.
 _SHOWN_SAMPLES, _BINS = 320, 800
-
-
-def why_missing() -> str | None:
-    """Return why no figures can be drawn, or None if they can."""
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError:
-        return "No figures: they need matplotlib, pip install 'skarxlag[plot]'."
-    return None
 
 
 def save_figures(

@@ -9,10 +9,10 @@ import pandas as pd
 
 from .._files import write_atomically
 from ..recordings.listing import ListedRecording
+from .diagnosis import Diagnosis
 from .models import model_digest
-from .recording_task import Diagnosis
 
-_FORMAT = "skarxlag journal 2"
+_FORMAT = "skarxlag journal 3"
 
 
 class Journal:
@@ -112,8 +112,6 @@ def _plain(diagnosis):
         "windows": columns,
         "sampling_rate": diagnosis.sampling_rate,
         "remarks": diagnosis.remarks,
-        "spectrum": diagnosis.spectrum,
-        "orders": diagnosis.orders,
     }
 
 
@@ -123,6 +121,4 @@ def _diagnosis(plain):
         pd.DataFrame(plain["windows"]),
         plain["sampling_rate"],
         tuple(plain["remarks"]),
-        plain["spectrum"],
-        plain["orders"],
     )

@@ -126,6 +126,23 @@ def stated_facts(model: SavedModel) -> dict[str, Any]:
     }
 
 
+def model_heading(model: SavedModel) -> str:
+    """Describe a model in one line."""
+    at = (
+        "" if model.train_rpm is None else f" at {', '.join(f'{s:g}' for s in model.train_rpm)} rpm"
+    )
+    rate = "" if model.sampling_rate is None else f" at {model.sampling_rate:g} Hz"
+    rows, seconds = "windows", ""
+    if answers(model.diagnoser).is_stretch:
+        rows = "stretches"
+        if model.sampling_rate is not None:
+            seconds = f", {model.window_length / model.sampling_rate:.3g} s,"
+    return (
+        f"{model.path}: {model.kind} calibrated on {', '.join(model.conditions)}{at}, "
+        f"{rows} of {model.window_length} samples{seconds}{rate}"
+    )
+
+
 @functools.lru_cache(maxsize=2)
 def cached_model(path: str | os.PathLike[str], changed: int, n_jobs: int | None) -> SavedModel:
     """`load_model` of a file as it was at a time: a worker loads it once for all recordings.

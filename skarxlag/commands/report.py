@@ -1,171 +1,276 @@
-"""Tables of ``evaluate``, as text and as CSV."""
+"""The report of `diagnose` as one HTML file, which loads nothing from elsewhere."""
 
-from dataclasses import dataclass, replace
-from typing import Any
+import io
+from base64 import b64encode
+from contextlib import suppress
+from datetime import date
 
+import numpy as np
 import pandas as pd
 
-from ..accuracy_tables import (
-    condition_accuracy,
-    confusion_table,
-    speed_accuracy,
-    speed_summary,
-)
+from .._answers import answers, unfolded_steps
+from .._version import __version__
+from ..identification import ARXLaguerre
+from ..recordings.listing import ListedRecording
+from ..stretches import order_comparison
+from ..verdicts import NO_SIGNAL
+from .diagnosis import Diagnosis, recording_windows
+from .errors import CommandError
+from .models import SavedModel, model_heading
+from .names import below_common_folder, counted
+from .results import MARK
+from .tables import number_text
+
+#: Recordings of which figures are drawn, the worst first.
+MOST_DRAWN = 50
+#: CSS classes of verdicts, the worst first.
+_SEVERITIES = ("fault", "unclear", "healthy")
 
 
-@dataclass(frozen=True)
-class Table:
-    """One table: a title, what is shown of it, and the frame that goes into its file.
+def template():
+    """Return the template of the report."""
+    try:
+        from jinja2 import Environment, PackageLoader
+    except ImportError as error:
+        raise CommandError("a report needs jinja2: pip install 'skarxlag[io]'") from error
+    loader = PackageLoader("skarxlag.commands", "")
+    environment = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    return environment.get_template("report.html.j2")
+
+
+def html_report(
+    model: SavedModel,
+    recordings: list[ListedRecording],
+    diagnoses: list[Diagnosis],
+    rows: pd.DataFrame,
+    *,
+    resample: bool = False,
+    faults: dict[str, float] | None = None,
+) -> str:
+    """Write the report.
 
     Parameters
     ----------
-    title : str
-        What it is about.
-    blocks : list of (str, DataFrame)
-        Captions, empty for none, and cells as text, in the order in which they are shown.
-    stem : str
-        Name of its CSV without rig and suffix.
-    frame : DataFrame
-        What the CSV holds.
-    """
-
-    title: str
-    blocks: list[Any]
-    stem: str
-    frame: pd.DataFrame
-
-    @property
-    def text(self) -> str:
-        """Title, captions and cells, for a terminal."""
-        lines = [self.title]
-        for caption, cells in self.blocks:
-            lines += [caption] if caption else []
-            lines.append(cells.to_string())
-        return "\n".join(lines) + "\n"
-
-
-def evaluation_report(verdicts: pd.DataFrame, conditions: list[str], rig_title: str) -> list[Table]:
-    """All tables of an evaluation.
-
-    Parameters
-    ----------
-    verdicts : DataFrame
-        As `skarxlag.accuracy_tables` describes it.
-    conditions : list of str
-        Of the rig.
-    rig_title : str
-        Heads every table.
+    model : SavedModel
+        The diagnoser.
+    recordings : list of ListedRecording
+        The recordings that were diagnosed.
+    diagnoses : list of Diagnosis
+        Their results, in the same order.
+    rows : DataFrame
+        Of `recording_rows`.
+    resample : bool, default=False
+        Whether recordings were brought to the model's sampling rate.
+    faults : dict of str to float or None, default=None
+        Orders of the bearing's faults, as `fault_orders` returns them.
 
     Returns
     -------
-    list of Table
-        By condition, confusion matrices, pairs of speeds, summary. Frames have the title of the
-        rig as their first level.
+    str
+        An HTML document. The worst recordings come first. Recordings that are not healthy have a
+        section with details, and the worst 50 of them have figures.
     """
-    tables = [
-        _by_condition(trained, train_rpm, conditions, rig_title)
-        for train_rpm, trained in verdicts.groupby("train_rpm")
+    page, missing = template(), why_no_figures()
+    folder, names = below_common_folder(rows["recording"])
+    rows = rows.assign(recording=names, rejected=False)
+    if "none of these" in rows:
+        rows["rejected"] = rows["none of these"].fillna(False).astype(bool)
+    rows["severity"] = [
+        _severity(*each, model) for each in zip(rows["verdict"], rows["rejected"], strict=True)
     ]
-    for name, own in verdicts.groupby("diagnoser", sort=False):
-        chosen, speeds = confusion_verdicts(own)
-        title = f"{rig_title}: confusion matrix, {name}, {speeds}"
-        table = confusion_table(chosen, conditions)
-        block = "rows: true condition, columns: verdict, corner: accuracy in %", matrix_text(table)
-        tables.append(Table(title, [block], f"confusion_{file_stem(name)}", table))
-    tables += [_speeds(verdicts, rig_title), _summary(verdicts, rig_title)]
-    return [
-        replace(table, frame=pd.concat({rig_title: table.frame}, names=["rig"])) for table in tables
-    ]
-
-
-def confusion_verdicts(verdicts: pd.DataFrame) -> tuple[pd.DataFrame, str]:
-    """Return the rows that confusion matrices count, and their speeds in words.
-
-    Tests at the training speed count only if there are no others.
-    """
-    other = verdicts[verdicts["train_rpm"] != verdicts["test_rpm"]]
-    chosen = other if len(other) else verdicts
-    trained, tested = (chosen[f"{role}_rpm"].unique() for role in ("train", "test"))
-    if len(trained) > 1 and len(tested) > 1:
-        return chosen, "all pairs of different speeds"
-    return chosen, f"calibrated at {_speed_list(trained)}, tested at {_speed_list(tested)} rpm"
-
-
-def file_stem(title: str) -> str:
-    """Name of a diagnoser in a file's name."""
-    return title.lower().replace(" ", "-")
-
-
-def matrix_text(table: pd.DataFrame, digits: int = 1) -> pd.DataFrame:
-    """Cells of a confusion matrix with margins, as text with at most that many decimals."""
-    cells = table.map(lambda value: number_text(value, digits) or "-")
-    return cells.rename_axis(None).rename_axis(None, axis=1)
-
-
-def number_text(value: float, digits: int) -> str:
-    """A number with at most `digits` decimals; nothing for NaN.
-
-    Examples
-    --------
-    >>> [number_text(value, 1) for value in (97.0, 0.25, 100.0, float("nan"))]
-    ['97', '0.2', '100', '']
-    """
-    if pd.isna(value):
-        return ""
-    return f"{round(value, digits) + 0.0:.{digits}f}".rstrip("0").rstrip(".")
-
-
-def _speed_list(speeds):
-    return ", ".join(f"{speed:g}" for speed in sorted(speeds))
-
-
-def _by_condition(trained, train_rpm, conditions, rig_title):
-    table = condition_accuracy(trained, conditions, ["diagnoser", "test_rpm"])
-    title = f"{rig_title}: accuracy in %, by speed of the test (rpm), calibrated at {train_rpm:g}"
-    shown = table.map("{:.1f}".format).rename(columns="{:g}".format, level="test_rpm")
-    flat = table.set_axis([f"{name}, {rpm:g} rpm" for name, rpm in table.columns], axis=1)
-    blocks = [("", shown.rename_axis(None).rename_axis([None, None], axis=1))]
-    return Table(f"{title} rpm", blocks, f"conditions_{train_rpm:g}rpm", flat)
-
-
-def _speeds(verdicts, rig_title):
-    accuracy = pd.concat(
-        {name: speed_accuracy(own) for name, own in verdicts.groupby("diagnoser", sort=False)},
-        names=["diagnoser"],
+    entries = []
+    for row, recording, diagnosis in zip(
+        rows.to_dict("records"), recordings, diagnoses, strict=True
+    ):
+        entries.append(_entry(row, diagnosis) | {"source": (recording, diagnosis)})
+    entries.sort(key=lambda each: (_SEVERITIES.index(each["severity"]), -each["certainty"]))
+    detailed = [each for each in entries if each["severity"] != "healthy"]
+    if missing is None:
+        for each in detailed[:MOST_DRAWN]:
+            each["figures"] = _figures(*each["source"], model, resample, faults)
+    return page.render(
+        title=f"Diagnosis of {counted(len(rows), 'recordings')}",
+        mark=MARK,
+        saved=f"{date.today().isoformat()}, skarxlag {__version__}",
+        heading=model_heading(model),
+        healthy=model.healthy,
+        folder=folder,
+        counts=_counts(entries),
+        accuracy=_accuracy(rows, [*map(str, model.conditions)]),
+        entries=entries,
+        detailed=detailed,
+        missing=missing if detailed else None,
+        n_drawn=min(len(detailed), MOST_DRAWN),
     )
-    shown = pd.DataFrame(
-        [
-            [_pair_text(value, train == test) for test, value in row.items()]
-            for (_, train), row in accuracy.iterrows()
-        ],
-        index=[f"{name}, {train:g} rpm" for name, train in accuracy.index],
-        columns=[f"{test:g} " for test in accuracy.columns],
-    )
-    title = f"{rig_title}: accuracy in %, every pair of speeds"
-    caption = "rows: calibrated at, columns: tested at, [same speed]"
-    frame = accuracy.set_axis([f"{test:g} rpm" for test in accuracy.columns], axis=1)
-    return Table(title, [(caption, shown)], "speeds", frame)
 
 
-def _pair_text(accuracy, same_speed):
-    return f"[{accuracy:.1f}]" if same_speed else f"{accuracy:.1f} "
+def why_no_figures() -> str | None:
+    """Return why no figures can be drawn, or None if they can."""
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError:
+        return "No figures: they need matplotlib, pip install 'skarxlag[plot]'."
+    return None
 
 
-def _summary(verdicts, rig_title):
-    frame = pd.DataFrame(
-        {"diagnoser": name} | speed_summary(speed_accuracy(own))
-        for name, own in verdicts.groupby("diagnoser", sort=False)
-    ).set_index("diagnoser")
-    pair = [
-        f"{row.worst_pair:.1f} ({row.worst_train_rpm:g} -> {row.worst_test_rpm:g})"
-        for row in frame.itertuples()
-    ]
-    shown = pd.DataFrame(
-        {
-            "other speeds": frame["mean_other_speed"].map("{:.1f}".format),
-            "worst pair (rpm)": pair,
-            "same speed": frame["mean_same_speed"].map("{:.1f}".format),
-        }
-    )
-    title = f"{rig_title}: mean accuracy in % over pairs of different speeds"
-    return Table(title, [("", shown.rename_axis(None))], "summary", frame)
+def _severity(verdict, is_rejected, model):
+    if is_rejected:
+        return "fault"
+    if pd.isna(verdict) or verdict == NO_SIGNAL:
+        return "unclear"
+    return "healthy" if verdict == model.healthy else "fault"
+
+
+def _entry(row, diagnosis):
+    """What the template shows of a recording."""
+    share = {"confidence": "{:.0%}", "alarms": "{:.0%}", "p-value": "{:.2g}", "rpm": "{:g}"}
+    shown = {
+        name.replace("-", "_"): "" if pd.isna(row.get(name)) else text.format(row[name])
+        for name, text in share.items()
+    }
+    if row["rejected"]:
+        shown["p_value"] += ", none of these"
+    stated = {
+        name.removeprefix("stated "): f"{value:g}" if isinstance(value, float) else value
+        for name, value in row.items()
+        if (name == "condition" or name.startswith("stated ")) and not pd.isna(value)
+    }
+    return shown | {
+        "name": row["recording"],
+        "verdict": "failed" if pd.isna(row["verdict"]) else str(row["verdict"]),
+        "severity": row["severity"],
+        "certainty": np.nan_to_num(row["confidence"], nan=1.0),
+        "windows": "" if pd.isna(row["windows"]) else row["windows"],
+        "no_signal": "" if pd.isna(row["no signal"]) else row["no signal"],
+        "stated": stated,
+        "remarks": [row["error"]] if row["error"] else list(diagnosis.remarks),
+        "figures": [],
+    }
+
+
+def _counts(entries):
+    """Verdicts, how often each is, and how severe."""
+    verdicts = pd.DataFrame(entries, columns=["verdict", "severity"])
+    return [(*key, number) for key, number in verdicts.value_counts(sort=False).items()]
+
+
+def _accuracy(rows, order):
+    """Numbers of verdicts that are right, and the confusion matrix, or None."""
+    if "condition" not in rows:
+        return None
+    known = rows[rows["condition"].notna() & rows["verdict"].notna()]
+    known = known[known["verdict"] != NO_SIGNAL].astype({"verdict": str})
+    if known.empty:
+        return None
+    table = pd.crosstab(known["condition"], known["verdict"])
+    place = {name: number for number, name in enumerate(order)}
+
+    def in_order(names):
+        return sorted(names, key=lambda name: (place.get(name, len(place)), name))
+
+    table = table.reindex(index=in_order(table.index), columns=in_order(table.columns))
+    right = int((known["condition"] == known["verdict"]).sum())
+    share = number_text(100 * right / len(known), 1)
+    return {
+        "right": right,
+        "total": len(known),
+        "share": share,
+        "columns": table.columns.tolist(),
+        "rows": [(name, counts.to_dict()) for name, counts in table.iterrows()],
+    }
+
+
+def _figures(recording, diagnosis, model, resample, faults):
+    """Captions and figures of a recording; none if it failed or cannot be read once more."""
+    if diagnosis.windows is None:
+        return []
+    rate = diagnosis.sampling_rate or model.sampling_rate
+    found = [_timeline(diagnosis.windows, model, rate)]
+    place = _typical_place(diagnosis.windows, diagnosis.verdict["verdict"])
+    if place is not None:
+        with suppress(OSError, ValueError, ImportError, CommandError):
+            found += _typical_row(recording, model, resample, faults, place, rate)
+    return found
+
+
+def _typical_place(windows, verdict):
+    """Position of the window whose probability is the median of those with that verdict."""
+    chosen = windows.index[windows["verdict"] == verdict]
+    columns = [name for name in windows if name in (f"probability of {verdict}", "score")]
+    if verdict == NO_SIGNAL or chosen.empty or not columns:
+        return None
+    ranked = windows.loc[chosen, columns[0]].sort_values()
+    return int(ranked.index[len(ranked) // 2])
+
+
+def _typical_row(recording, model, resample, faults, place, rate):
+    from ..plotting import IdentificationDisplay, OrderSpectrumDisplay
+
+    n_seen = 0
+    for X, _ in recording_windows(recording, model, resample):
+        n_seen += len(X)
+        if n_seen > place:
+            row = X[place - n_seen]
+            break
+    rpm = recording.rpm if answers(model.diagnoser).takes_rpm else None
+    try:
+        order_comparison(model.diagnoser)
+    except ValueError:
+        if not isinstance(unfolded_steps(model.diagnoser)[0][1], ARXLaguerre):
+            return []
+        caption = f"Window {place}: measured and predicted signal, and what the model leaves"
+        display, options = IdentificationDisplay, {"sampling_rate": rate}
+    else:
+        caption = (
+            f"Stretch {place}: spectrum of its envelope over the orders of the shaft, and the "
+            "references of the nearest conditions"
+        )
+        display, options = OrderSpectrumDisplay, {"rpm": rpm, "fault_orders": faults}
+    figure = _drawn(lambda: display.from_estimator(model.diagnoser, row, **options).figure_)
+    return [(caption, figure)]
+
+
+def _timeline(windows, model, rate):
+    """Probability of each condition over the recording."""
+    columns = [name for name in windows if name.startswith("probability of ")] or ["score"]
+    time, unit = windows["start"], "samples"
+    if rate is not None:
+        time, unit = time / rate, "s"
+
+    def draw():
+        from matplotlib.figure import Figure
+
+        from ..plotting import condition_styles
+
+        figure = Figure(figsize=(6.4, 2.2), layout="constrained")
+        ax = figure.subplots()
+        names = [name.removeprefix("probability of ") for name in columns]
+        styles = condition_styles(names)
+        for column, name in zip(columns, names, strict=True):
+            style = styles[name] | ({} if len(windows) < 40 else {"marker": ""})
+            ax.plot(time, windows[column], label=name, **style)
+        alarm = windows["alarm"].fillna(False).astype(bool)
+        ax.plot(time[alarm], np.ones(alarm.sum()), "|", label="alarm", clip_on=False, color="gray")
+        dead = windows["quality"] != "good"
+        ax.plot(time[dead], np.zeros(dead.sum()), "x", label=NO_SIGNAL, color="gray")
+        ax.set(xlabel=f"Time ({unit})", ylabel="Probability" if len(columns) > 1 else "Score")
+        ax.legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize="small", frameon=False)
+        return figure
+
+    return "Windows of the recording", _drawn(draw)
+
+
+def _drawn(draw):
+    """Return a figure as the address of an svg image that holds all of it."""
+    import matplotlib
+    from matplotlib import pyplot
+
+    from ..plotting._style import ANY_PAGE
+
+    file = io.BytesIO()
+    # Without a date and with fixed ids, equal results give equal files.
+    with matplotlib.rc_context(ANY_PAGE | {"svg.fonttype": "none", "svg.hashsalt": "skarxlag"}):
+        figure = draw()
+        figure.savefig(file, format="svg", metadata={"Date": None})
+        pyplot.close(figure)
+    return "data:image/svg+xml;base64," + b64encode(file.getvalue()).decode()

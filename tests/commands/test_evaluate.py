@@ -8,7 +8,7 @@ from sklearn.metrics import confusion_matrix, precision_score, recall_score
 from sklearn.utils import Bunch
 
 from skarxlag import make_alpio, make_diagnoser, make_extended_state_pio
-from skarxlag.commands import evaluate, figures, main
+from skarxlag.commands import evaluate, main
 from skarxlag.datasets.simulated import simulate_rig
 
 from .deadly_tasks import Deadly
@@ -19,7 +19,7 @@ TINY = ("evaluate", "--n-samples", "2400", "--window-length", "400")
 
 @pytest.fixture
 def no_figures(monkeypatch):
-    monkeypatch.setattr(figures, "why_missing", lambda: "No figures today.")
+    monkeypatch.setattr(evaluate, "why_no_figures", lambda: "No figures today.")
 
 
 @pytest.fixture(scope="module")

@@ -15,10 +15,10 @@ from sklearn.model_selection import GridSearchCV, cross_val_score
 
 from skarxlag import load_diagnoser, make_alpio, save_diagnoser
 from skarxlag.commands.cluster import Cluster
+from skarxlag.commands.diagnosis import Diagnosis, Task
 from skarxlag.commands.errors import CommandError
 from skarxlag.commands.journal import Journal
 from skarxlag.commands.progress import Progress
-from skarxlag.commands.recording_task import Diagnosis, Task
 from skarxlag.commands.runner import WorkerDied, Workers, executors, run_tasks
 from skarxlag.recordings.listing import ListedRecording
 
@@ -136,7 +136,7 @@ def test_a_recording_that_kills_each_of_its_workers_costs_itself_alone(
 
 
 def test_the_simulated_rig_is_evaluated_on_a_cluster(run, cluster, tmp_path, monkeypatch):
-    monkeypatch.setattr("skarxlag.commands.figures.why_missing", lambda: "No figures today.")
+    monkeypatch.setattr("skarxlag.commands.evaluate.why_no_figures", lambda: "No figures today.")
     tiny = ("evaluate", "--n-samples", "1200", "--window-length", "400")
     for options in (("--n-jobs", "1"), ("--dask", cluster.scheduler_address)):
         code, _, err = run(*tiny, "--output", tmp_path / options[0], *options)
@@ -293,11 +293,11 @@ def test_a_result_at_another_speed_or_channel_is_not_used(fleet, tmp_path):
     journal = Journal(tmp_path / "out.csv", path, ["0.1"])
     windows = pd.DataFrame({"verdict": ["good"]})
     with pytest.raises(KeyboardInterrupt), journal:
-        journal.add(recording, Diagnosis({"verdict": "good"}, windows, orders={"place": 0}))
+        journal.add(recording, Diagnosis({"verdict": "good"}, windows))
         raise KeyboardInterrupt
     with journal:
         known = journal.result(recording)
-        assert known.verdict == {"verdict": "good"} and known.orders == {"place": 0}
+        assert known.verdict == {"verdict": "good"}
         for change in ({"rpm": 300.0}, {"rpm": None}, {"channel": "x"}, {"sampling_rate": 1.0}):
             assert journal.result(replace(recording, **change)) is None
 
