@@ -249,7 +249,7 @@ def _timeline(windows, model, rate):
         for column, name in zip(columns, names, strict=True):
             style = styles[name] | ({} if len(windows) < 40 else {"marker": ""})
             ax.plot(time, windows[column], label=name, **style)
-        alarm = windows["alarm"].fillna(False).astype(bool)
+        alarm = windows["alarm"] == 1
         ax.plot(time[alarm], np.ones(alarm.sum()), "|", label="alarm", clip_on=False, color="gray")
         dead = windows["quality"] != "good"
         ax.plot(time[dead], np.zeros(dead.sum()), "x", label=NO_SIGNAL, color="gray")
