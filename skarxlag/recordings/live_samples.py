@@ -209,31 +209,24 @@ class TextSamples:
         n_columns = len(self._positions) + (self._time is not None)
         return np.array(rows, dtype=np.float64).reshape(len(rows), n_columns)
 
-    def _learn(self, head, is_end=False, n_cut=0):
+    def _learn(self, head, is_end=False):
         *lines, rest = head.split(b"\n")
         lines += [rest] if is_end and rest else []
         telling = [i for i, line in enumerate(lines) if line.strip() and line[:1] not in b"#%"]
-        if not telling or (len(telling) < _HEAD_LINES and not is_end and not n_cut):
+        if not telling or (len(telling) < _HEAD_LINES and not is_end):
             return False
         # The layout must not depend on how many lines came together.
         lines = lines[: telling[:_HEAD_LINES][-1] + 1]
-        whole = b"\n".join([*lines, b""])
-        self._layout = text_layout(_AT_LINE_END.sub(b"\n", whole), True)
+        whole = _AT_LINE_END.sub(b"\n", b"\n".join([*lines, b""]))
+        # A stream that is already running begins with the end of a line.
+        self._layout = text_layout(whole, True, may_be_cut=True)
         if self._layout.encoding == "utf-16":
             raise ContentError("the text is UTF-16, expected UTF-8")
-        n_head = self._layout.n_head_lines
+        self.n_bad += self._layout.n_ignored
+        self._n_to_skip = self._layout.n_head_lines
         texts = [_text(line) for line in lines]
-        rows = [self._fields(text) for text in texts[n_head:] if text]
-        own = n_head if self._layout.has_header else n_head + 1
-        after = [len(self._fields(text)) for text in texts[own:] if text]
-        is_first = not n_cut and lines[0][:1] not in (b"#", b"%")
-        if is_first and len(after) > 1 and len(self._layout.names) < after[0] == after[1]:
-            # Who comes to a running stream sees the end of a line first.
-            self.n_bad += 1
-            return self._learn(whole.partition(b"\n")[2], is_end, n_cut=1)
-        self._place_columns(rows)
-        self._head_lines = set(texts[:n_head]) - {""}
-        self._n_to_skip = n_head + n_cut
+        self._head_lines = set(texts[: self._n_to_skip]) - {""}
+        self._place_columns([self._fields(text) for text in texts[self._n_to_skip :] if text])
         return True
 
     def _place_columns(self, rows):

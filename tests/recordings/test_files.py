@@ -232,9 +232,9 @@ def test_csv_keeps_all_digits(tmp_path):
     ("text", "message"),
     [
         ("y\n1\n\n3\n", "has missing, NaN or infinite values, the first at sample 1"),
-        ("y,u\n1,2\n3\n", "has missing, NaN or infinite values, the first at sample 1"),
-        ("y,u\n1,2,3\n4,5,6\n", "Length of header"),
-        ("y,u\n0,2,3\n1,5,6\n", "Length of header"),
+        ("y,u\n1,2\n3\n", "sample 1 has 1 fields, expected 2: a value is missing"),
+        ("y,u\n1,2,3\n4,5,6\n", "2 names for the 3 fields of a sample"),
+        ("y,u\n0,2,3\n1,5,6\n", "2 names for the 3 fields of a sample"),
         ("y,u\n1,2\n4,5,6\n", "line 3"),
         ("", "No columns to parse"),
     ],

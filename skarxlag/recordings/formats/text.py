@@ -4,13 +4,18 @@ import csv
 import gzip
 import io
 import re
+import struct
 import warnings
+from collections import Counter
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ._contents import ContentError, Contents, check_unpacked
+from ._facts import SECONDS, names_times, seconds_of_dates
 
 TITLE = "text, also packed by gzip"
 SUFFIXES = (".csv", ".txt", ".tsv", ".csv.gz", ".txt.gz", ".tsv.gz")
@@ -20,11 +25,12 @@ IN_PARTS = True
 STATES = "the rate, by a time column; units, in a second line or in brackets"
 
 _HEAD = 2**16
-#: Lines from which the layout is inferred.
-_LINES = 60
+#: Lines from which the layout is inferred, and rows that are parsed at a time.
+_LINES, _ROWS = 200, 2**19
 _NUMBER = r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?"
 _WITH_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
 _UNIT_IN_NAME = re.compile(r".*[(\[]([^()\[\]]+)[)\]]\s*")
+_UNITS = {*SECONDS, "g", "m/s2", "m/s^2", "m/s²", "mm/s", "v", "mv", "nm", "n", "rpm", "1/min", "%"}
 
 
 @dataclass(frozen=True)
@@ -38,7 +44,9 @@ class TextLayout:
     has_header : bool
         Whether the columns have names.
     n_head_lines : int
-        Lines before the first sample: comments, names, units.
+        Lines before the first sample: comments, preamble, names, units.
+    n_ignored : int
+        Lines of the preamble: lines before the names that are not comments.
     names : list of str
         Of the columns; their positions if there is no header.
     units : dict of str to str
@@ -50,39 +58,81 @@ class TextLayout:
     decimal: str
     has_header: bool
     n_head_lines: int
+    n_ignored: int
     names: list[str]
     units: dict[str, str]
 
 
 def contents(path: Path) -> Contents:
-    """Return the channels by the names in the first line, ``0``, ``1``, ... if it has numbers."""
+    """Return the channels by the names in the header, ``0``, ``1``, ... if there is none."""
+    n_packed = path.stat().st_size
+    if path.suffix.lower() == ".gz" and n_packed > 18:
+        with path.open("rb") as file:
+            # A gzip file ends with the number of bytes that it holds.
+            file.seek(-4, io.SEEK_END)
+            (n_unpacked,) = struct.unpack("<I", file.read())
+        try:
+            check_unpacked(n_packed, n_unpacked)
+        except ContentError as error:
+            # The end of a file that was cut is any number.
+            raise ValueError(str(error)) from error
     with _open(path) as file:
         head = file.read(_HEAD)
     layout = text_layout(head, is_whole=len(head) < _HEAD)
 
     def read(names, n_samples):
         positions = [layout.names.index(name) for name in names]
-        options = {
-            "sep": layout.separator,
-            "decimal": layout.decimal,
-            "encoding": layout.encoding,
-            "header": None,
-            "names": layout.names if layout.has_header else None,
-            "skiprows": layout.n_head_lines,
-        }
-        if n_samples is None:
-            with _open(path) as file:
-                yield _columns(read_csv_frame(file, **options), positions)
-            return
-        with _open(path) as file, read_csv_frame(file, chunksize=n_samples, **options) as frames:
-            while True:
-                with _strict_parser():
-                    frame = next(frames, None)
-                if frame is None:
-                    return
-                yield _columns(frame, positions)
+        parts = (
+            [frame.iloc[:, position] for position in positions]
+            for frame in _frames(path, layout, n_samples or _ROWS)
+        )
+        if n_samples is not None:
+            yield from parts
+        elif columns := list(zip(*parts, strict=True)):
+            import pandas as pd
+
+            yield [pd.concat(each, ignore_index=True) for each in columns]
 
     return Contents(layout.names, read, units=layout.units)
+
+
+def _frames(path, layout, n_rows):
+    """Tables of at most `n_rows` samples; a row that lacks a field is refused."""
+    import pandas as pd
+
+    options = {"sep": layout.separator, "decimal": layout.decimal, "names": layout.names}
+    is_complete = len(layout.names) == 1
+    with _samples(path, layout) as text, _strict_parser(layout.n_head_lines):
+        try:
+            frames = read_csv_frame(text, header=None, chunksize=n_rows, **options)
+        except pd.errors.EmptyDataError:
+            return
+        for frame in frames:
+            if not is_complete and frame.iloc[:, -1].isna().any():
+                _check_complete(path, layout)
+                is_complete = True
+            yield frame
+
+
+@contextmanager
+def _samples(path, layout):
+    """The text behind the header."""
+    with _open(path) as binary, io.TextIOWrapper(binary, layout.encoding) as text:
+        for _ in range(layout.n_head_lines):
+            text.readline()
+        yield text
+
+
+def _check_complete(path, layout):
+    """Refuse a row that lacks a field: pandas would fill it at its end and shift its values."""
+    n_columns = len(layout.names)
+    with _samples(path, layout) as text:
+        for sample, (_, fields) in enumerate(_rows(text, layout.separator)):
+            if 0 < len(fields) < n_columns:
+                raise ContentError(
+                    f"sample {sample} has {len(fields)} fields, expected {n_columns}: a value is "
+                    "missing, and it is unknown of which channel"
+                )
 
 
 def read_csv_frame(source: Any, **options: Any) -> Any:
@@ -96,17 +146,17 @@ def read_csv_frame(source: Any, **options: Any) -> Any:
 
 
 @contextmanager
-def _strict_parser():
+def _strict_parser(n_skipped=0):
     import pandas as pd
 
     with warnings.catch_warnings():
         # By default surplus fields would turn the first column into an index.
         warnings.simplefilter("error", pd.errors.ParserWarning)
-        yield
-
-
-def _columns(frame, positions):
-    return [frame.iloc[:, position] for position in positions]
+        try:
+            yield
+        except pd.errors.ParserError as error:
+            shifted = re.sub(r"(?<=line )\d+", lambda m: str(int(m[0]) + n_skipped), str(error))
+            raise ValueError(shifted) from error
 
 
 @contextmanager
@@ -136,20 +186,24 @@ class _Bounded(io.RawIOBase):
         return n_bytes
 
 
-def text_layout(head: bytes, is_whole: bool) -> TextLayout:
+def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> TextLayout:
     r"""Infer the layout of a text file from its first bytes.
 
     Lines at the top that begin with ``#`` or ``%`` are comments. Separators are the semicolon, the
-    tabulator, the comma, and white space where a line holds nothing but numbers. Decimal commas
-    are recognised wherever the comma does not separate. A first line with a field that is no
-    number holds names, and a second one without any number then holds units.
+    tabulator, the comma, and white space if a line holds nothing but numbers. The decimal comma is
+    recognised if the comma does not separate. The columns of the last lines are numbers, dates or
+    other texts; the first line with the same kinds of fields is the first sample. The line before
+    it holds the names, or the units if that line holds no number and the one before it does not
+    either. All other lines above are a preamble.
 
     Parameters
     ----------
     head : bytes
         The beginning of the file.
     is_whole : bool
-        Whether that is the whole file; if not, its last line is not looked at.
+        Whether that is the whole file; if not, its last line is ignored.
+    may_be_cut : bool, default=False
+        Whether the first line may be the end of a line of numbers.
 
     Returns
     -------
@@ -157,43 +211,120 @@ def text_layout(head: bytes, is_whole: bool) -> TextLayout:
 
     Examples
     --------
-    >>> layout = text_layout(b"time;acc\ns;g\n0,0;1,5\n0,1;-2\n", True)
+    >>> layout = text_layout(b"Logger 7\ntime;acc\ns;g\n0,0;1,5\n0,1;-2\n", True)
     >>> layout.separator, layout.decimal, layout.names, layout.units, layout.n_head_lines
-    (';', ',', ['time', 'acc'], {'time': 's', 'acc': 'g'}, 2)
+    (';', ',', ['time', 'acc'], {'time': 's', 'acc': 'g'}, 3)
     """
     encoding, text = _decode(head)
-    lines = text.splitlines()
+    lines = list(io.StringIO(text, newline=None))
     if not is_whole:
         lines = lines[:-1]
-    n_comments = next(
-        (i for i, each in enumerate(lines) if not each.startswith(("#", "%"))), len(lines)
-    )
+    n_comments = next((i for i, line in enumerate(lines) if line[0] not in "#%"), len(lines))
     body = lines[n_comments : n_comments + _LINES]
-    if not any(line.strip() for line in body):
+    filled = [line for line in body if line.strip()]
+    if not filled:
         raise ContentError("No columns to parse: the file holds no line of text")
-    separator = _separator([line for line in body if line.strip()][-20:])
+    separator = _separator(filled[len(filled) // 2 :][-20:])
+    rows = list(_rows(body, separator))
     decimal = "."
-    if separator != ",":
-        fields = [field for line in body for field in _fields(line, separator)]
-        decimal = "," if any(_WITH_COMMA.fullmatch(field) for field in fields) else "."
-    first = _fields(body[0], separator)
-    names, units, n_head = None, {}, n_comments
-    if not all(is_number(field, decimal) for field in first):
-        names, n_head = first, n_head + 1
-        second, third = (_fields(line, separator) for line in [*body, "", ""][1:3])
-        if _is_unit_line(second, decimal) and any(is_number(f, decimal) and f for f in third):
-            units, n_head = dict(zip(_distinct(names), second, strict=False)), n_head + 1
+    if separator != "," and any(_WITH_COMMA.fullmatch(f) for _, fields in rows for f in fields):
+        decimal = ","
+    n_fields, n_filled, first = _first_sample([fields for _, fields in rows], decimal, may_be_cut)
+    above = [fields for _, fields in rows[:first] if fields]
+    names, units = None, {}
+    if above:
+        names, unit_line = _names_and_units(above, n_fields, n_filled, decimal)
+        units = dict(zip(_distinct(names or []), unit_line, strict=False))
     elif n_comments:
         last = _fields(lines[n_comments - 1].lstrip("#% "), separator)
-        if len(last) == len(first) and not all(is_number(field, decimal) for field in last):
-            names = last
+        is_header = len(last) == n_fields and not all(is_number(field, decimal) for field in last)
+        names = last if is_header else None
+    n_ignored = len(above) - (names is not None) - bool(units) if above else 0
     has_header = names is not None
-    names = _distinct(names) if has_header else [str(i) for i in range(len(first))]
+    names = _distinct(names) if has_header else [str(i) for i in range(n_fields)]
     for name in names:
         if name not in units and (match := _UNIT_IN_NAME.fullmatch(name)):
             units[name] = match[1]
     units = {name: unit.strip("[]() ") for name, unit in units.items() if unit.strip("[]() ")}
-    return TextLayout(encoding, separator, decimal, has_header, n_head, names, units)
+    n_head = n_comments + (rows[first][0] if first < len(rows) else len(body))
+    return TextLayout(encoding, separator, decimal, has_header, n_head, n_ignored, names, units)
+
+
+def _first_sample(rows, decimal, may_be_cut):
+    """Fields of a sample, those before the empty ones at its end, and rows above the samples."""
+    tail = [fields for fields in rows[len(rows) // 2 :] if fields]
+    n_fields = Counter(map(len, tail)).most_common(1)[0][0]
+    columns = list(zip(*(fields for fields in tail if len(fields) == n_fields), strict=True))
+    kinds = []
+    for column in columns:
+        found = Counter(_kind(field, decimal) for field in column if field)
+        kinds.append(found.most_common(1)[0][0] if found else "text")
+
+    def is_sample(fields):
+        return len(fields) == n_fields and all(
+            kind == "text" or not field or _kind(field, decimal) == kind
+            for field, kind in zip(fields, kinds, strict=True)
+        )
+
+    def holds_numbers(fields):
+        return any(fields) and all(is_number(field, decimal) for field in fields)
+
+    def is_text(fields):
+        return all(_kind(field, decimal) == "text" for field in fields if field)
+
+    first = next(i for i in range(len(rows)) if is_sample(rows[i]))
+    above = [is_text(fields) for fields in rows[:first] if len(fields) == n_fields]
+    is_damaged = above and not above[-1] and any(above)
+    if set(kinds) == {"text"} or is_damaged or any(map(holds_numbers, rows[may_be_cut:first])):
+        # Damaged samples are not taken for a preamble: the reader refuses them.
+        top = next(i for i, fields in enumerate(rows) if fields)
+        head, second, third = [*rows[top:], [], []][:3]
+        has_units = _is_unit_line(second, decimal) and any(
+            field and is_number(field, decimal) for field in third
+        )
+        first = top if holds_numbers(head) else top + 1 + has_units
+        return len(head), len(head), first
+    n_filled = max(i + 1 for i, column in enumerate(columns) if any(column))
+    return n_fields, n_filled, first
+
+
+def _names_and_units(above, n_fields, n_filled, decimal):
+    """Names of the columns, None if there are none, and units, from the rows above the samples."""
+
+    def fitted(fields):
+        """Lines of names or of samples may end with separators."""
+        if len(fields) < n_filled or any(fields[n_fields:]):
+            return None
+        return [*fields, *[""] * n_fields][:n_fields]
+
+    names = fitted(above[-1])
+    if names is None or all(is_number(field, decimal) for field in names):
+        if len(above[-1]) > 1 and all(_kind(field, decimal) == "text" for field in above[-1]):
+            raise ContentError(f"{len(above[-1])} names for the {n_fields} fields of a sample")
+        return None, []
+    before = fitted(above[-2]) if len(above) > 1 else None
+    is_unit = [f.strip("[]() ").lower() in _UNITS or f[:1] in tuple("[(") for f in names]
+    are_units = _is_unit_line(names, decimal) and not any(map(names_times, names))
+    if before is not None and are_units and (len(above) == 2 or any(is_unit)):
+        return before, names
+    return names, []
+
+
+def _kind(field, decimal):
+    if is_number(field, decimal):
+        return "number"
+    return "text" if np.isnan(seconds_of_dates([field])[0]) else "date"
+
+
+def _rows(lines, separator):
+    """Yield the number of lines before each row, and its fields; quoted fields may hold lines."""
+    if separator == r"\s+":
+        yield from ((i, line.split()) for i, line in enumerate(lines))
+        return
+    reader, n_before = csv.reader(lines, delimiter=separator), 0
+    for fields in reader:
+        yield n_before, [" ".join(field.split("\n")).strip() for field in fields]
+        n_before = reader.line_num
 
 
 def _decode(head):

@@ -93,3 +93,82 @@ def test_a_row_that_is_no_number_behind_the_first_lines(tmp_path):
     path = write(tmp_path, "y;u\n" + "1,5;2\n" * 100 + "x;3\n")
     with pytest.raises(ValueError, match=r"run.csv: channel 'y' is not numeric"):
         read_recording(path, channel="y")
+
+
+HEADERS = {
+    "names": "y;u\n",
+    "names and units": "y;u\nm/s2;Nm\n",
+}
+PREAMBLES = {
+    "one field": "Logger 7\nExported by me\n\n",
+    "as many fields as a sample": "Serial;1234\nDate;2026-11-22\nRange;5 V\n",
+    "more fields": "a;b;c;d\nLogger;7;;\n",
+    "a quoted line": '"Remark: bearing\n1.5;2;3"\n',
+    "texts before numbers": "Logger;X7\nSerial;1234\n",
+    "numbers among texts": "Rate;25600;Hz\nLogger\n",
+}
+
+
+@pytest.mark.parametrize("preamble", PREAMBLES)
+@pytest.mark.parametrize("header", ["names", "names and units"])
+def test_preambles(tmp_path, preamble, header):
+    text = PREAMBLES[preamble] + HEADERS[header] + "1.5;10\n-2;20\n.25;30.5\n"
+    path = write(tmp_path, text)
+    expected = ["m/s2", "Nm"] if "units" in header else [None, None]
+    assert list_channels(path)["unit"].tolist() == expected
+    for n_samples in (None, 2):
+        blocks = [b for b, _ in recording_blocks(path, n_samples, channel=["y", "u"])]
+        np.testing.assert_array_equal(np.concatenate(blocks, axis=1), [Y, U])
+
+
+@pytest.mark.parametrize("row", ["x;10", "1.5;x", "1.5", "1.5;10;3"])
+@pytest.mark.parametrize("n_before", [0, 1, 2])
+def test_a_damaged_first_row_is_not_a_preamble(tmp_path, row, n_before):
+    text = "y;u\n" + "1;2\n" * n_before + row + "\n" + "1;2\n" * 30
+    with pytest.raises(ValueError, match=r"run.csv: "):
+        read_recording(write(tmp_path, text), channel=["y", "u"])
+
+
+def test_a_preamble_without_names(tmp_path):
+    path = write(tmp_path, "Logger 7\n1.5\t10\n-2\t20\n.25\t30.5\n")
+    np.testing.assert_array_equal(read_recording(path, channel=["0", "1"])[0], [Y, U])
+
+
+def test_samples_that_begin_with_a_date_are_no_names(tmp_path):
+    lines = [f"2026-11-22T07:00:00.{i:03};{y}" for i, y in enumerate(Y)]
+    path = write(tmp_path, "\n".join(lines))
+    np.testing.assert_array_equal(read_recording(path, channel="1")[0], Y)
+
+
+@pytest.mark.parametrize("text", ['"acc\n(g)",u\n', '"acc\r\n(g)",u\r\n'])
+def test_an_end_of_line_within_a_name(tmp_path, text):
+    path = write(tmp_path, text + "1.5,10\n-2,20\n.25,30.5\n")
+    for n_samples in (None, 2):
+        blocks = [b for b, _ in recording_blocks(path, n_samples, channel=[0, 1])]
+        np.testing.assert_array_equal(np.concatenate(blocks, axis=1), [Y, U])
+    assert list_channels(path)["unit"].tolist() == ["g", None]
+
+
+@pytest.mark.parametrize("end", ["", ";"])
+@pytest.mark.parametrize("at", [0, 1, 150])
+def test_a_row_that_lacks_its_first_field(tmp_path, at, end):
+    """pandas fills the row at its end: the first channel would have the value of the second."""
+    lines = [f"{y};{2 * y}{end}" for y in range(200)]
+    lines[at] = f"{2 * at}{end}"
+    path = write(tmp_path, "\n".join(["y;u" + end, *lines]))
+    for n_samples in (None, 40):
+        with pytest.raises(ValueError, match=rf"run.csv: sample {at} has . fields, expected"):
+            list(recording_blocks(path, n_samples, channel="y"))
+
+
+def test_a_last_column_with_gaps(tmp_path):
+    path = write(tmp_path, "y;note\n1.5;\n-2;b\n.25;\n")
+    np.testing.assert_array_equal(read_recording(path, channel="y")[0], Y)
+
+
+@pytest.mark.parametrize("n_rows", [1, 100])
+def test_lines_that_end_with_a_separator(tmp_path, n_rows):
+    path = write(tmp_path, "y;u\n" + "1.5;10;\n" * n_rows)
+    np.testing.assert_array_equal(read_recording(path, channel="u")[0], [10.0] * n_rows)
+    path = write(tmp_path, "y;u;\n" + "1.5;10\n" * n_rows)
+    np.testing.assert_array_equal(read_recording(path, channel="u")[0], [10.0] * n_rows)
