@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -102,7 +103,8 @@ class TextSamples:
     Separator, names and units are told from the first lines, as `read_recording` tells them. Where
     the comma does not separate, it may be the decimal sign. A later line that cannot be read
     becomes a missing sample, so that the time goes on. Names and units that come again are left
-    out, as is a first line of which the beginning is missing.
+    out, and names in another order move the columns. A first line of which the beginning is
+    missing is left out, too.
 
     Parameters
     ----------
@@ -204,8 +206,8 @@ class TextSamples:
             self.n_bad += not self._is_in_long_line
             self._rest, self._is_in_long_line = b"", True
         lines, self._n_to_skip = lines[self._n_to_skip :], max(self._n_to_skip - len(lines), 0)
-        texts = map(_text, lines)
-        rows = [self._row(text) for text in texts if text and text not in self._head_lines]
+        rows = [self._row(text) for text in map(_text, lines) if text]
+        rows = [row for row in rows if row is not None]
         n_columns = len(self._positions) + (self._time is not None)
         return np.array(rows, dtype=np.float64).reshape(len(rows), n_columns)
 
@@ -225,7 +227,7 @@ class TextSamples:
         self.n_bad += self._layout.n_ignored
         self._n_to_skip = self._layout.n_head_lines
         texts = [_text(line) for line in lines]
-        self._head_lines = set(texts[: self._n_to_skip]) - {""}
+        self._head_rows = [sorted(self._names(text)) for text in texts[: self._n_to_skip] if text]
         self._place_columns([self._fields(text) for text in texts[self._n_to_skip :] if text])
         return True
 
@@ -268,8 +270,24 @@ class TextSamples:
                 return [float(fields[i].replace(",", ".")) for i in self._positions] + time
             return [float(fields[i]) for i in self._positions] + time
         except ValueError:
+            if self._comes_again(text):
+                return None
             self.n_bad += 1
             return [np.nan] * len(self._positions) + time
+
+    def _comes_again(self, text):
+        """Whether a line holds names or units; names in another order move the columns."""
+        names, before = self._names(text), self._layout.names
+        used = [before[i] for i in (*self._positions, self._time) if i is not None]
+        if self._layout.has_header and set(used) <= set(names):
+            self._layout = replace(self._layout, names=names)
+            self._positions = [names.index(before[i]) for i in self._positions]
+            self._time = None if self._time is None else names.index(before[self._time])
+            return True
+        return sorted(names) in self._head_rows
+
+    def _names(self, text):
+        return [field.strip().strip('"') for field in self._fields(text)]
 
 
 def _text(line):

@@ -11,6 +11,7 @@ import pytest
 from skarxlag import ConditionMonitor, save_diagnoser, save_monitor_state
 from skarxlag.recordings.live import Patience, Stopping, from_growing_file
 from skarxlag.recordings.live_samples import TextSamples
+from skarxlag.recordings.live_times import StreamTimes
 from tests.commands.watching import IDLE, RATE, WINDOW, expected, lines_of, sound, verdicts_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
@@ -50,6 +51,21 @@ def test_names_that_come_again_and_a_first_line_that_was_cut(run, models, fitted
         code, out, err = run("watch", models[0], "-", *options)
         assert code == 0 and verdicts_of(out) == expected(fitted, samples)
         assert "1 lines that are no numbers" in err
+
+
+@pytest.mark.parametrize("quote", ["", '"'])
+def test_names_that_come_again_in_another_order(quote):
+    def header(*names):
+        return ";".join(f"{quote}{name}{quote}" for name in names) + "\n"
+
+    text = header("time", "y", "u") + "s;g;Nm\n0.1;1;-1\n0.2;2;-2\n0.3;x;-3\n"
+    text += header("u", "time", "y") + "Nm;s;g\n-4;0.4;4\n"
+    text += header("y", "time", "temperature") + "5;0.5;20\n" + header("y", "u", "time") + "6;-6;.6"
+    parser = TextSamples("y", StreamTimes("time", 10.0, 0.05, 10))
+    parts = list(parser.parts(text.encode(), is_end=True))
+    samples = np.concatenate([samples for samples, _ in parts], axis=1)
+    np.testing.assert_array_equal(samples, [[1, 2, np.nan, 4, 5, 6]])
+    assert parts[0][1] == pytest.approx(0.1) and len(parts) == 1 and parser.n_bad == 1
 
 
 @pytest.mark.parametrize("first", [b"", b"\xef\xbb\xbf", b"\xef\xbb\xbfacc\r\n"])
