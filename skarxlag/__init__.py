@@ -12,6 +12,7 @@ from ._version import __version__ as __version__
 
 if TYPE_CHECKING:
     from .bearings import BearingGeometry as BearingGeometry
+    from .bearings import bearing_orders as bearing_orders
     from .bearings import fault_orders as fault_orders
     from .channels import ChannelRows as ChannelRows
     from .comparison import SpectralDistance as SpectralDistance
@@ -20,9 +21,12 @@ if TYPE_CHECKING:
     from .diagnosers import make_detector as make_detector
     from .diagnosers import make_diagnoser as make_diagnoser
     from .diagnosers import make_extended_state_pio as make_extended_state_pio
+    from .diagnosers import make_fault_order_classifier as make_fault_order_classifier
     from .diagnosers import make_known_conditions as make_known_conditions
     from .diagnosers import make_single_observer_pio as make_single_observer_pio
     from .diagnosers import make_stretch_diagnoser as make_stretch_diagnoser
+    from .fault_places import FaultOrderClassifier as FaultOrderClassifier
+    from .fault_places import envelope_spectrum as envelope_spectrum
     from .identification import ARXLaguerre as ARXLaguerre
     from .known_conditions import KnownConditions as KnownConditions
     from .ladder import ThresholdLadder as ThresholdLadder
@@ -65,6 +69,7 @@ _MODULES = {
     "ExtendedStatePIObserver": "observers",
     "ExtendedStatePIObserverBank": "observer_bank",
     "FaultDetector": "detector",
+    "FaultOrderClassifier": "fault_places",
     "KnownConditions": "known_conditions",
     "LogSpectra": "spectra",
     "MonitorVerdict": "monitoring",
@@ -75,7 +80,9 @@ _MODULES = {
     "SpeedSplit": "model_selection",
     "StretchResidual": "stretches",
     "ThresholdLadder": "ladder",
+    "bearing_orders": "bearings",
     "cross_speed_predict": "model_selection",
+    "envelope_spectrum": "fault_places",
     "estimate_shaft_speed": "speeds",
     "fault_orders": "bearings",
     "iter_windows": "recordings",
@@ -87,6 +94,7 @@ _MODULES = {
     "make_detector": "diagnosers",
     "make_diagnoser": "diagnosers",
     "make_extended_state_pio": "diagnosers",
+    "make_fault_order_classifier": "diagnosers",
     "make_known_conditions": "diagnosers",
     "make_single_observer_pio": "diagnosers",
     "make_stretch_diagnoser": "diagnosers",

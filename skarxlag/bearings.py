@@ -1,5 +1,8 @@
 """Kinematics of a rolling-element bearing: from its geometry to its defect frequencies."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from dataclasses import dataclass
 from numbers import Integral, Real
 from typing import Any
@@ -8,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "BEARINGS",
     "SKF_6205",
     "BearingGeometry",
+    "bearing_orders",
     "contact_speed",
     "defect_frequencies",
     "fault_orders",
@@ -72,9 +77,36 @@ class BearingGeometry:
             raise ValueError(f"contact_angle must be in [0, 90) degrees, got {self.contact_angle}.")
 
 
+#: What names a bearing: see `bearing_orders`.
+BearingLike = str | BearingGeometry | Mapping[str, float]
+
 # Drive-end bearing of the Case Western Reserve University bearing data centre, whose
 # published dimensions are 9 balls of 0.3126 in on a pitch diameter of 1.537 in.
 SKF_6205 = BearingGeometry(n_elements=9, element_diameter=7.940, pitch_diameter=39.04)
+_SKF_6203 = BearingGeometry(n_elements=8, element_diameter=6.746, pitch_diameter=28.499)
+_BALLS_62 = {
+    "6204": BearingGeometry(n_elements=8, element_diameter=7.938, pitch_diameter=33.5),
+    "6206": BearingGeometry(n_elements=9, element_diameter=9.525, pitch_diameter=46.0),
+}
+#: Bearings by name, upper case without spaces and hyphens. Sources: 6203 and 6205, the dimensions
+#: that Case Western Reserve University publishes with its bearing data. 6204 and 6206, balls of
+#: 5/16 in and 3/8 in on the mean of bore and outside diameter (ISO 15); inserts UC 204 to UC 206
+#: have the inside of the bearings 6204 to 6206. ER-12K and ER-16K, the bearings of the machinery
+#: fault simulator as its maker SpectraQuest lists them. ZA-2115, the IMS run-to-failure data.
+#: Other makers' bearings of the same name may differ by one ball or by 1 % in their orders.
+BEARINGS = {
+    "6203": _SKF_6203,
+    "6205": SKF_6205,
+    **_BALLS_62,
+    "UC204": _BALLS_62["6204"],
+    "UC205": SKF_6205,
+    "UC206": _BALLS_62["6206"],
+    "ER12K": BearingGeometry(n_elements=8, element_diameter=7.938, pitch_diameter=33.477),
+    "ER16K": BearingGeometry(n_elements=9, element_diameter=7.938, pitch_diameter=38.506),
+    "ZA2115": BearingGeometry(16, 8.407, 71.501, 15.17),
+}
+#: Names of orders in a maker's sheet.
+_SHEET = {"bpfo": "outer", "bpfi": "inner", "ftf": "cage", "twice spin": "ball"}
 
 
 def _diameter_ratio(bearing):
@@ -166,6 +198,108 @@ def fault_orders(bearing: BearingGeometry) -> dict[str, float]:
     """
     orders = {name: float(order) for name, order in defect_frequencies(bearing, 60.0).items()}
     return {"shaft": 1.0, **orders, "ball": 2 * orders["spin"]}
+
+
+def bearing_orders(bearing: BearingLike, gear_ratio: float = 1.0) -> dict[str, float]:
+    """Return the orders of a bearing that is given by name, dimensions or orders.
+
+    Parameters
+    ----------
+    bearing : str, BearingGeometry or mapping of str to float
+        A name in `skarxlag.bearings.BEARINGS`, such as "6205" or "ER-12K"; dimensions; or orders:
+        "outer" and "inner" (or "BPFO" and "BPFI") are needed. "spin" (or "twice spin") and "cage"
+        (or "FTF") follow from them if they are missing. A text may also hold dimensions, as in
+        "9,7.94,39.04", or orders, as in "outer=3.585,inner=5.415".
+    gear_ratio : float, default=1.0
+        Turns of the bearing's shaft in a turn of the shaft whose speed is given, above 0.
+
+    Returns
+    -------
+    dict of str to float
+        As `fault_orders` returns it, multiplied with the gear ratio.
+
+    Raises
+    ------
+    TypeError
+        If `bearing` is of another type.
+    ValueError
+        If the name is not known, or a number is out of its range.
+
+    Examples
+    --------
+    >>> orders = bearing_orders({"BPFO": 3.585, "BPFI": 5.415})
+    >>> round(orders["cage"], 3), round(orders["spin"], 3)
+    (0.398, 2.357)
+    >>> round(bearing_orders("6205", gear_ratio=2)["outer"], 2)
+    7.17
+    """
+    if isinstance(bearing, str):
+        bearing = _parsed(bearing)
+    if isinstance(bearing, BearingGeometry):
+        orders = fault_orders(bearing)
+    elif isinstance(bearing, Mapping):
+        orders = _from_sheet(bearing)
+    else:
+        raise TypeError(
+            f"bearing must be a name, a BearingGeometry or orders by name, got {bearing!r}."
+        )
+    return {name: order * gear_ratio for name, order in orders.items()}
+
+
+def _parsed(text):
+    """Bearing of a text: a name, dimensions, or orders."""
+    name = "".join(c for c in text.upper() if c not in " -_")
+    for start in ("SKF", "FAG", "NSK", "NTN"):
+        name = name.removeprefix(start)
+    if name in BEARINGS:
+        return BEARINGS[name]
+    try:
+        if "=" in text:
+            pairs = [part.split("=") for part in text.split(",")]
+            return {key.strip(): float(value) for key, value in pairs}
+        count, *dimensions = text.split(",")
+        if not 2 <= len(dimensions) <= 3:
+            raise ValueError
+        return BearingGeometry(int(count), *map(float, dimensions))
+    except (ValueError, TypeError) as error:
+        reason = f" ({error})" if isinstance(error, ValueError) and str(error) else ""
+        raise ValueError(
+            f"bearing {text!r} is not known{reason}; expected one of {', '.join(BEARINGS)}, "
+            "ELEMENTS,ELEMENT_DIAMETER,PITCH_DIAMETER[,CONTACT_ANGLE] such as 9,7.94,39.04, or "
+            "orders such as outer=3.585,inner=5.415."
+        ) from error
+
+
+def _from_sheet(sheet):
+    """Complete the orders of a maker's sheet by the kinematics."""
+    given = {}
+    for name, value in sheet.items():
+        key = name.lower().replace("_", " ")
+        if key == "bsf":
+            raise ValueError(
+                "BSF is the spin of an element in some sheets and twice the spin in others; "
+                "expected spin or twice_spin."
+            )
+        key = _SHEET.get(key, key)
+        if key not in ("outer", "inner", "spin", "ball", "cage", "shaft"):
+            raise ValueError(f"{name!r} is no order of a bearing; expected outer, inner, spin, "
+                             "twice_spin or cage.")  # fmt: skip
+        if not isinstance(value, Real) or not np.isfinite(value) or value <= 0:
+            raise ValueError(f"order {name!r} must be a number above 0, got {value!r}.")
+        given[key] = float(value)
+    if not given.keys() >= {"outer", "inner"}:
+        raise ValueError(f"orders {sorted(sheet)}: expected at least outer and inner.")
+    outer, inner = given["outer"], given["inner"]
+    if inner <= outer:
+        raise ValueError(
+            f"inner == {inner:g} must be larger than outer == {outer:g}, since the outer ring "
+            "stands still."
+        )
+    cage = given.get("cage", outer / (outer + inner))
+    ratio = (inner - outer) / (inner + outer)
+    spin = given.get("spin", given.get("ball", (1 - ratio**2) / ratio) / 2)
+    return {"shaft": 1.0, "cage": cage, "outer": outer, "inner": inner, "spin": spin,
+            "ball": 2 * spin}  # fmt: skip
 
 
 def fault_lines(orders: dict[str, float], highest: float) -> list[tuple[str, int, float]]:

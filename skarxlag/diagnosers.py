@@ -4,6 +4,7 @@ from typing import Any
 
 from .comparison import SpectralDistance
 from .detector import FaultDetector
+from .fault_places import FaultOrderClassifier
 from .identification import ARXLaguerre
 from .known_conditions import KnownConditions
 from .ladder import ThresholdLadder
@@ -371,5 +372,57 @@ def make_known_conditions(
     array([-1, -1])
     """
     decide = KnownConditions(false_rejection_rate=false_rejection_rate, n_jobs=n_jobs)
+    steps = [("identify", ARXLaguerre(order=8, bank=False, n_jobs=n_jobs)), ("decide", decide)]
+    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)
+
+
+def make_fault_order_classifier(
+    *,
+    bearing: Any,
+    sampling_rate: float,
+    memory: Any = None,
+    n_jobs: int | None = None,
+    verbose: bool = False,
+    **options: Any,
+) -> DiagnosisPipeline:
+    """Make a classifier that names faults that nobody recorded, behind a model of the signal.
+
+    The model removes what can be predicted of the signal, such as loud resonances; impacts stay in
+    its innovations. It needs no labels: fit it on the very rows that are to be diagnosed.
+
+    Parameters
+    ----------
+    bearing : str, BearingGeometry, mapping, or sequence of these
+        The bearing, as in `FaultOrderClassifier`.
+    sampling_rate : float
+        In Hz.
+    memory : str, joblib.Memory or None, default=None
+        Cache of the fitted model, as in `sklearn.pipeline.Pipeline`.
+    n_jobs : int or None, default=None
+        Threads that work on rows.
+    verbose : bool, default=False
+        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
+    **options
+        Other parameters of `FaultOrderClassifier`.
+
+    Returns
+    -------
+    DiagnosisPipeline
+        Steps "identify" and "decide".
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(0)
+    >>> X = rng.normal(size=(2, 20_000))
+    >>> strikes = np.cumsum(20_000 / (15 * 3.585) * rng.normal(1, 0.01, size=53)).astype(int)
+    >>> X[1, strikes] += 10                          # the outer race of a bearing 6205 at 900 rpm
+    >>> classifier = make_fault_order_classifier(bearing="6205", sampling_rate=20_000)
+    >>> classifier.fit(X).predict(X, rpm=900)
+    array(['healthy', 'outer'], dtype='<U7')
+    """
+    decide = FaultOrderClassifier(
+        bearing=bearing, sampling_rate=sampling_rate, n_jobs=n_jobs, **options
+    )
     steps = [("identify", ARXLaguerre(order=8, bank=False, n_jobs=n_jobs)), ("decide", decide)]
     return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)

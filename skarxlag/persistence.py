@@ -56,6 +56,8 @@ TRUSTED_TYPES = {
         "skarxlag.comparison.SpectralDistance",
         "skarxlag.orders.OrderResidual",
         "skarxlag.stretches.StretchResidual",
+        "skarxlag.bearings.BearingGeometry",
+        "skarxlag.fault_places.FaultOrderClassifier",
         "skarxlag.ladder.ThresholdLadder",
         "skarxlag.observer_bank.ExtendedStatePIObserverBank",
         "skarxlag.observer_bank.PIObserverBank",

@@ -249,10 +249,10 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             found.verdict = np.where(found.alarm, -1, 1)
             return found
         if can.states_probabilities:
-            found.probability = last.predict_proba(levels)
+            found.probability = last.predict_proba(levels, **routed)
         found.verdict = last.predict(levels, **routed)
         if can.alarm:
-            found.alarm = last.detect(levels)
+            found.alarm = last.detect(levels, **routed)
         return found
 
     def _before_last_step(self, X, params):

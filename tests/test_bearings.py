@@ -2,8 +2,10 @@ import numpy as np
 import pytest
 
 from skarxlag.bearings import (
+    BEARINGS,
     SKF_6205,
     BearingGeometry,
+    bearing_orders,
     contact_speed,
     defect_frequencies,
     fault_orders,
@@ -97,3 +99,51 @@ def test_impossible_dimensions_are_refused(changes, message):
     dimensions = {"n_elements": 8, "element_diameter": 10.0, "pitch_diameter": 40.0}
     with pytest.raises(ValueError, match=message):
         BearingGeometry(**(dimensions | changes))
+
+
+def test_bearings_by_name_dimensions_and_orders_agree():
+    by_name = bearing_orders("SKF 6205")
+    assert by_name == fault_orders(SKF_6205)
+    assert bearing_orders("9,7.94,39.04,0") == by_name
+    assert bearing_orders(BEARINGS["ER12K"]) == bearing_orders("er-12k")
+    sheet = bearing_orders({"BPFO": by_name["outer"], "BPFI": by_name["inner"]})
+    # A contact angle of 0: everything follows from the two races.
+    assert sheet == pytest.approx(by_name)
+    twice = bearing_orders("outer=3.585, inner=5.415, twice_spin=4.8, cage=0.4")
+    assert (twice["spin"], twice["cage"]) == (2.4, 0.4)
+
+
+@pytest.mark.parametrize(
+    ("name", "published"),
+    [  # Orders that SpectraQuest and Case Western Reserve University publish.
+        ("ER-12K", {"outer": 3.048, "inner": 4.95, "cage": 0.381, "spin": 1.992}),
+        ("6203", {"outer": 3.0530, "inner": 4.9469, "cage": 0.3817, "ball": 3.9874}),
+    ],
+)
+def test_named_bearings_have_their_published_orders(name, published):
+    orders = bearing_orders(name)
+    for key, value in published.items():
+        assert orders[key] == pytest.approx(value, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("bearing", "message"),
+    [
+        ("6299", "bearing '6299' is not known; expected one of 6203"),
+        ("9,7.94", "expected one of"),
+        ("1,7.94,39.04", "n_elements must be"),
+        ("outer=3.585", "expected at least outer and inner"),
+        ({"outer": 5.4, "inner": 3.6}, "must be larger than outer"),
+        ({"outer": 3.6, "inner": 5.4, "BSF": 2.3}, "expected spin or twice_spin"),
+        ({"outer": 3.6, "inner": 5.4, "gear": 2.3}, "'gear' is no order"),
+        ({"outer": -3.6, "inner": 5.4}, "must be a number above 0"),
+    ],
+)
+def test_unknown_bearings_are_refused(bearing, message):
+    with pytest.raises(ValueError, match=message):
+        bearing_orders(bearing)
+
+
+def test_another_type_is_no_bearing():
+    with pytest.raises(TypeError, match="got 6205"):
+        bearing_orders(6205)

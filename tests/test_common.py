@@ -25,6 +25,7 @@ from skarxlag import (
     ExtendedStatePIObserver,
     ExtendedStatePIObserverBank,
     FaultDetector,
+    FaultOrderClassifier,
     KnownConditions,
     LogSpectra,
     OrderResidual,
@@ -68,6 +69,7 @@ ESTIMATORS = [
     StretchResidual(order_residual=OrderResidual()),
     ThresholdLadder(),
     FaultDetector(),
+    FaultOrderClassifier(bearing="6205", sampling_rate=100.0, speed_range=(2000.0, 2600.0)),
     KnownConditions(),
     ChannelRows(),
 ]
@@ -81,6 +83,7 @@ LEAST = {
     "ExtendedStatePIObserver": 47,
     "ExtendedStatePIObserverBank": 47,
     "FaultDetector": 46,
+    "FaultOrderClassifier": 50,
     "KnownConditions": 46,
     "LogSpectra": 47,
     "PIObserver": 47,

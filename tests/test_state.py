@@ -60,8 +60,13 @@ def learnt(estimator):
 
 
 #: Alterations that leave a state that `fit` could have made: a plain table may have any number of
-#: columns, a condition may be called by any number, and a count of rows may be large.
-POSSIBLE = {("classes_", "real"), *((f"n_{n}_", "huge") for n in ("features_in", "rows", "blocks"))}
+#: columns, a condition may be called by any number, conditions may share a place, and a count of
+#: rows may be large.
+POSSIBLE = {
+    ("classes_", "real"),
+    ("class_places_", "0"),
+    *((f"n_{n}_", "huge") for n in ("features_in", "rows", "blocks")),
+}
 #: Attributes, and values for them that are plausible by themselves but not in their place.
 OUT_OF_RANGE = {
     "poles_": [1.5, 1.0, -1.0, 1.0000001],

@@ -1,0 +1,329 @@
+"""Contrast of envelope spectra over orders of the shaft, and combs of faults in it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from .compiled import compiled
+from .order_spectra import envelopes_over_angle, equal_angles, turns_of_frames
+from .scaling import centred
+
+#: Orders at which contrasts are stored: from 0 to the highest, in these steps.
+ORDER_STEP, HIGHEST_ORDER = 0.01, 40.0
+#: Width in orders of the running median that a spectrum is compared with.
+_FLOOR_WIDTH = 0.75
+#: Points of a zero-padded spectrum for each cell of the plain one.
+_PADDING = 4
+#: Bands of frequency with an envelope each, and length of the Hann window in seconds.
+_N_BANDS, _FRAME = 8, 2.5e-3
+#: A segment has this many seconds and at least so many turns; a long one takes several of them.
+_SECONDS, _TURNS, _LONG = 1.0, 10, 5
+#: Weights of the contrast of bands, of the prewhitened signal in segments, and in long segments.
+_WEIGHTS = np.array([1.0, 1.0, 0.4]) / 2.4
+#: ln ln 2 is the median of the logarithm of exponentially distributed power, less that of its mean.
+_MEDIAN_OF_NOISE = math.log(math.log(2))
+#: Step of the logarithm of the factor on the speed.
+FACTOR_STEP = 0.002
+_LEAST_POWER = 1e-12
+#: Multiples of each part of a fault's comb.
+RACE_MULTIPLES, SPIN_MULTIPLES, CAGE_MULTIPLES = 3, 4, 4
+#: Weight of the cage's comb in the score of a ball.
+_CAGE_WEIGHT = 0.6
+#: Places in the order of the scores.
+PLACES = ("ball", "inner", "outer")
+#: Decibels of power in a neper of power.
+NEPER_IN_DB = 10 / math.log(10)
+
+
+class Comb(NamedTuple):
+    """Scores of the places of a fault, and the factors on the speed that they belong to.
+
+    Parameters
+    ----------
+    scores : ndarray of shape (3,)
+        For ball, inner and outer race, in nepers.
+    factors : ndarray of shape (3,)
+        True over nominal speed: slip of the elements and error of the speed together.
+    """
+
+    scores: NDArray[np.float64]
+    factors: NDArray[np.float64]
+
+
+def order_contrast(samples: NDArray[Any], turn: float | NDArray[Any], rate: float) -> NDArray[Any]:
+    r"""Compute how far the envelope spectra of a signal rise above their surroundings.
+
+    The signal is cut into segments of 1 s and at least ten turns. Three spectra contribute. The
+    first is the mean over eight frequency bands, each with the envelope of
+    :func:`band_envelopes <skarxlag.kernels.order_spectra.band_envelopes>`. The second is the
+    spectrum of the squared envelope after cepstrum prewhitening, which sets the magnitude of all
+    frequencies to 1. The third is the second in segments that are five times as long. The contrast
+    of a power spectrum P at order o is
+
+    .. math:: \max\left(\ln P(o) - \mathrm{median} \ln P + \ln \ln 2,\; 0\right)
+
+    with the running median over .75 order. The largest of three neighbouring cells counts.
+
+    Parameters
+    ----------
+    samples : ndarray of shape (n_samples,)
+        A signal in any unit.
+    turn : float or ndarray of shape (n_samples,)
+        Samples in a turn of the shaft; one number for each sample if the speed varies.
+    rate : float
+        Sampling rate in Hz.
+
+    Returns
+    -------
+    ndarray of shape (4001,)
+        Contrast in nepers at the orders 0, .01, ... 40; the mean of segments. 0 at orders that the
+        signal cannot show.
+    """
+    longest = max(_SECONDS * rate, _TURNS * float(np.mean(turn)))
+    short = _segments(len(samples), longest)
+    long = short if len(short) == 1 else _segments(len(samples), _LONG * longest)
+    frame = 2 ** max(round(math.log2(_FRAME * rate)), 2)
+    parts = [
+        np.mean([_banded(samples[s], _of(turn, s), frame) for s in short], axis=0),
+        np.mean([_prewhitened(samples[s], _of(turn, s)) for s in short], axis=0),
+    ]
+    parts.append(
+        parts[1]
+        if long is short
+        else np.mean([_prewhitened(samples[s], _of(turn, s)) for s in long], axis=0)
+    )
+    return _WEIGHTS @ np.stack(parts)
+
+
+def _segments(n_samples, longest):
+    """Equal slices that are at least as long as given, or one slice of everything."""
+    n_segments = max(int(n_samples / longest + 1e-9), 1)
+    length = n_samples // n_segments
+    return [slice(i * length, (i + 1) * length) for i in range(n_segments)]
+
+
+def _of(turn, part):
+    return turn if np.ndim(turn) == 0 else turn[part]
+
+
+def _banded(samples, turn, frame):
+    n_bands = min(_N_BANDS, max(min(frame, len(samples) // 8) // 2 - 1, 1))
+    envelopes, step = envelopes_over_angle(samples, turn, frame, n_bands, HIGHEST_ORDER)
+    return contrasts(envelopes, step).mean(axis=0)
+
+
+def _prewhitened(samples, turn):
+    envelope, step = prewhitened_envelope(samples, turn)
+    return contrasts(envelope[np.newaxis], step)[0]
+
+
+def prewhitened_envelope(
+    samples: NDArray[Any], turn: float | NDArray[Any]
+) -> tuple[NDArray[Any], float]:
+    """Compute the squared envelope of a signal after cepstrum prewhitening.
+
+    Parameters
+    ----------
+    samples : ndarray of shape (n_samples,)
+        A signal in any unit.
+    turn : float or ndarray of shape (n_samples,)
+        Samples in a turn of the shaft.
+
+    Returns
+    -------
+    envelope : ndarray of shape (n_values,)
+        Squared envelope over the angle of the shaft, averaged in blocks so that it shows orders
+        up to 40 and few more.
+    step : float
+        Turns from one value to the next.
+    """
+    squared = _squared_envelope(samples, fft.next_fast_len(len(samples)), (0.0, 0.5), True)
+    block = max(int(np.mean(turn) / (2.5 * HIGHEST_ORDER)), 1)
+    n_values = len(squared) // block
+    envelope = squared[: n_values * block].reshape(n_values, block).mean(axis=1)
+    if np.ndim(turn) == 0:
+        return envelope, block / turn
+    resampled, step = equal_angles(
+        envelope[np.newaxis], turns_of_frames(turn, n_values, block, block)
+    )
+    return resampled[0], step
+
+
+def squared_envelope_spectrum(
+    samples: NDArray[Any], band: tuple[float, float], prewhiten: bool
+) -> NDArray[Any]:
+    """Compute the power spectrum of the squared envelope of a signal.
+
+    Parameters
+    ----------
+    samples : ndarray of shape (n_samples,)
+        A signal in any unit.
+    band : tuple of two floats
+        Frequencies that count, in cycles a sample.
+    prewhiten : bool
+        Whether all frequencies of the band get the same magnitude first.
+
+    Returns
+    -------
+    ndarray of shape (n_samples // 2 + 1,)
+        Power, with a Hann window, of the squared envelope over its mean; 0 for a constant signal.
+    """
+    squared = _squared_envelope(samples, len(samples), band, prewhiten)
+    mean = squared.mean()
+    if mean > 0:
+        squared = (squared / mean - 1) * np.hanning(len(samples) + 2)[1:-1]
+    return np.abs(fft.rfft(squared)) ** 2 * (4 / len(samples)) ** 2
+
+
+def _squared_envelope(samples, n_fft, band, prewhiten):
+    rows, _ = centred(samples[np.newaxis])
+    spectrum = fft.rfft(rows[0], n_fft)
+    if prewhiten:
+        size = np.abs(spectrum)
+        np.divide(spectrum, size, out=spectrum, where=size > _LEAST_POWER * size.max())
+    spectrum[: math.ceil(band[0] * n_fft)] = 0
+    spectrum[int(band[1] * n_fft) + 1 :] = 0
+    # The positive frequencies alone give half the analytic signal.
+    analytic = fft.ifft(spectrum, n_fft)[: len(samples)]
+    return analytic.real**2 + analytic.imag**2
+
+
+def contrasts(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
+    """Compute the contrast of the spectra of envelopes, see :func:`order_contrast`.
+
+    Parameters
+    ----------
+    envelopes : ndarray of shape (n_bands, n_values)
+        Envelopes over the angle of the shaft.
+    step : float
+        Turns from one value to the next.
+
+    Returns
+    -------
+    ndarray of shape (n_bands, 4001)
+        In nepers, at the orders 0, .01, ... 40.
+    """
+    n_values = envelopes.shape[1]
+    orders = np.arange(round(HIGHEST_ORDER / ORDER_STEP) + 1)
+    found = np.zeros((len(envelopes), len(orders)))
+    if n_values < 8:
+        return found
+    n_fft = fft.next_fast_len(_PADDING * n_values, real=True)
+    window = np.hanning(n_values + 2)[1:-1]
+    spectra = fft.rfft((envelopes - envelopes.mean(axis=1, keepdims=True)) * window, n_fft)
+    cell = 1 / (n_fft * step)
+    spectra = spectra[:, : int((HIGHEST_ORDER + 1) / cell) + 2]
+    power = spectra.real**2 + spectra.imag**2
+    floor = _LEAST_POWER * np.mean(envelopes**2, axis=1, keepdims=True) + np.finfo(float).tiny
+    half = max(int(_FLOOR_WIDTH / cell / 2), 1)
+    _above_median(np.log(power + floor * n_values), half, ORDER_STEP / cell, found)
+    return found
+
+
+@compiled
+def _above_median(level, half, spacing, found):
+    """Contrast of log spectra, interpolated at equal spacings."""
+    n_bands, n_cells = level.shape
+    width = 2 * half + 1
+    ordered = np.empty(width)
+    contrast = np.empty(n_cells)
+    for band in range(n_bands):
+        row = level[band]
+        for i in range(width):
+            ordered[i] = row[min(max(i - half, 0), n_cells - 1)]
+        ordered.sort()
+        for cell in range(n_cells):
+            contrast[cell] = max(row[cell] - ordered[half] + _MEDIAN_OF_NOISE, 0.0)
+            # The window moves on: one value leaves the sorted list, another one enters it.
+            old = row[max(cell - half, 0)]
+            new = row[min(cell + half + 1, n_cells - 1)]
+            place = np.searchsorted(ordered, old)
+            while place < width - 1 and ordered[place + 1] < new:
+                ordered[place] = ordered[place + 1]
+                place += 1
+            while place > 0 and ordered[place - 1] > new:
+                ordered[place] = ordered[place - 1]
+                place -= 1
+            ordered[place] = new
+        for order in range(found.shape[1]):
+            position = order * spacing
+            cell = int(position)
+            if cell >= n_cells - 2:
+                break
+            share = position - cell
+            before = contrast[max(cell - 1, 0)]
+            low = max(before, contrast[cell], contrast[cell + 1])
+            high = max(contrast[cell], contrast[cell + 1], contrast[cell + 2])
+            found[band, order] = low + share * (high - low)
+
+
+def fault_comb(
+    contrast: NDArray[Any],
+    orders: NDArray[Any],
+    tolerance: float,
+    slip: float,
+) -> Comb:
+    r"""Compute how well the comb of each place fits a contrast.
+
+    The comb of order o with K multiples is the largest over a factor s on the speed of
+
+    .. math:: \frac{1}{K} \sum_{k=1}^{K} C(k s o) - 0.15 \left(\frac{\ln s}{\sigma}\right)^2
+
+    with the contrast C. A race has the comb of its order with 3 multiples. A ball has half the sum
+    of the combs of twice its spin (3) and of its spin (4), plus .6 times the comb of the cage (4).
+
+    Parameters
+    ----------
+    contrast : ndarray of shape (n_orders,)
+        As `order_contrast` returns it.
+    orders : ndarray of shape (4,)
+        Orders of the cage, the spin of a rolling element, the inner and the outer race.
+    tolerance : float
+        Largest logarithm of the factor s, at least 0.
+    slip : float
+        The standard deviation :math:`\sigma` of the logarithm, above 0.
+
+    Returns
+    -------
+    Comb
+        Scores and factors of ball, inner and outer race. The factor of the ball is that of the
+        better comb of its spin.
+    """
+    contrast = np.ascontiguousarray(contrast, dtype=np.float64)
+    n_steps = int(tolerance / FACTOR_STEP + 1e-9)
+    found, factors = _combs(contrast, np.asarray(orders, dtype=np.float64), n_steps, slip)
+    cage, spin, twice, inner, outer = found
+    ball = (spin + twice) / 2 + _CAGE_WEIGHT * cage
+    of_ball = factors[1] if spin > twice else factors[2]
+    return Comb(np.array([ball, inner, outer]), np.array([of_ball, factors[3], factors[4]]))
+
+
+@compiled
+def _combs(contrast, orders, n_steps, slip):
+    """Score and factor of the combs of cage, spin, twice the spin, inner and outer race."""
+    wanted = np.array([orders[0], orders[1], 2 * orders[1], orders[2], orders[3]])
+    multiples = (CAGE_MULTIPLES, SPIN_MULTIPLES, RACE_MULTIPLES, RACE_MULTIPLES, RACE_MULTIPLES)
+    scores, factors = np.empty(5), np.ones(5)
+    for comb in range(5):
+        best, chosen = -np.inf, 0
+        for step in range(-n_steps, n_steps + 1):
+            logarithm = step * FACTOR_STEP
+            order = wanted[comb] * math.exp(logarithm) / ORDER_STEP
+            total = 0.0
+            for multiple in range(1, multiples[comb] + 1):
+                position = multiple * order
+                cell = int(position)
+                if cell < len(contrast) - 1:
+                    share = position - cell
+                    total += (1 - share) * contrast[cell] + share * contrast[cell + 1]
+            value = total / multiples[comb] - 0.15 * (logarithm / slip) ** 2
+            # Of equals the nominal speed.
+            if value > best or (value == best and abs(step) < abs(chosen)):
+                best, chosen = value, step
+        scores[comb], factors[comb] = best, math.exp(chosen * FACTOR_STEP)
+    return scores, factors

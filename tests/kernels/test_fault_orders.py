@@ -1,0 +1,122 @@
+import numpy as np
+import pytest
+from scipy.ndimage import maximum_filter1d, median_filter
+from scipy.signal import hilbert
+
+from skarxlag.kernels import fault_orders as kernel
+
+ORDERS = np.array([0.4, 2.36, 5.4, 3.6])  # cage, spin, inner and outer race
+
+
+def impacts(order, turn=2000.0, n_samples=40_000, seed=0):
+    """Noise with impacts that scatter by 1 % about an order."""
+    rng = np.random.default_rng(seed)
+    signal = rng.normal(size=n_samples)
+    intervals = turn / order * rng.normal(1, 0.01, size=int(n_samples / turn * order))
+    places = np.cumsum(intervals).astype(int)
+    signal[places[places < n_samples]] += 12
+    return signal
+
+
+def test_contrast_is_the_log_spectrum_over_its_running_median():
+    envelope = np.abs(np.random.default_rng(1).normal(size=(2, 900)))
+    step = 0.0101
+    found = kernel.contrasts(envelope, step)
+    n_fft = 3600
+    window = np.hanning(902)[1:-1]
+    centred = envelope - envelope.mean(axis=1, keepdims=True)
+    level = np.log(np.abs(np.fft.rfft(centred * window, n_fft)) ** 2)
+    cell = 1 / (n_fft * step)
+    half = int(0.75 / cell / 2)
+    above = level - median_filter(level, size=(1, 2 * half + 1), mode="nearest")
+    expected = maximum_filter1d(np.maximum(above + np.log(np.log(2)), 0), 3, axis=1)
+    orders = np.arange(4001) * 0.01
+    # Far from the ends, where the reference knows what lies beyond.
+    middle = (orders > 1) & (orders < 38)
+    for row, reference in zip(found, expected, strict=True):
+        interpolated = np.interp(orders, np.arange(len(reference)) * cell, reference)
+        np.testing.assert_allclose(row[middle], interpolated[middle], atol=1e-6)
+
+
+def test_prewhitened_envelope_is_that_of_the_analytic_signal():
+    signal = np.random.default_rng(2).normal(size=4000)
+    spectrum = np.fft.rfft(signal - signal.mean())
+    spectrum[1:] /= np.abs(spectrum[1:])
+    spectrum[0] = 0
+    squared = np.abs(hilbert(np.fft.irfft(spectrum, 4000))) ** 2
+    found, step = kernel.prewhitened_envelope(signal, 1000.0)
+    assert step == 10 / 1000
+    expected = squared.reshape(400, 10).mean(axis=1)
+    assert np.corrcoef(found, expected)[0, 1] > 0.999
+
+
+@pytest.mark.parametrize(("order", "place"), [(3.6, "outer"), (5.4, "inner")])
+@pytest.mark.parametrize("factor", [0.95, 1.0, 1.03])
+def test_comb_finds_a_race_and_the_factor_on_the_speed(order, place, factor):
+    contrast = kernel.order_contrast(impacts(order * factor), 2000.0, 20_000.0)
+    comb = kernel.fault_comb(contrast, ORDERS, 0.1, 0.03)
+    best = comb.scores.argmax()
+    assert kernel.PLACES[best] == place
+    assert comb.scores[best] > 2
+    assert comb.factors[best] == pytest.approx(factor, abs=0.006)
+
+
+def test_comb_is_the_mean_contrast_at_the_multiples():
+    contrast = np.zeros(4001)
+    contrast[[540, 1080, 1620]] = 3.0, 2.0, 1.0
+    comb = kernel.fault_comb(contrast, ORDERS, 0.0, 0.03)
+    # Three times the order of the outer race is twice that of the inner one.
+    np.testing.assert_allclose(comb.scores, [0, 2, 2 / 3])
+    # A factor of e^.03 costs .15.
+    moved = kernel.fault_comb(contrast, ORDERS * [1, 1, np.exp(-0.03), 1], 0.1, 0.03)
+    assert moved.scores[1] == pytest.approx(2 - 0.15, abs=0.02)
+
+
+def test_a_ball_shows_spin_and_cage():
+    contrast = np.zeros(4001)
+    for order in (0.4, 0.8, 1.2, 1.6):
+        contrast[round(100 * order)] = 2.0
+    for multiple in (1, 2, 3, 4, 6):
+        contrast[236 * multiple] = 1.0
+    scores = kernel.fault_comb(contrast, ORDERS, 0.0, 0.03).scores
+    assert scores[0] == pytest.approx(1 + 0.6 * 2)
+
+
+def test_a_varying_speed_is_followed():
+    rng = np.random.default_rng(3)
+    turn = np.linspace(1600.0, 2600.0, 60_000)
+    angle = np.cumsum(1 / turn)
+    signal = rng.normal(size=60_000)
+    angles = np.cumsum(rng.normal(1 / 5.4, 0.002, size=int(angle[-1] * 5.4)))
+    places = np.searchsorted(angle, angles[angles < angle[-1]])
+    signal[places] += 12
+    followed, mean = (
+        kernel.fault_comb(kernel.order_contrast(signal, each, 20_000.0), ORDERS, 0.02, 0.03)
+        for each in (turn, float(turn.mean()))
+    )
+    assert followed.scores[1] > mean.scores[1] + 1
+
+
+def test_noise_has_low_scores_and_short_rows_lower_ones():
+    rng = np.random.default_rng(4)
+    best = []
+    for n_samples in (6000, 20_000, 100_000):
+        noise = rng.normal(size=(8, n_samples))
+        contrasts = [kernel.order_contrast(row, 2000.0, 20_000.0) for row in noise]
+        best.append(max(kernel.fault_comb(c, ORDERS, 0.1, 0.03).scores.max() for c in contrasts))
+    assert max(best) < 1.2
+    assert best[0] < best[1]
+
+
+@pytest.mark.parametrize("n_samples", [1, 5, 40])
+@pytest.mark.parametrize("value", [0.0, 3.0])
+def test_constant_and_short_signals_have_no_contrast(n_samples, value):
+    contrast = kernel.order_contrast(np.full(n_samples, value), 10.0, 100.0)
+    assert contrast.shape == (4001,)
+    assert not contrast.any()
+
+
+def test_gain_does_not_matter():
+    signal = impacts(5.4)
+    one, other = (kernel.order_contrast(g * signal, 2000.0, 20_000.0) for g in (1.0, 1e-200))
+    np.testing.assert_allclose(one, other, atol=1e-6)
