@@ -51,7 +51,8 @@ numpydoc_show_class_members = False
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",
-    "filename_pattern": r"\.py$",
+    # Examples with other names need a download; they are shown, not run.
+    "filename_pattern": r"plot_\w+\.py$",
     "within_subsection_order": "FileNameSortKey",
     "doc_module": "skarxlag",
     "reference_url": {"skarxlag": None},

@@ -4,9 +4,12 @@ import doctest
 import importlib
 import inspect
 import json
+import os
 import pkgutil
 import re
 import runpy
+import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -146,6 +149,10 @@ def test_links_on_the_site(source, page, link, on_site):
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=_name)
 def test_example(example, monkeypatch, capsys):
+    if "fetch_" in example.read_text("utf-8"):
+        if "SKARXLAG_DATA" not in os.environ:
+            pytest.skip("needs the recordings of the real rigs")
+        monkeypatch.setenv("SCIKIT_LEARN_DATA", os.environ["SKARXLAG_DATA"])
     pyplot = pytest.importorskip("matplotlib.pyplot")
     pyplot.switch_backend("Agg")
     monkeypatch.setattr(pyplot, "show", lambda: None)
@@ -174,6 +181,16 @@ def test_readme_has_a_place_for_the_cross_speed_table():
     marks = [f"<!-- cross-speed overview: {mark} -->" for mark in ("begin", "end")]
     assert [text.count(mark) for mark in marks] == [1, 1]
     assert text.index(marks[0]) < text.index(marks[1])
+
+
+def test_service_of_the_plant_page_is_valid(tmp_path):
+    page = (ROOT / "docs" / "plant.md").read_text("utf-8")
+    if not shutil.which("systemd-analyze"):
+        pytest.skip("needs systemd")
+    unit = tmp_path / "skarxlag.service"
+    unit.write_text(re.search(r"^```ini\n(.*?)^```", page, flags=re.S | re.M)[1])
+    checked = subprocess.run(["systemd-analyze", "verify", unit], capture_output=True, text=True)
+    assert (checked.returncode, checked.stderr) == (0, "")
 
 
 def test_every_fetcher_is_in_the_table_of_rigs():
