@@ -60,7 +60,6 @@ TRUSTED_TYPES = {
         "skarxlag.fault_places.FaultOrderClassifier",
         "skarxlag.ladder.ThresholdLadder",
         "skarxlag.observer_bank.ExtendedStatePIObserverBank",
-        "skarxlag.observer_bank.PIObserverBank",
         "skarxlag.spectra.LogSpectra",
         "skarxlag.detector.FaultDetector",
         "skarxlag.known_conditions.KnownConditions",
