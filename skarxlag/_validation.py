@@ -374,7 +374,7 @@ class Labels(NamedTuple):
 
 
 #: Fitted attributes of estimators whose rows are plain.
-TABLE = {"n_features_in_": Values((), AT_LEAST_1, "i")}
+TABLE: dict[str, Values | Labels] = {"n_features_in_": Values((), AT_LEAST_1, "i")}
 #: Fitted attributes of estimators whose rows are windows.
 WINDOWS = TABLE | {
     "window_shape_": Values(

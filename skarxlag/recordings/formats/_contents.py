@@ -74,7 +74,7 @@ def choose_channel(names: list[str], channel: str | int) -> str:
     if is_position and 0 <= int(channel) < len(names):
         return names[int(channel)]
     if is_text and ("*" in channel or "?" in channel):
-        pattern = re.escape(channel).replace(r"\*", ".*").replace(r"\?", ".")
+        pattern = re.escape(str(channel)).replace(r"\*", ".*").replace(r"\?", ".")
         matching = [name for name in names if re.fullmatch(pattern, name)]
         if len(matching) == 1:
             return matching[0]
