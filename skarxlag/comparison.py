@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from numbers import Integral
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.base import BaseEstimator, TransformerMixin
 
-from ._base import DocumentedEstimator
+from ._base import StretchTransformer
 from ._parallel import one_thread
 from ._validation import (
     MODERATE,
+    NOT_NEGATIVE,
     WINDOWS,
-    CheckedEstimator,
     Labels,
     Values,
     as_fitted,
-    check_input_names,
     check_real,
     check_value,
     remember_parameters,
@@ -27,9 +25,12 @@ from ._validation import (
     validate_signals,
     weighted_windows,
 )
-from .kernels.drift import scaled_frequency, smooth_variance, whitened
+from .kernels.drift import scaled_frequency, smooth_variance
 from .kernels.group_means import group_means
 from .kernels.spectra import cepstrum
+from .kernels.speed_drift import along_axes, drift_factor, group_speeds, joint_axes
+from .kernels.speed_references import drift_learned, mean_by_speed, references_at, speeds_to_try
+from .speeds import log_speeds
 
 #: No power of double precision has a larger logarithm: a value above it is no logarithm.
 _LARGEST = 1e4
@@ -38,24 +39,33 @@ _LARGEST = 1e4
 _LEAST = 1e-12
 
 
-class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, BaseEstimator):
+class SpectralDistance(StretchTransformer):
     r"""Distance of log spectra from those of each condition, with a change of speed discounted.
 
     A window comes as one or several groups of log spectra over frequency. Each group g is reduced
     to its cosine coefficients :math:`d_g` without the first, the gain. Its distance from condition
-    c is the root of
+    c at speed q is the root of
 
     .. math::
 
-        r_{gc}^2 = \tfrac{1}{\dim d_g}\,(d_g - \bar d_{gc})^T (S_w + S_v + S_s)^{-1}
-        (d_g - \bar d_{gc}),
+        r_{gc}^2 = \tfrac{1}{\dim d_g}\,(d_g - \bar d_{gc}(q))^T (S_w + f(q)\,D)^{-1}
+        (d_g - \bar d_{gc}(q)).
 
-    with :math:`\bar d_{gc}` the mean over the training windows of c, and :math:`S_w` the covariance
-    of all training windows about the means of their conditions. The rest is what a change of speed
-    may do to the spectra of all conditions: :math:`S_v = \mathrm{diag}(c\,n^{-2} + f)` is drift
-    that is smooth over frequency, and drift of any other kind; :math:`S_s` is the change of the
-    conditions' mean spectra when the frequency axis is scaled by :math:`e^{\pm 0.1}`, as for all
-    that follows the shaft.
+    The reference :math:`\bar d_{gc}(q)` is linear in :math:`\ln q` between the means of the
+    training windows of c at two neighbouring training speeds, and constant outside. :math:`S_w` is
+    the covariance of the training windows about the means of their condition and speed. D is what a
+    change of speed may do to the spectra of all conditions,
+
+    .. math::
+
+        D = \mathrm{diag}(c\,n^{-2} + f_0) + S_s + \lambda\,\overline{e e^T}.
+
+    The first part is drift that is smooth over frequency, and drift of any other kind.
+    :math:`S_s` is the change of the conditions' mean spectra when the frequency axis is scaled by
+    :math:`e^{\pm 0.1}`, as for all that follows the shaft. Where there are several training speeds,
+    e is the difference of a mean from what the other training speeds predict for it, over the root
+    of f. The factor f(q) is the variance of a Brownian bridge between the training speeds: it is 1
+    at a distance of 0.4 in :math:`\ln q` outside of them, and at least 0.05.
 
     The residual of condition c is the geometric mean over G groups, together with the distance
     :math:`r_c` of several groups joined to one vector, whose covariance also holds how they scatter
@@ -69,6 +79,11 @@ class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, 
     speed moves by an amount that is not known: one group that speed has moved far does not outvote
     the others, as it would in a sum of squares.
 
+    Speeds come as the metadata `rpm` of scikit-learn's metadata routing, which this estimator
+    requests. Without `rpm` in `fit`, there is one reference for each condition. Without `rpm` in
+    `transform`, f is 1, and the residual is the smallest over the training speeds and the middles
+    between them.
+
     Parameters
     ----------
     joint_weight : float, default=0.0
@@ -77,25 +92,35 @@ class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, 
     joint_groups : sequence of int or None, default=None
         The groups in the joint distance, by their places along axis 1 of X, each once. None: all.
     smooth_drift : float, default=0.1
-        The constant c in squared nepers of power, at least 0. The log spectrum of one bearing
-        drifts by this much when its speed changes by 3 to 30 %.
+        The constant c in squared nepers of power, at least 0.
     rough_drift : float, default=0.01
-        The constant f in squared nepers of power, above 0.
+        The constant :math:`f_0` in squared nepers of power, above 0.
     frequency_drift : float, default=0.1
         Weight of :math:`S_s`, at least 0.
+    learned_drift : float, default=1.0
+        The weight :math:`\lambda`, at least 0.
 
     Attributes
     ----------
     classes_ : ndarray of shape (n_classes,)
         Conditions, sorted.
-    whiteners_ : ndarray of shape (n_groups, n_coefficients, n_coefficients)
-        For each group, lower triangular W with W W' the inverse of the covariance.
-    references_ : ndarray of shape (n_classes, n_groups, n_coefficients)
-        Means of the conditions times the whitener of their group.
-    joint_whitener_ : ndarray of shape (n_all_coefficients, n_all_coefficients)
+    speeds_ : ndarray of shape (n_speeds,)
+        Training speeds in revolutions per minute, ascending; speeds within 2 % count as one. Empty
+        without `rpm`.
+    recorded_ : ndarray of int of shape (n_speeds or 1, n_classes)
+        1 where `fit` had windows of a condition at a speed, otherwise 0.
+    axes_ : ndarray of shape (n_groups, n_coefficients, n_coefficients)
+        For each group, the matrix V for which V' D V is the identity and V' S_w V is diagonal.
+    variances_ : ndarray of shape (n_groups, n_coefficients)
+        The diagonal of V' S_w V.
+    references_ : ndarray of shape (n_speeds or 1, n_classes, n_groups, n_coefficients)
+        Means of the conditions times the axes of their group; 0 where nothing was recorded.
+    joint_axes_ : ndarray of shape (n_all_coefficients, n_all_coefficients)
         The same for the joined groups; only where `joint_weight` is above 0.
-    joint_references_ : ndarray of shape (n_classes, n_all_coefficients)
-        The same for the joined groups; only where `joint_weight` is above 0.
+    joint_variances_ : ndarray of shape (n_all_coefficients,)
+        The same for the joined groups.
+    joint_references_ : ndarray of shape (n_speeds or 1, n_classes, n_all_coefficients)
+        The same for the joined groups.
     n_features_in_ : int
         Number of groups, or of frequencies where X has two axes.
     feature_names_in_ : ndarray of str
@@ -103,8 +128,8 @@ class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, 
 
     See Also
     --------
-    LogSpectra : Gives groups of log spectra.
-    ExtendedStatePIObserverBank : Gives them by observers.
+    LogSpectra : Computes groups of log spectra.
+    ExtendedStatePIObserverBank : Computes them by observers.
     ThresholdLadder : Decides by the smallest residual.
 
     References
@@ -129,19 +154,35 @@ class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, 
     """
 
     classes_: NDArray[Any]
-    whiteners_: NDArray[Any]
+    speeds_: NDArray[Any]
+    recorded_: NDArray[Any]
+    axes_: NDArray[Any]
+    variances_: NDArray[Any]
     references_: NDArray[Any]
-    joint_whitener_: NDArray[Any]
+    joint_axes_: NDArray[Any]
+    joint_variances_: NDArray[Any]
     joint_references_: NDArray[Any]
 
-    #: Metadata routing hands weights over without a call of `set_fit_request`.
-    __metadata_request__fit: ClassVar = {"sample_weight": True}
+    _suffix = "distance"
 
     _state = WINDOWS | {
         "classes_": Labels(),
-        "whiteners_": Values(lambda e: (e._n_groups(), *2 * [e.window_shape_[-1] - 1]), MODERATE),
+        "speeds_": Values(
+            (None,),
+            (lambda v, e: np.all(v > 0) and np.all(np.diff(v) > 0), "speeds above 0, ascending"),
+        ),
+        "recorded_": Values(
+            lambda e: (e._n_speeds(), len(e.classes_)),
+            (
+                lambda v, e: np.isin(v, (0, 1)).all() and v.any(axis=0).all(),
+                "0 and 1, with a 1 for each condition",
+            ),
+            "i",
+        ),
+        "axes_": Values(lambda e: (e._n_groups(), *2 * [e._n_coefficients()]), MODERATE),
+        "variances_": Values(lambda e: (e._n_groups(), e._n_coefficients()), NOT_NEGATIVE),
         "references_": Values(
-            lambda e: (len(e.classes_), e._n_groups(), e.window_shape_[-1] - 1), MODERATE
+            lambda e: (e._n_speeds(), len(e.classes_), e._n_groups(), e._n_coefficients()), MODERATE
         ),
     }
 
@@ -153,14 +194,23 @@ class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, 
         smooth_drift: float = 0.1,
         rough_drift: float = 0.01,
         frequency_drift: float = 0.1,
+        learned_drift: float = 1.0,
     ) -> None:
         self.joint_weight = joint_weight
         self.joint_groups = joint_groups
         self.smooth_drift = smooth_drift
         self.rough_drift = rough_drift
         self.frequency_drift = frequency_drift
+        self.learned_drift = learned_drift
 
-    def fit(self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None) -> Self:
+    @one_thread
+    def fit(
+        self,
+        X: ArrayLike,
+        y: ArrayLike,
+        rpm: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
+    ) -> Self:
         """Calibrate references and covariances.
 
         Parameters
@@ -169,6 +219,9 @@ class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, 
             Log spectra, natural logarithms of power at the midpoints of equal cells.
         y : array-like of shape (n_windows,)
             Condition of each window.
+        rpm : float, array-like of shape (n_windows,) or (n_windows, n_samples), default=None
+            Speed of each window in revolutions per minute, or of each of its samples, of which the
+            mean is taken. None: the speed is not known.
         sample_weight : array-like of shape (n_windows,) or None, default=None
             How many windows each one stands for, at least 0: its weight in means and covariances.
             None: one each.
@@ -181,75 +234,54 @@ class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, 
         Raises
         ------
         ValueError
-            If a parameter is out of its range, or a weight is negative.
+            If a parameter is out of its range, a speed is not above 0, or a weight is negative.
         """
-        self._calibrate(X, y, sample_weight)
-        return self
-
-    def fit_transform(
-        self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None
-    ) -> NDArray[Any]:
-        """Calibrate, and give the residuals of the same windows.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)
-            As in `fit`.
-        y : array-like of shape (n_windows,)
-            Condition of each window.
-        sample_weight : array-like of shape (n_windows,) or None, default=None
-            As in `fit`. Windows of weight 0 get residuals, too.
-
-        Returns
-        -------
-        ndarray of shape (n_windows, n_classes)
-            What `transform` gives.
-        """
-        X, cepstra = self._calibrate(X, y, sample_weight)
-        return self._residuals(cepstra).astype(X.dtype, copy=False)
-
-    @one_thread
-    def _calibrate(self, X, y, sample_weight):
         X, y = self._validate(X, y, reset=True)
         self._check_parameters()
         self._check_groups()
+        log_speed = log_speeds(rpm, len(X))
         rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         self.classes_, target = np.unique(y, return_inverse=True)
-        means = group_means(X[rows].astype(np.float64, copy=False), target, weights)
-        cepstra, centres, moved = _cepstra(X), _cepstra(means), _cepstra(_moved(means))
+        speed = np.zeros(len(X)) if log_speed is None else log_speed
+        known, at = group_speeds(speed[rows])
+        self.speeds_ = np.exp(known) if log_speed is not None else np.empty(0)
+        spectra = X[rows].astype(np.float64, copy=False)
+        cepstra = _cepstra(spectra)
+        means, recorded = mean_by_speed(cepstra, at, target, weights)
+        self.recorded_ = recorded.astype(np.intp)
         # A covariance holds squares, so a weight counts by its root.
-        scatter = (cepstra[rows] - centres[target]) * np.sqrt(weights)[:, np.newaxis, np.newaxis]
-        total = weights.sum()
-        calibrated = [
-            self._calibrate_part(scatter[:, [g]], centres[:, [g]], moved[:, [g]], total)
-            for g in range(X.shape[1])
-        ]
-        self.whiteners_ = np.stack([whitener for whitener, _ in calibrated])
-        self.references_ = np.stack([references for _, references in calibrated], axis=1)
+        root = np.sqrt(weights / weights.sum())[:, np.newaxis, np.newaxis]
+        scatter = (cepstra - means[at, target]) * root
+        moved = _cepstra(_moved(group_means(spectra, target, weights)))
+        learned = drift_learned(known, means, recorded)
+        parts = [[g] for g in range(X.shape[1])]
+        calibrated = [self._calibrate(chosen, scatter, moved, learned, means) for chosen in parts]
+        self.axes_, self.variances_, references = map(np.stack, zip(*calibrated, strict=True))
+        self.references_ = np.moveaxis(references, 0, 2)
         if self._is_joint():
-            chosen = self._joint_groups()
-            self.joint_whitener_, self.joint_references_ = self._calibrate_part(
-                scatter[:, chosen], centres[:, chosen], moved[:, chosen], total
+            self.joint_axes_, self.joint_variances_, self.joint_references_ = self._calibrate(
+                self._joint_groups(), scatter, moved, learned, means
             )
         remember_parameters(self)
-        return X, cepstra
+        return self
 
-    def _calibrate_part(self, scatter, centres, moved, total):
-        """Whitener and whitened references of the groups that are given, as one vector."""
-        n_groups = scatter.shape[1]
-        scatter, centres, moved = (_joined(a) for a in (scatter, centres, moved))
-        covariance = scatter.T @ scatter / total
-        covariance += np.diag(self._smooth_variance(n_groups, self.rough_drift))
-        covariance += self.frequency_drift * moved.T @ moved / len(moved)
-        whitener = np.linalg.cholesky(np.linalg.inv(covariance))
-        return whitener, whitened(centres, whitener)
+    def _calibrate(self, chosen, scatter, moved, learned, means):
+        """Axes, variances and references of the chosen groups, as one vector."""
+        scatter, moved, learned = (_joined(each[:, chosen]) for each in (scatter, moved, learned))
+        drift = np.diag(self._smooth_variance(len(chosen), self.rough_drift))
+        drift += self.frequency_drift * moved.T @ moved / len(moved)
+        if len(learned) > 0:
+            drift += self.learned_drift * learned.T @ learned / len(learned)
+        axes, variances = joint_axes(scatter.T @ scatter, drift)
+        centres = means[:, :, chosen].reshape(means.shape[0] * means.shape[1], len(axes))
+        return axes, variances, along_axes(centres, axes).reshape(*means.shape[:2], len(axes))
 
-    def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
+    def adapt(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
         r"""Move all references by the smooth drift that windows at a new speed show.
 
-        Healthy windows, which a user often has at every speed, tell by how much their own cosine
+        Healthy windows, which a user often has at every speed, show by how much their own cosine
         coefficients have moved, m. All conditions share the smooth part of that, which is most
-        likely :math:`C (S_w + S_v + S_s)^{-1} m` with :math:`C = \mathrm{diag}(c\,n^{-2})`.
+        likely :math:`f C (S_w + f D)^{-1} m` with :math:`C = \mathrm{diag}(c\,n^{-2})`.
 
         Parameters
         ----------
@@ -257,6 +289,9 @@ class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, 
             Log spectra at the new speed.
         y : array-like of shape (n_windows,)
             Their conditions, among `classes_`; commonly all healthy.
+        rpm : float, array-like of shape (n_windows,) or (n_windows, n_samples), default=None
+            The new speed, as in `fit`. Without it, f is 1, and the references are those of the
+            mean training speed.
 
         Returns
         -------
@@ -266,12 +301,12 @@ class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, 
         Raises
         ------
         ValueError
-            If a condition was not in `fit`.
+            If a condition was not in `fit`, or as in `transform`.
         """
-        vars(self).update(as_fitted(self)._moved_references(X, y))
+        vars(self).update(as_fitted(self)._moved_references(X, y, rpm))
         return self
 
-    def _moved_references(self, X, y):
+    def _moved_references(self, X, y, rpm):
         X, y = self._validate(X, y, reset=False)
         unknown = np.setdiff1d(y, self.classes_)
         if len(unknown) > 0:
@@ -279,61 +314,94 @@ class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, 
                 f"y has conditions that were not in fit: {unknown.tolist()}, expected among "
                 f"{self.classes_.tolist()}."
             )
-        target, cepstra = np.searchsorted(self.classes_, y), _cepstra(X)
-        references = [
-            self._adapted(cepstra[:, [g]], target, W, self.references_[:, g])
-            for g, W in enumerate(self.whiteners_)
-        ]
-        moved = {"references_": np.stack(references, axis=1)}
+        own, cepstra = np.searchsorted(self.classes_, y), _cepstra(X)
+        log_speed = self._log_speeds(rpm, len(X))
+        known = np.log(self.speeds_) if len(self.speeds_) > 0 else np.zeros(1)
+        at = np.full(len(X), known.mean()) if log_speed is None else log_speed
+        moved = []
+        for chosen, axes, variances, references in self._parts():
+            expected, variance = references_at(at, known, references, self.recorded_ > 0)
+            factor = np.ones(len(X)) if log_speed is None else drift_factor(variance)
+            rows = along_axes(_joined(cepstra[:, chosen]), axes) - expected[np.arange(len(X)), own]
+            share = np.mean(rows * (factor / (variances + factor[:, np.newaxis]).T).T, axis=0)
+            smooth = self._smooth_variance(len(chosen), 0.0)
+            moved.append(axes.T @ (smooth * (axes @ share)))
+        n_groups = len(self.axes_)
+        references = {"references_": self.references_ + np.stack(moved[:n_groups])}
         if self._is_joint():
-            moved["joint_references_"] = self._adapted(
-                cepstra[:, self._joint_groups()],
-                target,
-                self.joint_whitener_,
-                self.joint_references_,
-            )
-        return moved
-
-    @one_thread
-    def _adapted(self, cepstra, target, whitener, references):
-        rows = whitened(_joined(cepstra), whitener)
-        moved = np.mean(rows - references[target], axis=0)
-        smooth = self._smooth_variance(cepstra.shape[1], 0.0)
-        return references + whitener.T @ (smooth * (whitener @ moved))
+            references["joint_references_"] = self.joint_references_ + moved[n_groups]
+        return references
 
     @uses_fitted
-    def transform(self, X: ArrayLike) -> NDArray[Any]:
-        """One residual for each window and condition.
+    @one_thread
+    def transform(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
+        """Compute one residual for each window and condition.
 
         Parameters
         ----------
         X : array-like of shape (n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)
             Log spectra.
+        rpm : float, array-like of shape (n_windows,) or (n_windows, n_samples), default=None
+            Speed of each window, as in `fit`.
 
         Returns
         -------
         ndarray of shape (n_windows, n_classes)
             Residuals: 1 is usual for windows of the condition at the training speed.
+
+        Raises
+        ------
+        ValueError
+            If a speed is not above 0, or `rpm` is given and was not in `fit`.
         """
         X, _ = self._validate(X, reset=False)
-        return self._residuals(_cepstra(X)).astype(X.dtype, copy=False)
-
-    @one_thread
-    def _residuals(self, cepstra):
-        n_groups = cepstra.shape[1]
-        joint = self.joint_weight if self._is_joint() else 0.0
-        residuals = 1.0
-        for g in range(n_groups):
-            squared = _squared_distances(cepstra[:, g], self.whiteners_[g], self.references_[:, g])
-            residuals = residuals * squared ** ((1 - joint) / (2 * n_groups))
-        if joint > 0:
-            squared = _squared_distances(
-                _joined(cepstra[:, self._joint_groups()]),
-                self.joint_whitener_,
-                self.joint_references_,
+        log_speed, cepstra = self._log_speeds(rpm, len(X)), _cepstra(X)
+        parts = [
+            (along_axes(_joined(cepstra[:, chosen]), axes), variances, references)
+            for chosen, axes, variances, references in self._parts()
+        ]
+        known = np.log(self.speeds_) if len(self.speeds_) > 0 else np.zeros(1)
+        if log_speed is not None:
+            residuals = self._residuals(parts, log_speed, known)
+        else:
+            residuals = np.min(
+                [
+                    self._residuals(parts, np.full(len(X), tried), known, factor=1.0)
+                    for tried in speeds_to_try(known)
+                ],
+                axis=0,
             )
-            residuals = residuals * squared ** (joint / 2)
+        return residuals.astype(X.dtype, copy=False)
+
+    def _residuals(self, parts, log_speed, known, factor=None):
+        """Residuals at given speeds; the factor on the drift follows from them if it is None."""
+        joint = self.joint_weight if self._is_joint() else 0.0
+        n_groups = len(self.axes_)
+        speeds, place = np.unique(log_speed, return_inverse=True)
+        residuals = np.ones((len(log_speed), len(self.classes_)))
+        for number, (rows, variances, references) in enumerate(parts):
+            weight = (1 - joint) / n_groups if number < n_groups else joint
+            expected, variance = references_at(speeds, known, references, self.recorded_ > 0)
+            of_speed = drift_factor(variance) if factor is None else np.full(len(speeds), factor)
+            total = (variances + of_speed[:, np.newaxis])[place]
+            for c in range(len(self.classes_)):
+                squares = (rows - expected[place, c]) ** 2 / total
+                mean = squares.sum(axis=1) / max(squares.shape[1], 1)
+                residuals[:, c] *= (mean + _LEAST) ** (weight / 2)
         return residuals
+
+    def _parts(self):
+        """Groups, axes, variances and references of each group, then of the joined ones."""
+        for g, axes in enumerate(self.axes_):
+            yield [g], axes, self.variances_[g], self.references_[:, :, g]
+        if self._is_joint():
+            chosen = self._joint_groups()
+            yield chosen, self.joint_axes_, self.joint_variances_, self.joint_references_
+
+    def _log_speeds(self, rpm, n_windows):
+        if rpm is not None and len(self.speeds_) == 0:
+            raise ValueError("rpm was given, but not in fit; expected it in both or in neither.")
+        return log_speeds(rpm, n_windows)
 
     def _joint_groups(self):
         n_groups = int(self.window_shape_[0])
@@ -343,25 +411,8 @@ class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, 
         return self.joint_weight > 0 and len(self.window_shape_) == 2 and self.window_shape_[0] > 1
 
     def _smooth_variance(self, n_groups, rough):
-        of_group = smooth_variance(int(self.window_shape_[-1]) - 1, self.smooth_drift, rough)
+        of_group = smooth_variance(self._n_coefficients(), self.smooth_drift, rough)
         return np.tile(of_group, n_groups)
-
-    @uses_fitted
-    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
-        """Names of the residuals: their conditions.
-
-        Parameters
-        ----------
-        input_features : array-like of str or None, default=None
-            Checked against what the transformer was fitted on; residuals are not named after it.
-
-        Returns
-        -------
-        ndarray of str of shape (n_classes,)
-            One name a column of what `transform` returns.
-        """
-        check_input_names(self, input_features)
-        return np.array([f"{name}_distance" for name in self.classes_], dtype=object)
 
     def _validate(self, X, y=None, *, reset):
         expected = "(n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)"
@@ -378,8 +429,8 @@ class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, 
     def _check_parameters(self):
         check_real(self.joint_weight, "joint_weight", min_val=0, max_val=1)
         check_real(self.rough_drift, "rough_drift", min_val=0, include_boundaries="neither")
-        for name in ("smooth_drift", "frequency_drift"):
-            check_real(getattr(self, name), name, min_val=0)
+        for name in ("smooth_drift", "frequency_drift", "learned_drift"):
+            check_real(self.get_params()[name], name, min_val=0)
         chosen = [0] if self.joint_groups is None else list(self.joint_groups)
         are_indices = all(isinstance(g, Integral) and g >= 0 for g in chosen)
         if not chosen or len(set(chosen)) < len(chosen) or not are_indices:
@@ -387,16 +438,26 @@ class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, 
                 f"joint_groups == {self.joint_groups!r}, expected different integers of at least 0."
             )
 
+    def _n_speeds(self):
+        return max(len(self.speeds_), 1)
+
     def _n_groups(self):
         return int(self.window_shape_[0]) if len(self.window_shape_) == 2 else 1
+
+    def _n_coefficients(self):
+        return int(self.window_shape_[-1]) - 1
 
     def _check_relations(self):
         self._check_groups()
         if self._is_joint():
-            n = len(self._joint_groups()) * (int(self.window_shape_[-1]) - 1)
-            shapes = {"joint_whitener_": (n, n), "joint_references_": (len(self.classes_), n)}
-            for name, shape in shapes.items():
-                check_value(self, name, vars(self).get(name), Values(shape, MODERATE))
+            n = len(self._joint_groups()) * self._n_coefficients()
+            shapes = {
+                "joint_axes_": Values((n, n), MODERATE),
+                "joint_variances_": Values((n,), NOT_NEGATIVE),
+                "joint_references_": Values((self._n_speeds(), len(self.classes_), n), MODERATE),
+            }
+            for name, expected in shapes.items():
+                check_value(self, name, vars(self).get(name), expected)
 
     def _check_groups(self):
         n_groups = self._n_groups()
@@ -406,12 +467,11 @@ class SpectralDistance(CheckedEstimator, DocumentedEstimator, TransformerMixin, 
                 f"{n_groups - 1}."
             )
 
-    def __sklearn_tags__(self) -> Any:
-        tags = super().__sklearn_tags__()
-        tags.target_tags.required = True
-        tags.input_tags.three_d_array = True
-        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
-        return tags
+    def _answers(self):
+        return {
+            "takes_rpm": len(self.speeds_) > 0,
+            "speeds": tuple(self.speeds_.round(6).tolist()),
+        }
 
 
 def _moved(means):
@@ -422,15 +482,8 @@ def _moved(means):
 def _cepstra(log_spectra):
     """Cosine coefficients, without the first, of shape (n_rows, n_groups, n_coefficients)."""
     rows = np.asarray(log_spectra, dtype=np.float64).reshape(-1, log_spectra.shape[-1])
-    return cepstrum(rows).reshape(*log_spectra.shape[:2], -1)
+    return cepstrum(rows).reshape(*log_spectra.shape[:2], log_spectra.shape[-1] - 1)
 
 
 def _joined(cepstra):
-    return cepstra.reshape(len(cepstra), -1)
-
-
-def _squared_distances(cepstra, whitener, references):
-    rows = whitened(cepstra, whitener)
-    n_coefficients = max(rows.shape[1], 1)
-    squared = np.sum((rows[:, np.newaxis] - references) ** 2, axis=-1) / n_coefficients
-    return squared + _LEAST
+    return cepstra.reshape(len(cepstra), cepstra.shape[1] * cepstra.shape[2])

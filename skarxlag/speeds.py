@@ -214,6 +214,38 @@ def check_speeds(rpm: ArrayLike, n_stretches: int, n_samples: int) -> NDArray[An
     return speeds if speeds.ndim == 1 else speeds[:, speeds.shape[1] - n_samples :]
 
 
+def log_speeds(rpm: ArrayLike | None, n_rows: int) -> NDArray[Any] | None:
+    """Return the natural logarithm of the mean speed of each row.
+
+    Parameters
+    ----------
+    rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), or None
+        Revolutions per minute.
+    n_rows : int
+        Number of rows.
+
+    Returns
+    -------
+    ndarray of shape (n_rows,) or None
+        Logarithms. None if `rpm` is None.
+
+    Raises
+    ------
+    ValueError
+        If a speed is not above 0, or the shape is another.
+
+    Examples
+    --------
+    >>> log_speeds([[0.5, 1.5], [1.0, 1.0]], 2)
+    array([0., 0.])
+    """
+    if rpm is None:
+        return None
+    n_samples = np.shape(rpm)[1] if np.ndim(rpm) == 2 else 1
+    speeds = check_speeds(rpm, n_rows, n_samples)
+    return np.log(speeds if speeds.ndim == 1 else speeds.mean(axis=1))
+
+
 def estimate_shaft_speed(
     X: ArrayLike,
     sampling_rate: float,

@@ -85,7 +85,7 @@ def test_two_axes_are_one_group_whatever_the_joint_weight():
     np.testing.assert_allclose(
         flat.transform(X[:, 0]), SpectralDistance().fit(X, y).transform(X), rtol=1e-12
     )
-    assert flat.whiteners_.shape == (1, N_FREQUENCIES - 1, N_FREQUENCIES - 1)
+    assert flat.axes_.shape == (1, N_FREQUENCIES - 1, N_FREQUENCIES - 1)
 
 
 def test_a_gain_of_each_group_does_not_count():
@@ -139,13 +139,14 @@ def test_adapt_by_the_formula_of_the_docstring():
     X, y = spectra(n_groups=1)
     fresh, _ = spectra(4, n_groups=1, seed=3, tilt=1.0)
     fitted = SpectralDistance().fit(X, y)
-    W, before = fitted.whiteners_[0], fitted.references_[:, 0]
+    V, before = fitted.axes_[0], fitted.references_[0, :, 0]
+    covariance_inverse = V @ np.diag(1 / (fitted.variances_[0] + 1)) @ V.T
     healthy = np.repeat("a", 4)
-    moved = cosines(fresh[:4, 0]).mean(axis=0) - np.linalg.solve(W.T, before[0])
+    moved = cosines(fresh[:4, 0]).mean(axis=0) - np.linalg.solve(V.T, before[0])
     C = np.diag(0.1 / np.arange(1.0, N_FREQUENCIES) ** 2)
-    expected = before + C @ W @ W.T @ moved @ W
+    expected = before + C @ covariance_inverse @ moved @ V
     fitted.adapt(fresh[:4], healthy)
-    np.testing.assert_allclose(fitted.references_[:, 0], expected, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(fitted.references_[0, :, 0], expected, rtol=1e-9, atol=1e-12)
 
 
 def test_adapt_to_the_training_windows_changes_nothing():
@@ -225,9 +226,10 @@ def test_names_are_those_of_the_conditions():
 
 
 @pytest.mark.parametrize(
-    "name", ["whiteners_", "references_", "joint_whitener_", "joint_references_"]
+    "name",
+    ["axes_", "variances_", "references_", "joint_axes_", "joint_variances_", "joint_references_"],
 )
-@pytest.mark.parametrize("change", [lambda a: a[:, 1:], lambda a: a + np.nan])
+@pytest.mark.parametrize("change", [lambda a: a[..., 1:], lambda a: a + np.nan])
 def test_a_state_that_is_not_possible_is_named(name, change):
     X, y = spectra(4)
     fitted = SpectralDistance(joint_weight=0.5).fit(X, y)
@@ -235,6 +237,149 @@ def test_a_state_that_is_not_possible_is_named(name, change):
     for use in (lambda: fitted.transform(X), lambda: fitted.adapt(X, y)):
         with pytest.raises(ValueError, match=name):
             use()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("speeds_", np.array([900.0, 600.0])),
+        ("recorded_", np.array([[1, 1, 0], [1, 1, 0]])),
+        ("variances_", np.full((3, N_FREQUENCIES - 1), -1.0)),
+    ],
+)
+def test_a_state_over_speeds_that_is_not_possible_is_named(name, value):
+    X, y = spectra(4)
+    fitted = SpectralDistance().fit(X, y, rpm=np.tile([600.0, 900.0], 6))
+    setattr(fitted, name, value)
+    with pytest.raises(ValueError, match=name):
+        fitted.transform(X)
+
+
+def over_speeds(rpm, seed=0):
+    """Log spectra whose tilt follows the speed, those of condition c twice as much."""
+    X, y = spectra(12, seed=seed)
+    rpm = np.resize(np.asarray(rpm, dtype=float), len(X))
+    frequency = (np.arange(N_FREQUENCIES) + 0.5) / N_FREQUENCIES
+    slope = np.where(y == "c", 2.0, 1.0) * np.log(rpm / 900)
+    return X + slope[:, np.newaxis, np.newaxis] * frequency, y, rpm
+
+
+def literal_residual(X_train, y, rpm, row, speed, weight, learned_drift):
+    """The docstring's formulas for one window, speed by speed and condition by condition."""
+    classes, known = np.unique(y), np.unique(rpm)
+    n = X_train.shape[-1] - 1
+
+    def mean(c, s, groups):
+        return (
+            cosines(X_train[(y == c) & (rpm == s)][:, groups]).reshape(-1, n * len(groups)).mean(0)
+        )
+
+    def reference(c, q, speeds, groups):
+        values = np.array([mean(c, s, groups) for s in speeds])
+        return np.array([np.interp(np.log(q), np.log(speeds), each) for each in values.T])
+
+    def factor(q, speeds):
+        below, above = speeds[speeds <= q], speeds[speeds >= q]
+        if len(below) == 0 or len(above) == 0:
+            return max(np.abs(np.log(q / speeds)).min() / 0.4, 0.05)
+        parts = np.log(q / below.max()), np.log(above.min() / q)
+        return max(parts[0] * parts[1] / max(sum(parts), 1e-300) / 0.4, 0.05)
+
+    def distances(groups):
+        own = np.array([mean(c, s, groups) for c, s in zip(y, rpm, strict=True)])
+        rows = cosines(X_train[:, groups]).reshape(len(X_train), -1)
+        scatter = (rows - own).T @ (rows - own) / len(rows)
+        overall = np.array([X_train[y == c].mean(axis=0) for c in classes])[:, groups]
+        moved = [[scaled_frequency(g[np.newaxis]) for g in each] for each in overall]
+        shifts = np.concatenate([cosines(np.stack(each, axis=1)) for each in moved])
+        shifts = shifts.reshape(len(shifts), -1)
+        drift = np.diag(np.tile(0.1 / np.arange(1, n + 1) ** 2 + 0.01, len(groups)))
+        drift += 0.1 * shifts.T @ shifts / len(shifts)
+        missed = []
+        for s in known:
+            others = known[known != s]
+            for c in classes:
+                e = mean(c, s, groups) - reference(c, s, others, groups)
+                missed.append(e / np.sqrt(factor(s, others)))
+        drift += learned_drift * np.mean([np.outer(e, e) for e in missed], axis=0)
+        inverse = np.linalg.inv(scatter + factor(speed, known) * drift)
+        here = cosines(row[groups]).ravel()
+        differences = [here - reference(c, speed, known, groups) for c in classes]
+        return np.array([np.sqrt(d @ inverse @ d / len(d)) for d in differences])
+
+    single = np.prod([distances([g]) for g in range(X_train.shape[1])], axis=0)
+    joint = distances(list(range(X_train.shape[1])))
+    return single ** ((1 - weight) / X_train.shape[1]) * joint**weight
+
+
+@pytest.mark.parametrize("speed", [450.0, 600.0, 700.0, 1200.0, 2000.0])
+@pytest.mark.parametrize("learned_drift", [0.0, 1.0])
+def test_references_over_speed_are_the_formulas_of_the_docstring(speed, learned_drift):
+    X, y, rpm = over_speeds([600, 900, 1200])
+    row = over_speeds([speed], seed=1)[0][0]
+    fitted = SpectralDistance(joint_weight=0.3, learned_drift=learned_drift).fit(X, y, rpm=rpm)
+    expected = literal_residual(X, y, rpm, row, speed, 0.3, learned_drift)
+    np.testing.assert_allclose(fitted.transform(row[np.newaxis], rpm=speed)[0], expected, rtol=1e-8)
+
+
+def test_a_stated_speed_helps_and_an_unknown_one_is_searched():
+    X, y, rpm = over_speeds([600, 1200])
+    fresh, truth, _ = over_speeds([850], seed=1)
+    fitted = SpectralDistance().fit(X, y, rpm=rpm)
+    own, index = np.unique(truth, return_inverse=True)[1], np.arange(len(fresh))
+    stated = fitted.transform(fresh, rpm=850)
+    assert np.mean(stated.argmin(axis=1) == own) > 0.95
+    searched = fitted.transform(fresh)
+    assert np.mean(searched.argmin(axis=1) == own) > 0.95
+    # Without a speed the drift counts in full, as at a distance of .4 outside.
+    pooled = SpectralDistance().fit(X, y).transform(fresh)
+    assert searched[index, own].mean() < pooled[index, own].mean()
+
+
+def test_one_speed_known_or_not_is_the_same_but_for_the_distance():
+    X, y = spectra(6)
+    fresh, _ = spectra(3, seed=1)
+    known = SpectralDistance().fit(X, y, rpm=1000)
+    np.testing.assert_allclose(
+        known.transform(fresh, rpm=1000 * np.exp(0.4)),
+        SpectralDistance().fit(X, y).transform(fresh),
+        rtol=1e-12,
+    )
+    np.testing.assert_allclose(
+        known.transform(fresh), known.transform(fresh, rpm=1000 / np.exp(0.4))
+    )
+
+
+def test_a_condition_that_lacks_a_speed_is_interpolated_between_its_own():
+    X, y, rpm = over_speeds([600, 900, 1200])
+    kept = (y != "b") | (rpm != 900)
+    fitted = SpectralDistance().fit(X[kept], y[kept], rpm=rpm[kept])
+    assert fitted.recorded_.tolist() == [[1, 1, 1], [1, 0, 1], [1, 1, 1]]
+    fresh, truth, _ = over_speeds([900], seed=1)
+    verdicts = fitted.classes_[fitted.transform(fresh, rpm=900).argmin(axis=1)]
+    assert np.mean(verdicts == truth) > 0.95
+
+
+def test_speed_of_each_sample_counts_by_its_mean():
+    X, y, rpm = over_speeds([600, 1200])
+    fitted = SpectralDistance().fit(X, y, rpm=rpm)
+    varying = 900 + np.linspace(-50, 50, 11) * np.ones((len(X), 1))
+    np.testing.assert_allclose(fitted.transform(X, rpm=varying), fitted.transform(X, rpm=900))
+
+
+def test_rows_do_not_depend_on_the_batch():
+    X, y, rpm = over_speeds([600, 900, 1200])
+    fitted = SpectralDistance(joint_weight=0.5).fit(X, y, rpm=rpm)
+    alone = [fitted.transform(X[[i]], rpm=rpm[[i]]) for i in range(len(X))]
+    np.testing.assert_array_equal(fitted.transform(X, rpm=rpm), np.concatenate(alone))
+
+
+def test_a_speed_must_be_in_fit_and_above_zero():
+    X, y = spectra(4)
+    with pytest.raises(ValueError, match="rpm was given, but not in fit"):
+        SpectralDistance().fit(X, y).transform(X, rpm=900)
+    with pytest.raises(ValueError, match="expected revolutions per minute above 0"):
+        SpectralDistance().fit(X, y, rpm=0)
 
 
 def test_verdicts_through_measures_and_ladder():

@@ -12,6 +12,7 @@ from skarxlag import (
     KnownConditions,
     LogSpectra,
     PIObserver,
+    PIObserverBank,
     SpectralDistance,
     ThresholdLadder,
 )
@@ -23,6 +24,11 @@ def trajectory(estimator, X, y):
 
 def levels(estimator, X, y):
     return estimator.fit(X, y).transform(X)
+
+
+def distances_over_speed(estimator, X, y):
+    spectra, rpm = LogSpectra().fit_transform(X), np.resize([600.0, 600.0, 900.0, 900.0], len(X))
+    return estimator.fit(spectra, y, rpm=rpm).transform(spectra, rpm=700)
 
 
 def distances(estimator, X, y):
@@ -46,6 +52,7 @@ OBSERVER_EFFECTS = {
     "adaptation_step": ({"evaluation": "switching_gain"}, 0.3, levels),
     "boundary_layer": ({}, 2.0, trajectory),
     "spectrum_order": ({"evaluation": "whiteness"}, 3, levels),
+    "quefrency_exponent": ({"evaluation": "whiteness"}, 1.0, levels),
     "fault_estimate": ({}, True, levels),
 }
 BANK_EFFECTS = {
@@ -82,6 +89,7 @@ EFFECTS = {
         "exponent": ({}, 2.0, levels),
         "saturation": ({}, 0.3, levels),
     },
+    PIObserverBank: BANK_EFFECTS,
     ExtendedStatePIObserverBank: BANK_EFFECTS | {"saturation": ({}, 0.0, levels)},
     LogSpectra: {
         "measures": ({}, ("power", "colour"), levels),
@@ -94,6 +102,7 @@ EFFECTS = {
         "smooth_drift": ({}, 1.0, distances),
         "rough_drift": ({}, 0.1, distances),
         "frequency_drift": ({}, 1.0, distances),
+        "learned_drift": ({}, 0.0, distances_over_speed),
     },
     ThresholdLadder: ALARM_EFFECTS
     | {"healthy": ({}, 1, thresholds), "priors": ({}, [0.9, 0.1], confidences)},

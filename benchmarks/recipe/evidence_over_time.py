@@ -66,7 +66,7 @@ def speed_pairs(rig, window_length):
                 recording=rig.recording[test],
                 start=rig.start[test],
                 residual=residual,
-                n_features=compare.joint_references_.shape[1],
+                n_features=compare.joint_references_.shape[-1],
                 log_probability=np.log(np.maximum(probability, SMALLEST_PROBABILITY)),
                 level=log_rms(rig.data[test]),
                 level_mean=level_mean,

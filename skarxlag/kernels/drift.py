@@ -5,8 +5,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import compiled
-
 #: Relative shift of frequency by which all that a log spectrum shows is moved, both ways.
 _LOG_SHIFT = 0.1
 #: Levels of white noise that is added, in dB of the mean power.
@@ -103,35 +101,3 @@ def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
             for level in _NOISE_DB
         ]
     )
-
-
-def whitened(features: NDArray[Any], whitener: NDArray[Any]) -> NDArray[Any]:
-    """Transform features into coordinates in which their covariance is the identity.
-
-    Parameters
-    ----------
-    features : ndarray of shape (n_rows, n_features)
-        Rows.
-    whitener : ndarray of shape (n_features, n_features)
-        Lower triangular matrix W, for which W W' is the inverse of the covariance.
-
-    Returns
-    -------
-    ndarray of shape (n_rows, n_features)
-        Rows times W, summed in an order that does not depend on the number of rows.
-    """
-    # Whatever comes in, the loop is compiled for one kind of array only.
-    features, whitener = (np.require(a, np.float64, ["C", "W"]) for a in (features, whitener))
-    rows = np.zeros(features.shape)
-    _add_products(features, whitener, rows)
-    return rows
-
-
-@compiled
-def _add_products(features, whitener, rows):
-    for row in range(features.shape[0]):
-        target = rows[row]
-        for i in range(features.shape[1]):
-            feature, weights = features[row, i], whitener[i]
-            for j in range(i + 1):
-                target[j] += feature * weights[j]

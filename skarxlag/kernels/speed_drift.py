@@ -20,6 +20,9 @@ UNIT_DISTANCE = float(np.log(1.3))
 #: Drift between two recordings at one and the same speed, as a share of the drift over the unit
 #: distance.
 SAME_SPEED = 0.02
+#: A change of log speed over which log spectra drift as `smooth_variance` states, and the least
+#: share of that drift, for recordings at one and the same speed.
+_SPECTRAL_DISTANCE, _LEAST_DRIFT = 0.4, 0.05
 #: Speeds within this distance of each other count as one.
 SAME_LOG_SPEED = 0.02
 
@@ -92,6 +95,31 @@ def speed_distance(log_speed: NDArray[Any], known: NDArray[Any]) -> Distance:
         variance = share * (1 - share) * step
     beyond = log_speed - inside
     return Distance(lower, upper, share, (variance + np.abs(beyond)) / UNIT_DISTANCE, beyond)
+
+
+def drift_factor(variance: NDArray[Any]) -> NDArray[Any]:
+    """Return the factor on the prior drift of log spectra, from the variance of the motion.
+
+    The prior is stated for a change of log speed by 0.4. At least 5 % of it remain at a training
+    speed, since two recordings at one speed differ, too.
+
+    Parameters
+    ----------
+    variance : ndarray of shape (n_rows,)
+        Variances of :func:`speed_distance`.
+
+    Returns
+    -------
+    ndarray of shape (n_rows,)
+        Factors, 1 for a distance of 0.4 from the nearest known speed.
+
+    Examples
+    --------
+    >>> at = speed_distance(np.array([0.0, 0.2, 0.4]), np.zeros(1))
+    >>> drift_factor(at.variance).round(3)
+    array([0.05, 0.5 , 1.  ])
+    """
+    return np.maximum(variance * (UNIT_DISTANCE / _SPECTRAL_DISTANCE), _LEAST_DRIFT)
 
 
 def group_speeds(log_speed: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -219,6 +247,8 @@ def joint_axes(scatter: NDArray[Any], drift: NDArray[Any]) -> tuple[NDArray[Any]
     variances : ndarray of shape (n_features,)
         That diagonal, ascending, at least 0.
     """
+    if len(drift) == 0:
+        return np.empty((0, 0)), np.empty(0)
     variances, axes = linalg.eigh(scatter, drift)
     return axes, np.maximum(variances, 0.0)
 

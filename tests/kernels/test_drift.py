@@ -36,11 +36,3 @@ def test_raised_noise_adds_power_20_and_26_db_below_the_mean():
         added = np.exp(np.log(power) + change) - power
         expected = level * power.mean(axis=1, keepdims=True) * np.ones(50)
         np.testing.assert_allclose(added, expected, rtol=1e-6)
-
-
-def test_whitened_is_the_matrix_product_row_by_row():
-    rng = np.random.default_rng(1)
-    features, whitener = rng.normal(size=(20, 7)), np.tril(rng.normal(size=(7, 7)))
-    np.testing.assert_allclose(drift.whitened(features, whitener), features @ whitener, atol=1e-12)
-    alone = np.concatenate([drift.whitened(row[np.newaxis], whitener) for row in features])
-    np.testing.assert_array_equal(drift.whitened(features, whitener), alone)
