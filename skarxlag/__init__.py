@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from .bearings import fault_orders as fault_orders
     from .channels import ChannelRows as ChannelRows
     from .comparison import SpectralDistance as SpectralDistance
-    from .detector import FaultDetector as FaultDetector
+    from .detection import FaultDetector as FaultDetector
+    from .detection import KnownConditions as KnownConditions
     from .diagnosers import make_alpio as make_alpio
     from .diagnosers import make_detector as make_detector
     from .diagnosers import make_diagnoser as make_diagnoser
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from .fault_places import FaultOrderClassifier as FaultOrderClassifier
     from .fault_places import envelope_spectrum as envelope_spectrum
     from .identification import ARXLaguerre as ARXLaguerre
-    from .known_conditions import KnownConditions as KnownConditions
     from .ladder import ThresholdLadder as ThresholdLadder
     from .model_selection import SpeedSplit as SpeedSplit
     from .model_selection import cross_speed_predict as cross_speed_predict
@@ -68,9 +68,9 @@ _MODULES = {
     "DiagnosisPipeline": "pipelines",
     "ExtendedStatePIObserver": "observers",
     "ExtendedStatePIObserverBank": "observer_bank",
-    "FaultDetector": "detector",
+    "FaultDetector": "detection",
     "FaultOrderClassifier": "fault_places",
-    "KnownConditions": "known_conditions",
+    "KnownConditions": "detection",
     "LogSpectra": "spectra",
     "MonitorVerdict": "monitoring",
     "OrderResidual": "orders",

@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.base import BaseEstimator, OutlierMixin, TransformerMixin
+from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
 from ._validation import INNOVATIONS, CheckedEstimator, check_input_names, uses_fitted
@@ -157,73 +157,3 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         tags.target_tags.required = True
         tags.transformer_tags.preserves_dtype = ["float64", "float32"]
         return tags
-
-
-class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
-    """Outlier detector whose score is the logarithm of a p-value.
-
-    A subclass has `fit`, `score_samples` and the attribute `offset_`, the logarithm of the stated
-    rate. All methods accept `rpm`, the speed of each row.
-    """
-
-    offset_: float
-
-    #: Metadata routing passes `rpm` without `set_fit_request` and its siblings.
-    __metadata_request__fit: ClassVar = {"rpm": True}
-    __metadata_request__predict: ClassVar = {"rpm": True}
-    __metadata_request__decision_function: ClassVar = {"rpm": True}
-
-    def decision_function(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Compute the logarithm of the p-value over the stated rate.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
-            Rows.
-        rpm : float, array-like of shape (n_rows,) or None, default=None
-            Their speeds, as in `score_samples`.
-
-        Returns
-        -------
-        ndarray of shape (n_rows,)
-            Natural logarithms, negative for outliers.
-        """
-        return self.score_samples(X, rpm) - self.offset_
-
-    def predict(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Return 1 for rows like those of `fit`, and -1 for outliers.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
-            Rows.
-        rpm : float, array-like of shape (n_rows,) or None, default=None
-            Their speeds, as in `score_samples`.
-
-        Returns
-        -------
-        ndarray of int of shape (n_rows,)
-            1 or -1.
-        """
-        return np.where(self.decision_function(X, rpm) < 0, -1, 1)
-
-    def fit_predict(
-        self, X: ArrayLike, y: Any = None, rpm: ArrayLike | None = None
-    ) -> NDArray[Any]:
-        """Fit, and classify the same rows.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
-            Rows.
-        y : array-like of shape (n_rows,) or None, default=None
-            As in `fit`.
-        rpm : float, array-like of shape (n_rows,) or None, default=None
-            Their speeds.
-
-        Returns
-        -------
-        ndarray of int of shape (n_rows,)
-            1 or -1.
-        """
-        return self.fit(X, y, rpm=rpm).predict(X, rpm=rpm)

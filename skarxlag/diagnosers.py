@@ -3,10 +3,9 @@
 from typing import Any
 
 from .comparison import SpectralDistance
-from .detector import FaultDetector
+from .detection import FaultDetector, KnownConditions
 from .fault_places import FaultOrderClassifier
 from .identification import ARXLaguerre
-from .known_conditions import KnownConditions
 from .ladder import ThresholdLadder
 from .observer_bank import ExtendedStatePIObserverBank
 from .observers import ExtendedStatePIObserver, PIObserver

@@ -18,7 +18,7 @@ from ._archive import read_members, write_members
 from ._files import write_atomically
 from ._validation import check_model_state, estimators_within
 from ._version import __version__
-from .known_conditions import KnownConditions
+from .detection import KnownConditions
 
 #: Classes of scikit-learn that may stand around our steps: what joins and calibrates them, scalers,
 #: and linear models. They are made of arrays and plain values, too.
@@ -62,8 +62,8 @@ TRUSTED_TYPES = {
         "skarxlag.observer_bank.ExtendedStatePIObserverBank",
         "skarxlag.observer_bank.PIObserverBank",
         "skarxlag.spectra.LogSpectra",
-        "skarxlag.detector.FaultDetector",
-        "skarxlag.known_conditions.KnownConditions",
+        "skarxlag.detection.FaultDetector",
+        "skarxlag.detection.KnownConditions",
         "skarxlag.pipelines.DiagnosisPipeline",
     },
     "NdArrayNode": {"numpy.ndarray", "numpy.float64", "numpy.int64", "numpy.str_"},

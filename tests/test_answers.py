@@ -27,8 +27,8 @@ from skarxlag._answers import Answers, answers
 from skarxlag.pipelines import in_one_pass
 
 pytestmark = pytest.mark.filterwarnings(
-    "ignore:rpm is not given:UserWarning", "ignore:Condition .* rows:UserWarning",
-    "ignore:Some conditions have rows of one speed:UserWarning",
+    "ignore:rpm is not given:UserWarning", "ignore:.* rows of condition .* are too few:UserWarning",
+    "ignore:Some conditions have rows at one speed:UserWarning",
 )  # fmt: skip
 Y = np.repeat(["good", "worn"], 30)
 CONDITIONS = ("good", "worn")

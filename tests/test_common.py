@@ -45,10 +45,10 @@ from skarxlag.residual_evaluations import RESIDUAL_EVALUATIONS
 pytestmark = [
     pytest.mark.filterwarnings(f"ignore:{said}:UserWarning")
     for said in (
-        ".* healthy rows hold a false-alarm",
-        "Condition .* has .* rows, which hold a rate",
+        ".* healthy rows are too few",
+        ".* rows of condition .* are too few",
         "Conditions with one row at each speed",
-        "Some conditions have rows of one speed",
+        "Some conditions have rows at one speed",
         "rpm is not given",
     )
 ]

@@ -19,8 +19,8 @@ from skarxlag import (
     make_known_conditions,
     save_diagnoser,
 )
-from skarxlag._calibration import measure
 from skarxlag._validation import check_state
+from skarxlag.detection import _measure as measure
 
 LENGTH, RATE = 1200, 0.05
 COLOURS = {"good": -0.8, "inner": 0.0, "outer": 0.8}
@@ -158,8 +158,8 @@ def test_weak_calibrations_are_said():
     with pytest.warns(UserWarning) as said:
         KnownConditions().fit(X[:18], y[:18], rpm=800)
     texts = [str(each.message) for each in said]
-    assert "Condition inner has 8 rows" in texts[0] and "1/9 = 0.11" in texts[0]
-    assert "99 rows would hold it" in texts[0] and "rows of one speed" in texts[1]
+    assert "8 rows of condition inner" in texts[0] and "1/9 = 0.11" in texts[0]
+    assert "99 rows would hold it" in texts[0] and "rows at one speed" in texts[1]
     assert len(texts) == 2 and said[0].filename == __file__
     with pytest.warns(UserWarning) as said:
         left_out = KnownConditions().fit(X[:11], y[:11], rpm=800)

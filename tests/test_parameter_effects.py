@@ -119,8 +119,8 @@ EFFECTS = {
 }
 
 
-@pytest.mark.filterwarnings("ignore:20 healthy rows hold:UserWarning")
-@pytest.mark.filterwarnings("ignore:Condition known has 20 rows:UserWarning")
+@pytest.mark.filterwarnings("ignore:20 healthy rows are too few:UserWarning")
+@pytest.mark.filterwarnings("ignore:20 rows of condition known are too few:UserWarning")
 @pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 @pytest.mark.parametrize(
     ("estimator", "name"),

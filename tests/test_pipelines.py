@@ -201,7 +201,9 @@ def test_batches_of_windows_change_no_bit(make, data, n_jobs):
     np.testing.assert_array_equal(diagnoser.predict(many.tolist()), plain.predict(many))
 
 
-@pytest.mark.filterwarnings("ignore:36 healthy rows", "ignore:Condition .* rows:UserWarning")
+@pytest.mark.filterwarnings(
+    "ignore:36 healthy rows", "ignore:.* rows of condition .* are too few:UserWarning"
+)
 @pytest.mark.parametrize("make", [*MAKERS, make_detector, make_known_conditions])
 def test_results_are_those_of_scikit_learn_bit_for_bit(make, data):
     """For windows with a signal and without: the quality of windows is no matter of a pipeline."""

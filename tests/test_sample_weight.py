@@ -289,7 +289,7 @@ def healthy_rows():
     return X, np.repeat([800.0, 1200.0], 40)
 
 
-@pytest.mark.filterwarnings("ignore:.* healthy rows hold:UserWarning")
+@pytest.mark.filterwarnings("ignore:.* healthy rows are too few:UserWarning")
 class TestDetector:
     def test_a_row_of_weight_0_is_left_out(self):
         X, rpm = healthy_rows()

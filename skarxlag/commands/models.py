@@ -2,7 +2,6 @@
 
 import functools
 import hashlib
-import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from sklearn.pipeline import Pipeline
 from .._answers import answers
 from .._validation import estimators_within
 from ..channels import ChannelRows
+from ..kernels.ladder import rows_that_hold
 from ..persistence import load_diagnoser
 from ..pipelines import in_one_pass
 from .diagnosers import set_threads
@@ -205,7 +205,7 @@ def held_rate(n_windows: int, rate: float) -> list[str]:
     >>> held_rate(99, 0.01)
     []
     """
-    needed = math.ceil(round(1 / rate - 1, 6))
+    needed = rows_that_hold(rate)
     if n_windows >= needed:
         return []
     return [

@@ -1,5 +1,6 @@
 """Thresholds, rungs and confidences of the ladder (equations 23-32)."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,30 @@ from scipy.special import log_softmax
 _LOG_ZERO, _LOG_INFINITE = -745.0, 745.0
 #: Nepers that a level on a cut scores less on the rung above it.
 _TIE = 1e-9
+
+
+def rows_that_hold(rate: float) -> int:
+    """Return the number of rows that hold a false-alarm rate without any assumption.
+
+    A further row of the same kind exceeds all of n rows with the probability 1 / (n + 1).
+
+    Parameters
+    ----------
+    rate : float
+        False-alarm rate, in (0, 1).
+
+    Returns
+    -------
+    int
+        The smallest n with 1 / (n + 1) <= rate.
+
+    Examples
+    --------
+    >>> rows_that_hold(0.01)
+    99
+    """
+    # 1 / rate may be a whole number but for rounding.
+    return math.ceil(round(1 / rate - 1, 6))
 
 
 def false_alarm_threshold(

@@ -248,7 +248,7 @@ def test_bad_parameters_are_named(name, value):
 
 def test_few_rows_are_said():
     X, rpm = rig((800, 1200), 20, seed=0)
-    with pytest.warns(UserWarning, match=r"40 healthy rows hold .* 1/41 = 0\.024 .* 99 rows"):
+    with pytest.warns(UserWarning, match=r"40 healthy rows .*too few.* 1/41 = 0\.024\. .* 99 rows"):
         FaultDetector(false_alarm_rate=0.01).fit(X, rpm=rpm)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -259,7 +259,7 @@ def test_two_rows_are_the_least():
     X = healthy(2, 1000, 0)
     with pytest.warns(UserWarning) as said:
         fitted = FaultDetector(false_alarm_rate=RATE).fit(X)
-    assert "2 healthy rows hold" in str(said[0].message) and len(said) == 2
+    assert "2 healthy rows are too few" in str(said[0].message) and len(said) == 2
     assert np.all(fitted.predict(healthy(50, 1000, 1)) == 1)
     with pytest.raises(ValueError, match="X has one row"):
         FaultDetector().fit(X[:1])
