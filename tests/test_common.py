@@ -236,8 +236,11 @@ class TestEveryEstimator:
 
     def test_fitted_attributes_are_arrays_and_plain_numbers(self, estimator):
         fitted = clone(estimator).fit(signals((12, 40)), labels(12))
-        learnt = {k: v for k, v in vars(fitted).items() if k not in estimator.get_params()}
-        assert all(k.endswith("_") or k.startswith("_") for k in learnt)
+        parameters = estimator.get_params()
+        assert fitted._fitted_parameters.keys() <= parameters.keys()
+        beside = {"_fitted_parameters", *parameters}
+        learnt = {k: v for k, v in vars(fitted).items() if k not in beside}
+        assert all(k.endswith("_") for k in learnt)
         # Parts that were fitted have their own turn in this test.
         plain = (np.ndarray, int, float, DiagnosisPipeline, *(type(e) for e in ESTIMATORS))
         values = [v for many in learnt.values() for v in (many if type(many) is list else [many])]
