@@ -182,33 +182,27 @@ def overview(summary, ours=()):
     Returns
     -------
     text : str
-        At most `ROWS` methods, ordered by their mean over the columns that all methods have; the
-        best figure of each column is bold.
+        At most `ROWS` methods, ordered by their mean over the columns. A method that was not run
+        for every column is left out. The best figure of each column is bold.
     """
     windows = summary[(summary.verdict == "window") & ~summary.rig.str.startswith("simulated")]
     wide = windows.pivot(index="method", columns=["rig", "window_length"], values="mean")
     columns = product(windows.rig.unique(), sorted(windows.window_length.unique()))
-    wide = wide[[column for column in columns if column in wide.columns]]
-    run_by_all = wide.dropna(axis=1)
-    ranked = run_by_all if len(run_by_all.columns) else wide
-    wide = wide.loc[ranked.mean(axis=1).sort_values(ascending=False).index]
+    wide = wide[[column for column in columns if column in wide.columns]].dropna()
+    wide = wide.loc[wide.mean(axis=1).sort_values(ascending=False).index]
     is_ours = wide.index.isin(list(ours))
     peers = wide.index[~is_ours][: max(ROWS - is_ours.sum(), 0)]
     wide = wide[is_ours | wide.index.isin(peers)]
     best = wide.max()
     cells = wide.apply(
-        lambda column: column.map(
-            lambda value: "" if np.isnan(value) else _emphasised(value, best[column.name])
-        )
+        lambda column: column.map(lambda value: _emphasised(value, best[column.name]))
     )
     cells.columns = [f"{rig}, {length}" for rig, length in wide.columns]
     cells.index = [f"`{name}` (ours)" if name in ours else name for name in wide.index]
     table = markdown(cells.rename_axis("method").reset_index())
     return (
-        "Mean accuracy over all pairs of different speeds; 1 is perfect. "
-        "Each verdict rests on one window; the number in the head of a column is the length of "
-        "the window in samples. An empty cell was not run. Peers see windows that are scaled to "
-        f"unit RMS, as ours do.\n\n{table}"
+        "Share of right verdicts at speeds that were not used for training. Each verdict rests on "
+        f"one window; the head of a column states its length in samples.\n\n{table}"
     )
 
 

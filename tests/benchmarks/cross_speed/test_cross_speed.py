@@ -133,11 +133,12 @@ def overview_rows(cells, ours=()):
 
 
 def test_overview_has_a_row_a_method_and_a_column_a_rig_and_length():
-    cells = [("r", 4, "m", 0.5), ("r", 8, "m", 0.25), ("r", 4, "n", 0.75)]
+    cells = [("r", 4, "m", 0.5), ("r", 8, "m", 0.25), ("r", 4, "n", 0.75), ("r", 8, "n", 0.125)]
+    cells += [("r", 4, "run for one column only", 1.0)]
     assert overview_rows(cells, {"m"}) == [
         "| method | r, 4 | r, 8 |",
         "| --- | --- | --- |",
-        "| n | **0.750** |  |",
+        "| n | **0.750** | 0.125 |",
         "| `m` (ours) | 0.500 | **0.250** |",
     ]
 
