@@ -21,7 +21,9 @@ print(f"{rig.data.shape[0]} windows of {rig.data.shape[1]} samples at {rig.sampl
 # %%
 # Fit on one speed, and ask for one verdict for each recording at the others.
 diagnoser = make_diagnoser(healthy="N").fit(rig.data[known], rig.target[known])
-verdicts = recording_verdicts(diagnoser, rig.data[~known], rig.recording[~known])
+verdicts = recording_verdicts(
+    diagnoser, rig.data[~known], rig.recording[~known], rpm=rig.rpm[~known], train_rpm=[800]
+)
 print(verdicts["verdict"].to_string())
 
 # %%
