@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from .monitoring import load_monitor_state as load_monitor_state
     from .monitoring import save_monitor_state as save_monitor_state
     from .observer_bank import ExtendedStatePIObserverBank as ExtendedStatePIObserverBank
-    from .observer_bank import PIObserverBank as PIObserverBank
     from .observers import ExtendedStatePIObserver as ExtendedStatePIObserver
     from .observers import PIObserver as PIObserver
     from .orders import OrderResidual as OrderResidual
@@ -75,7 +74,6 @@ _MODULES = {
     "MonitorVerdict": "monitoring",
     "OrderResidual": "orders",
     "PIObserver": "observers",
-    "PIObserverBank": "observer_bank",
     "SpectralDistance": "comparison",
     "SpeedSplit": "model_selection",
     "StretchResidual": "stretches",

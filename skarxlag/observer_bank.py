@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from numbers import Integral
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,19 +31,107 @@ from .kernels.residual_levels import switching_gain
 _SHARES = (0.5, 0.25, 0.125, 0.0625)
 
 
-class ObserverBank(GroupTransformer, auto_wrap_output_keys=None):
-    """Levels of the fault estimates of observers that are tuned to one frequency each.
+@dataclass(kw_only=True, eq=False, repr=False)
+class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
+    r"""Bank of extended-state observers, each tuned to one frequency.
 
-    A subclass sets `bounds_` in `_certify`, from gains that are in place.
+    The paper's fault is a vector. One observer of one output can estimate one component of it, so a
+    vector takes one observer for each component. Member m of M observes the component at the
+    frequency :math:`\omega_m = \pi (m + 1/2) / M`. It has the nonlinearity of
+    `ExtendedStatePIObserver`: the gain from the integral p to the fault estimate d grows with the
+    fault,
+
+    .. math::
+
+        e = \varepsilon - c, \qquad c^+ = \zeta c + k_p e + d, \qquad p^+ = p + k_i e, \qquad
+        d^+ = (1 + \min(|p^+|, M_m))\,p^+ .
+
+    The gains place the closed-loop poles for small faults at :math:`\rho\,e^{\pm j\omega_m}`:
+
+    .. math::
+
+        k_p = 1 + \zeta - 2\rho\cos\omega_m, \qquad k_i = \rho^2 - \zeta + k_p, \qquad
+        \rho = e^{-b\pi/2M} .
+
+    The bound :math:`M_m` of a member is 1/2, 1/4, 1/8 or 1/16 of the range in which a constant gain
+    leaves its loop stable, and at most `saturation`. It is the largest of these for which one
+    quadratic Lyapunov function exists for the loops with the smallest and with the largest gain.
+    That certifies every sequence of gains between them. With ``saturation=0`` the members are
+    linear, and ``bandwidth=1`` suits them better.
+
+    Three levels describe the fault estimates d of a window: the power
+    :math:`P = \ln\overline{d^2}`; :math:`2\ln K` with the gain K of a sliding-mode residual whose
+    surface is d, :math:`\ln K^+ = \ln K + \mathrm{step}\,\mathrm{sgn}(|d| - K)`; and the steadiness
+    :math:`2\ln K - P`. K settles at the median of :math:`|d|`, which the impacts of a fault hardly
+    change, while they raise P. K runs over the window twice and is averaged the second time.
+
+    Innovations have to be in units of their root mean square, as `ARXLaguerre` returns them,
+    because the bound is in their unit.
+
+    Parameters
+    ----------
+    pole : float, default=0.3
+        Pole :math:`\zeta` of the output's Laguerre network, in (-1, 1).
+    n_members : int, default=64
+        Number M of observers, at least 2.
+    bandwidth : float, default=1.5
+        Bandwidth b of a member, above 0, in units of the distance between two neighbours. A narrow
+        loop has a small stable range.
+    saturation : float, default=1.0
+        Largest bound that a member may have, at least 0.
+    adaptation_step : float, default=0.05
+        Step of the logarithm of K per sample, in (0, 1].
+    n_jobs : int or None, default=None
+        Number of threads. Results do not depend on it.
+
+    Attributes
+    ----------
+    kp_, ki_ : ndarray of shape (n_members,)
+        Gains of each member.
+    bounds_ : ndarray of shape (n_members,)
+        The bounds :math:`M_m`.
+    lyapunov_ : ndarray of shape (n_members, 2, 2)
+        Certificates P: A'PA - P is negative definite for both loops A of a member.
+    frequencies_ : ndarray of shape (n_members,)
+        Frequency that each member is tuned to, in radians per sample.
+    n_models_ : int
+        Number of models that the innovations are from; 0 for plain windows.
+    n_features_in_ : int
+        Number of models, or samples in a plain window.
+    feature_names_in_ : ndarray of str
+        Column names, if fitted on a table.
+
+    See Also
+    --------
+    ExtendedStatePIObserver : One observer, with one level for each model.
+    SpectralDistance : Compares the groups with those of each condition.
+
+    Examples
+    --------
+    A tone is strongest in the member that is tuned to it:
+
+    >>> import numpy as np
+    >>> tone = np.sin(1.0 * np.arange(1200))[np.newaxis]
+    >>> bank = ExtendedStatePIObserverBank(saturation=0.0, bandwidth=1.0).fit(tone)
+    >>> loudest = bank.transform(tone)[0, 0].argmax()
+    >>> float(bank.frequencies_[loudest].round(2))
+    1.01
+    >>> bool((ExtendedStatePIObserverBank().fit(tone).bounds_ > 0).all())
+    True
     """
 
-    ki_: Any
-    kp_: Any
+    pole: float = 0.3
+    n_members: int = 64
+    bandwidth: float = 1.5
+    saturation: float = 1.0
+    adaptation_step: float = 0.05
+    n_jobs: int | None = None
 
-    _state = INNOVATIONS | {
+    _state: ClassVar = INNOVATIONS | {
         "kp_": Values(lambda e: (e.n_members,), MODERATE),
         "ki_": Values(lambda e: (e.n_members,), MODERATE),
         "bounds_": Values(lambda e: (e.n_members,), NOT_NEGATIVE),
+        "lyapunov_": Values(lambda e: (e.n_members, 2, 2)),
     }
 
     def fit(self, X: ArrayLike, y: Any = None) -> Self:
@@ -72,18 +161,9 @@ class ObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         remember_parameters(self)
         return self
 
-    def _loops(self, gain):
-        """Closed loop of each member at a gain from its integral to its estimate."""
-        return np.stack(
-            [
-                observer.loop_matrix(self.pole, kp, ki, g)
-                for kp, ki, g in zip(self.kp_, self.ki_, gain, strict=True)
-            ]
-        )
-
     @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:
-        """Three log spectra over the members for each window.
+        """Compute three log spectra over the members for each window.
 
         Parameters
         ----------
@@ -93,8 +173,8 @@ class ObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         Returns
         -------
         ndarray of shape (n_windows, n_groups, n_members)
-            Power, switching gain and steadiness of the fault estimates, natural logarithms; of
-            several models the three groups of one model after those of another.
+            Natural logarithms of power, switching gain and steadiness of the fault estimates. The
+            three groups of one model follow those of another.
         """
         X, _ = validate_innovations(self, X, reset=False)
 
@@ -111,28 +191,26 @@ class ObserverBank(GroupTransformer, auto_wrap_output_keys=None):
 
     @uses_fitted
     def observe(self, X: ArrayLike, members: Sequence[int]) -> Bunch:
-        """Trajectories of chosen members, for looking at them.
+        """Compute the trajectories of chosen members.
 
         Parameters
         ----------
         X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
             Innovations.
         members : sequence of int
-            Indices of members, from 0 to n_members - 1; `frequencies_` tells what they are tuned
-            to.
+            Indices of members, from 0 to n_members - 1, in the order of `frequencies_`.
 
         Returns
         -------
         Bunch
-            Arrays with the axes of X and one more before the last, for the members, in the unit of
-            X: ``error`` e; ``fault_estimate``, the estimate before each sample;
-            ``switching_gain`` K once it has settled, that is in its second pass over the window;
-            ``residual``, K times the sign of the fault estimate.
+            Arrays in the unit of X, with the axes of X and one more, for the members, before the
+            last: ``error`` e, ``fault_estimate`` before each sample, ``switching_gain`` K in its
+            second pass over the window, and ``residual``, K times the sign of the fault estimate.
 
         Raises
         ------
         ValueError
-            If there is no such member.
+            If no member has this index.
         """
         X, _ = validate_innovations(self, X, reset=False)
         members = np.atleast_1d(members)
@@ -163,7 +241,7 @@ class ObserverBank(GroupTransformer, auto_wrap_output_keys=None):
 
     @property
     def frequencies_(self) -> NDArray[Any]:
-        """Frequency that each member is tuned to, in radians a sample."""
+        """Frequency that each member is tuned to, in radians per sample."""
         return centre_frequencies(len(self.kp_))
 
     def _group_names(self):
@@ -173,6 +251,7 @@ class ObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         check_real(self.pole, "pole", min_val=-1, max_val=1, include_boundaries="neither")
         check_scalar(self.n_members, "n_members", Integral, min_val=2)
         check_real(self.bandwidth, "bandwidth", min_val=0, include_boundaries="neither")
+        check_real(self.saturation, "saturation", min_val=0)
         check_real(
             self.adaptation_step,
             "adaptation_step",
@@ -181,214 +260,19 @@ class ObserverBank(GroupTransformer, auto_wrap_output_keys=None):
             include_boundaries="right",
         )
 
-
-class PIObserverBank(ObserverBank, auto_wrap_output_keys=None):
-    r"""Bank of linear proportional-integral observers, each tuned to one frequency.
-
-    The paper's fault is a vector. One observer of one output can estimate one component of it, so
-    that a vector takes one observer for each component. Member m of M observes the component at
-    the frequency :math:`\omega_m = \pi (m + 1/2) / M`. It is the recursion of `PIObserver` with
-    gains that place both closed-loop poles at :math:`\rho\,e^{\pm j\omega_m}`:
-
-    .. math::
-
-        k_p = 1 + \zeta - 2\rho\cos\omega_m, \qquad k_i = \rho^2 - \zeta + k_p, \qquad
-        \rho = e^{-b\pi/2M} .
-
-    A window is measured by the fault estimates d of its members: by the power
-    :math:`P = \ln\overline{d^2}`; by the gain K of a sliding-mode residual whose surface is d,
-    :math:`\ln K^+ = \ln K + \mathrm{step}\,\mathrm{sgn}(|d| - K)`, as the group :math:`2\ln K`; and
-    by the steadiness :math:`2\ln K - P`. K settles at the median of :math:`|d|`, which the strikes
-    of a fault hardly move, while P sees them. K runs over the window twice and is averaged the
-    second time.
-
-    Parameters
-    ----------
-    pole : float, default=0.3
-        Pole :math:`\zeta` of the output's Laguerre network, in (-1, 1).
-    n_members : int, default=64
-        Number M of observers, at least 2.
-    bandwidth : float, default=1.0
-        The bandwidth b of a member, above 0, in units of the distance between two neighbours.
-    adaptation_step : float, default=0.05
-        Step of the logarithm of K a sample, in (0, 1].
-    n_jobs : int or None, default=None
-        Threads that work on windows. Results do not depend on it.
-
-    Attributes
-    ----------
-    kp_, ki_ : ndarray of shape (n_members,)
-        Gains of each member.
-    bounds_ : ndarray of shape (n_members,)
-        Zeros: the members are linear.
-    spectral_radii_ : ndarray of shape (n_members,)
-        Largest modulus of the closed-loop poles of each member, below 1.
-    frequencies_ : ndarray of shape (n_members,)
-        Frequency that each member is tuned to, in radians a sample.
-    n_models_ : int
-        Models that the innovations came from; 0 for plain windows.
-    n_features_in_ : int
-        Number of models, or samples in a plain window.
-    feature_names_in_ : ndarray of str
-        Column names, when fitted on a table.
-
-    See Also
-    --------
-    ExtendedStatePIObserverBank : Members whose gain grows with the fault.
-    SpectralDistance : Compares the groups with those of each condition.
-
-    Examples
-    --------
-    A tone is seen by the member that is tuned to it:
-
-    >>> import numpy as np
-    >>> tone = np.sin(1.0 * np.arange(1200))[np.newaxis]
-    >>> bank = PIObserverBank().fit(tone)
-    >>> loudest = bank.transform(tone)[0, 0].argmax()
-    >>> float(bank.frequencies_[loudest].round(2))
-    1.01
-    """
-
-    bounds_: NDArray[Any]
-    spectral_radii_: NDArray[Any]
-
-    _state = ObserverBank._state | {
-        "spectral_radii_": Values(
-            lambda e: (e.n_members,), (lambda r, e: (r >= 0) & (r < 1), "in [0, 1)")
-        )
-    }
-
-    def __init__(
-        self,
-        *,
-        pole: float = 0.3,
-        n_members: int = 64,
-        bandwidth: float = 1.0,
-        adaptation_step: float = 0.05,
-        n_jobs: int | None = None,
-    ) -> None:
-        self.pole = pole
-        self.n_members = n_members
-        self.bandwidth = bandwidth
-        self.adaptation_step = adaptation_step
-        self.n_jobs = n_jobs
-
-    def _certify(self):
-        self.bounds_ = np.zeros(self.n_members)
-        loops = self._loops(np.ones(self.n_members))
-        self.spectral_radii_ = np.abs(np.linalg.eigvals(loops)).max(axis=1)
-        if self.spectral_radii_.max() >= 1:
-            raise ValueError(
-                f"The members with n_members={self.n_members} and bandwidth={self.bandwidth} have "
-                f"closed-loop poles of modulus {self.spectral_radii_.max():.6g}, expected below 1."
-            )
-
-
-class ExtendedStatePIObserverBank(ObserverBank, auto_wrap_output_keys=None):
-    r"""Bank of extended-state observers, each tuned to one frequency.
-
-    The members are those of `PIObserverBank`, with the nonlinearity of `ExtendedStatePIObserver`:
-    the gain from the integral p to the fault estimate d grows with the fault,
-
-    .. math::
-
-        e = \varepsilon - c, \qquad c^+ = \zeta c + k_p e + d, \qquad p^+ = p + k_i e, \qquad
-        d^+ = (1 + \min(|p^+|, M_m))\,p^+ .
-
-    The bound :math:`M_m` of a member is 1/2, 1/4, 1/8 or 1/16 of the range in which a constant gain
-    leaves its loop stable, or `saturation` where that is smaller: the largest for which one
-    quadratic Lyapunov function exists for the loops with the smallest and with the largest gain.
-    That certifies every sequence of gains between them.
-
-    Innovations have to be in units of their root-mean-square, as `ARXLaguerre` gives them: the
-    bound is in their unit.
-
-    Parameters
-    ----------
-    pole : float, default=0.3
-        Pole :math:`\zeta` of the output's Laguerre network, in (-1, 1).
-    n_members : int, default=64
-        Number of observers, at least 2.
-    bandwidth : float, default=1.5
-        The bandwidth of a member, above 0, in units of the distance between two neighbours. It is
-        wider than that of the linear bank, because a narrow loop has little stable range.
-    saturation : float, default=1.0
-        The largest bound that a member may have, at least 0. At 0 the members are linear.
-    adaptation_step : float, default=0.05
-        Step of the logarithm of the switching gain a sample, in (0, 1].
-    n_jobs : int or None, default=None
-        Threads that work on windows. Results do not depend on it.
-
-    Attributes
-    ----------
-    kp_, ki_ : ndarray of shape (n_members,)
-        Gains of each member.
-    bounds_ : ndarray of shape (n_members,)
-        The bounds :math:`M_m`.
-    lyapunov_ : ndarray of shape (n_members, 2, 2)
-        The certificates: P with A'PA - P negative definite for both loops of a member.
-    frequencies_ : ndarray of shape (n_members,)
-        Frequency that each member is tuned to, in radians a sample.
-    n_models_ : int
-        Models that the innovations came from; 0 for plain windows.
-    n_features_in_ : int
-        Number of models, or samples in a plain window.
-    feature_names_in_ : ndarray of str
-        Column names, when fitted on a table.
-
-    See Also
-    --------
-    PIObserverBank : What the levels are, and why a bank.
-    SpectralDistance : Compares the groups with those of each condition.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> innovations = np.random.default_rng(0).normal(size=(3, 1, 1200))
-    >>> bank = ExtendedStatePIObserverBank().fit(innovations)
-    >>> bank.transform(innovations).shape
-    (3, 3, 64)
-    >>> bool((bank.bounds_ > 0).all())
-    True
-    """
-
-    bounds_: NDArray[Any]
-    lyapunov_: NDArray[Any]
-
-    _state = ObserverBank._state | {"lyapunov_": Values(lambda e: (e.n_members, 2, 2))}
-
-    def __init__(
-        self,
-        *,
-        pole: float = 0.3,
-        n_members: int = 64,
-        bandwidth: float = 1.5,
-        saturation: float = 1.0,
-        adaptation_step: float = 0.05,
-        n_jobs: int | None = None,
-    ) -> None:
-        self.pole = pole
-        self.n_members = n_members
-        self.bandwidth = bandwidth
-        self.saturation = saturation
-        self.adaptation_step = adaptation_step
-        self.n_jobs = n_jobs
-
-    def _check_parameters(self):
-        super()._check_parameters()
-        check_real(self.saturation, "saturation", min_val=0)
-
     def _certify(self):
         # Jury's first condition, a + k < 1, is the one that a larger gain breaks first.
         stable = (1 - (self.pole - self.kp_)) / self.ki_ - 1
-        slow = self._loops(np.ones(self.n_members))
         self.bounds_ = np.zeros(self.n_members)
         self.lyapunov_ = np.empty((self.n_members, 2, 2))
         for m in range(self.n_members):
             for share in _SHARES:
                 bound = min(self.saturation, share * stable[m])
-                fast = observer.loop_matrix(self.pole, self.kp_[m], self.ki_[m], 1 + bound)
-                certificate = observer.common_lyapunov(slow[m], fast)
+                slow, fast = (
+                    observer.loop_matrix(self.pole, self.kp_[m], self.ki_[m], gain)
+                    for gain in (1.0, 1.0 + bound)
+                )
+                certificate = observer.common_lyapunov(slow, fast)
                 if certificate is not None:
                     break
             else:

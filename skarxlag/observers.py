@@ -1,15 +1,274 @@
 """Proportional-integral observers: from innovations to residual levels."""
 
-from typing import Any
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from numbers import Integral
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from sklearn.base import BaseEstimator, TransformerMixin, clone
+from sklearn.utils import Bunch, check_scalar
 
-from ._observer_base import Observer
-from ._validation import check_real
-from .kernels import observer
+from ._base import DocumentedEstimator
+from ._parallel import map_batches
+from ._validation import (
+    INNOVATIONS,
+    CheckedEstimator,
+    Values,
+    check_input_names,
+    check_real,
+    check_value,
+    remember_parameters,
+    uses_fitted,
+    validate_innovations,
+)
+from .kernels import observer, residual_levels
+from .kernels.scaling import root_mean_square
+from .kernels.spectra import LOG_SPECTRUM_CELLS, autoregressive_log_spectrum, frequency_grid
+
+#: Exponent of the cepstral norm, half-way between the plain norm (0) and Martin's metric (1).
+_QUEFRENCY_EXPONENT = 0.5
 
 
+class ResidualEvaluation(NamedTuple):
+    """Way to turn an observer's output error of one window and one model into a number.
+
+    Parameters
+    ----------
+    levels : callable
+        Function of innovations of shape (n_windows, n_models, n_samples) and of the fitted
+        observer. It returns levels of shape (n_windows, n_models).
+    trajectory : str or None
+        Trajectory of `Observer.observe` whose size the level measures, in its unit. None if the
+        level does not depend on the scale of the innovations.
+    """
+
+    levels: Callable[[NDArray[Any], Any], NDArray[Any]]
+    trajectory: str | None
+
+
+def _power(innovations, fitted):
+    return residual_levels.power_levels(innovations, fitted._loop())
+
+
+def _switching_gain(innovations, fitted):
+    settings = float(fitted.sliding_slope), float(fitted.adaptation_step)
+    return residual_levels.switching_gain_levels(innovations, fitted._loop(), *settings)
+
+
+def _whiteness(innovations, fitted):
+    error = observer.observe(innovations, fitted._loop())[0]
+    signals = error.reshape(-1, error.shape[-1])
+    spectra = autoregressive_log_spectrum(signals, fitted.spectrum_order, LOG_SPECTRUM_CELLS)
+    response = fitted.small_signal_response(frequency_grid(LOG_SPECTRUM_CELLS))
+    spectra -= 2 * np.log(np.abs(response))
+    return residual_levels.cepstral_norm(spectra, _QUEFRENCY_EXPONENT).reshape(error.shape[:2])
+
+
+RESIDUAL_EVALUATIONS = {
+    "power": ResidualEvaluation(_power, "error"),
+    "switching_gain": ResidualEvaluation(_switching_gain, "residual"),
+    "whiteness": ResidualEvaluation(_whiteness, None),
+}
+
+
+@dataclass(kw_only=True, eq=False, repr=False)
+class Observer(CheckedEstimator, DocumentedEstimator, TransformerMixin, BaseEstimator):
+    """Transformer from innovations to residual levels by a recursion on the innovations.
+
+    A subclass checks its gains in `_certify`, and returns them in `_loop_constants` and
+    `_small_signal_gains`.
+    """
+
+    pole: float = 0.3
+    kp: float = 0.1
+    evaluation: str = "power"
+    sliding_slope: float = 10.0
+    adaptation_step: float = 0.005
+    boundary_layer: float = 0.0
+    spectrum_order: int = 64
+    fault_estimate: bool = False
+    n_jobs: int | None = None
+
+    _state: ClassVar = INNOVATIONS
+
+    def fit(self, X: ArrayLike, y: Any = None) -> Self:
+        """Check the parameters, and certify that the observer is stable.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations, or windows, which are the innovations of a model that predicts nothing.
+        y : ignored
+            Here by convention.
+
+        Returns
+        -------
+        estimator
+            The fitted observer.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is out of its range, or the gains are not stable.
+        """
+        validate_innovations(self, X, reset=True)
+        self._check_parameters()
+        self._certify()
+        remember_parameters(self)
+        return self
+
+    @uses_fitted
+    def transform(self, X: ArrayLike) -> NDArray[Any]:
+        """Compute one residual level for each window and model.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_models) or (n_windows, 2 * n_models)
+            Residual levels. With ``fault_estimate=True``, the levels of the fault estimates follow.
+        """
+        innovations, _ = validate_innovations(self, X, reset=False)
+        parts = map_batches(
+            lambda batch: self._levels(innovations[batch]), len(innovations), self.n_jobs
+        )
+        return np.concatenate(parts).astype(innovations.dtype, copy=False)
+
+    def _levels(self, innovations):
+        innovations = np.require(innovations, dtype=np.float64, requirements=["C", "W"])
+        levels = RESIDUAL_EVALUATIONS[self.evaluation].levels(innovations, self)
+        if self.fault_estimate:
+            estimated = root_mean_square(observer.observe(innovations, self._loop())[1])
+            levels = np.concatenate([levels, estimated], axis=1)
+        return levels
+
+    def _loop(self):
+        return tuple(map(float, self._loop_constants()))
+
+    @uses_fitted
+    def small_signal_response(self, frequency: NDArray[Any]) -> NDArray[Any]:
+        """Compute the frequency response from small innovations to the output error.
+
+        Parameters
+        ----------
+        frequency : ndarray
+            Frequencies in radians per sample.
+
+        Returns
+        -------
+        ndarray of complex
+            Shaped like `frequency`.
+        """
+        pole, kp, ki = self._small_signal_gains()
+        z = np.exp(1j * frequency)
+        if ki == 0:
+            return (z - pole) / (z - pole + kp)
+        return (z - pole) * (z - 1) / ((z - pole + kp) * (z - 1) + ki)
+
+    @uses_fitted
+    def observe(self, X: ArrayLike) -> Bunch:
+        r"""Compute the trajectories that the levels are made of.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations.
+
+        Returns
+        -------
+        Bunch
+            Arrays with the shape and unit of X: ``error`` e, ``fault_estimate`` before each sample,
+            ``sliding_surface`` :math:`S = \lambda e + (e(k) - e(k-1))`, ``switching_gain`` K_s, and
+            ``residual``, :math:`r = K_s\,\mathrm{sgn}(S)` or, with a boundary layer,
+            :math:`r = K_s\,\mathrm{sat}(S / (\phi K_s))`.
+        """
+        innovations, _ = validate_innovations(self, X, reset=False)
+        shape = np.shape(X)
+        innovations = np.require(innovations, dtype=np.float64, requirements=["C", "W"])
+        error, fault_estimate = (
+            path.reshape(-1, shape[-1]) for path in observer.observe(innovations, self._loop())
+        )
+        surface = residual_levels.sliding_surface(error, self.sliding_slope)
+        gain = residual_levels.switching_gain(surface, self.adaptation_step)
+        layer = self.boundary_layer * gain
+        saturated = np.divide(surface, layer, out=np.sign(surface), where=layer > 0)
+        trajectories = {
+            "error": error,
+            "fault_estimate": fault_estimate,
+            "sliding_surface": surface,
+            "switching_gain": gain,
+            "residual": gain * np.clip(saturated, -1, 1),
+        }
+        return Bunch(**{name: path.reshape(shape) for name, path in trajectories.items()})
+
+    @uses_fitted
+    def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
+        """Return the names of the levels, made of model and evaluation.
+
+        Parameters
+        ----------
+        input_features : array-like of str or None, default=None
+            Names of the models, as `ARXLaguerre.get_feature_names_out` returns them.
+
+        Returns
+        -------
+        ndarray of str
+            One name for each column of the output of `transform`.
+        """
+        names = check_input_names(self, input_features)
+        if self.n_models_ == 0:
+            prefixes = [""]
+        elif names is None:
+            prefixes = [f"model{c}_" for c in range(self.n_models_)]
+        else:
+            prefixes = [f"{name}_" for name in names]
+        kinds = [self.evaluation] + ["fault_estimate"] * self.fault_estimate
+        return np.array([prefix + kind for kind in kinds for prefix in prefixes], dtype=object)
+
+    def _check_parameters(self):
+        check_real(self.pole, "pole", min_val=-1, max_val=1, include_boundaries="neither")
+        check_real(self.kp, "kp")
+        if self.evaluation not in RESIDUAL_EVALUATIONS:
+            raise ValueError(
+                f"evaluation == {self.evaluation!r}, must be one of "
+                f"{', '.join(RESIDUAL_EVALUATIONS)}."
+            )
+        check_real(self.sliding_slope, "sliding_slope", min_val=0)
+        check_real(
+            self.adaptation_step,
+            "adaptation_step",
+            min_val=0,
+            max_val=1,
+            include_boundaries="right",
+        )
+        check_real(self.boundary_layer, "boundary_layer", min_val=0)
+        check_scalar(self.spectrum_order, "spectrum_order", Integral, min_val=1)
+
+    def _check_relations(self):
+        # The loops run on the parameters, and all else that `fit` found follows from these.
+        afresh = clone(self)
+        afresh._certify()
+        for name in filter(lambda name: name.endswith("_"), vars(afresh)):
+            expected, found = vars(afresh)[name], vars(self).get(name)
+            check_value(self, name, found, Values(np.shape(expected)))
+            if not np.allclose(found, expected, rtol=1e-6):
+                raise ValueError(f"{name} == {found!r}, but the parameters give {expected!r}.")
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.input_tags.three_d_array = True
+        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
+        return tags
+
+
+@dataclass(kw_only=True, eq=False, repr=False)
 class PIObserver(Observer):
     r"""Linear proportional-integral observer, the baseline (equations 17 and 18).
 
@@ -34,40 +293,38 @@ class PIObserver(Observer):
     ki : float, default=0.05
         Integral gain :math:`k_i`, at least 0.
     evaluation : {"power", "switching_gain", "whiteness"}, default="power"
-        What is kept of a window's error e. "power": its root-mean-square. "switching_gain": the
-        adapted gain of the sliding-mode residual, which settles at the median of the size of the
-        sliding surface. "whiteness": the weighted cepstral norm of its log spectrum, that is how
-        far the innovations are from white whatever their power (Mehra and Peschon 1971), with the
-        observer's own response taken out.
+        Residual level of a window, computed from its error e. "power": the root mean square of e.
+        "switching_gain": the adapted gain of the sliding-mode residual, which settles at the median
+        size of the sliding surface. "whiteness": the weighted cepstral norm of the log spectrum of
+        e, that is its distance from white noise of any power (Mehra and Peschon 1971). The
+        observer's own response is removed.
     sliding_slope : float, default=10.0
         Slope :math:`\lambda` of the sliding surface, at least 0.
     adaptation_step : float, default=0.005
-        Step of the logarithm of the switching gain a sample, in (0, 1].
+        Step of the logarithm of the switching gain per sample, in (0, 1].
     boundary_layer : float, default=0.0
-        Half-width of the boundary layer in units of the switching gain, at least 0; it shapes the
-        residual that `observe` returns.
+        Half-width of the boundary layer in units of the switching gain, at least 0. It affects the
+        residual that `observe` returns, and no level.
     spectrum_order : int, default=64
-        Order of the network that takes the log spectrum for "whiteness", at least 1.
-    quefrency_exponent : float, default=0.5
-        Exponent p of the cepstral norm for "whiteness", from 0 to 10.
+        Order of the autoregressive model whose log spectrum is used for "whiteness", at least 1.
     fault_estimate : bool, default=False
-        Whether the root-mean-square of each fault estimate is a further feature, for classifiers
-        of other kinds: `ThresholdLadder` takes residuals alone.
+        Whether the root mean square of each fault estimate is an additional feature. Use it with
+        classifiers other than `ThresholdLadder`, which takes residuals only.
     n_jobs : int or None, default=None
-        Threads that work on windows. Results do not depend on it.
+        Number of threads. Results do not depend on it.
 
     Attributes
     ----------
     closed_loop_ : ndarray of shape (2, 2)
-        The loop of correction and fault estimate.
+        Closed loop of correction and fault estimate.
     spectral_radius_ : float
-        Largest modulus of its eigenvalues, of the correction alone where ki = 0.
+        Largest modulus of its eigenvalues. If ki = 0, that of the correction alone.
     n_models_ : int
-        Models that the innovations came from; 0 for plain windows.
+        Number of models that the innovations are from; 0 for plain windows.
     n_features_in_ : int
         Number of models, or samples in a plain window.
     feature_names_in_ : ndarray of str
-        Column names, when fitted on a table.
+        Column names, if fitted on a table.
 
     See Also
     --------
@@ -91,35 +348,7 @@ class PIObserver(Observer):
     0.5
     """
 
-    closed_loop_: NDArray[Any]
-    spectral_radius_: float
-
-    def __init__(
-        self,
-        *,
-        pole: float = 0.3,
-        kp: float = 0.1,
-        ki: float = 0.05,
-        evaluation: str = "power",
-        sliding_slope: float = 10.0,
-        adaptation_step: float = 0.005,
-        boundary_layer: float = 0.0,
-        spectrum_order: int = 64,
-        quefrency_exponent: float = 0.5,
-        fault_estimate: bool = False,
-        n_jobs: int | None = None,
-    ) -> None:
-        self.pole = pole
-        self.kp = kp
-        self.ki = ki
-        self.evaluation = evaluation
-        self.sliding_slope = sliding_slope
-        self.adaptation_step = adaptation_step
-        self.boundary_layer = boundary_layer
-        self.spectrum_order = spectrum_order
-        self.quefrency_exponent = quefrency_exponent
-        self.fault_estimate = fault_estimate
-        self.n_jobs = n_jobs
+    ki: float = 0.05
 
     def _certify(self):
         check_real(self.ki, "ki", min_val=0)
@@ -142,6 +371,7 @@ class PIObserver(Observer):
         return self.pole, self.kp, self.ki, 0.0, 1.0, 1.0, 0.0
 
 
+@dataclass(kw_only=True, eq=False, repr=False)
 class ExtendedStatePIObserver(Observer):
     r"""Extended-state proportional-integral observer, whose gain grows with the fault (Form A).
 
@@ -178,40 +408,38 @@ class ExtendedStatePIObserver(Observer):
     saturation : float, default=1.0
         Bound M on the size of S, at least 0; at 0 the observer is linear.
     evaluation : {"power", "switching_gain", "whiteness"}, default="switching_gain"
-        What is kept of a window's error e. "power": its root-mean-square. "switching_gain": the
-        adapted gain of the sliding-mode residual, which settles at the median of the size of the
-        sliding surface. "whiteness": the weighted cepstral norm of its log spectrum, that is how
-        far the innovations are from white whatever their power (Mehra and Peschon 1971), with the
-        observer's own response taken out.
+        Residual level of a window, computed from its error e. "power": the root mean square of e.
+        "switching_gain": the adapted gain of the sliding-mode residual, which settles at the median
+        size of the sliding surface. "whiteness": the weighted cepstral norm of the log spectrum of
+        e, that is its distance from white noise of any power (Mehra and Peschon 1971). The
+        observer's own response is removed.
     sliding_slope : float, default=10.0
         Slope :math:`\lambda` of the sliding surface, at least 0.
     adaptation_step : float, default=0.005
-        Step of the logarithm of the switching gain a sample, in (0, 1].
+        Step of the logarithm of the switching gain per sample, in (0, 1].
     boundary_layer : float, default=0.0
-        Half-width of the boundary layer in units of the switching gain, at least 0; it shapes the
-        residual that `observe` returns.
+        Half-width of the boundary layer in units of the switching gain, at least 0. It affects the
+        residual that `observe` returns, and no level.
     spectrum_order : int, default=64
-        Order of the network that takes the log spectrum for "whiteness", at least 1.
-    quefrency_exponent : float, default=0.5
-        Exponent p of the cepstral norm for "whiteness", from 0 to 10.
+        Order of the autoregressive model whose log spectrum is used for "whiteness", at least 1.
     fault_estimate : bool, default=False
-        Whether the root-mean-square of each fault estimate is a further feature, for classifiers
-        of other kinds: `ThresholdLadder` takes residuals alone.
+        Whether the root mean square of each fault estimate is an additional feature. Use it with
+        classifiers other than `ThresholdLadder`, which takes residuals only.
     n_jobs : int or None, default=None
-        Threads that work on windows. Results do not depend on it.
+        Number of threads. Results do not depend on it.
 
     Attributes
     ----------
     lyapunov_ : ndarray of shape (2, 2)
-        The certificate: P with A'PA - P negative definite for both matrices of `closed_loops_`.
+        Certificate P: A'PA - P is negative definite for both matrices A of `closed_loops_`.
     closed_loops_ : ndarray of shape (2, 2, 2)
-        The loop at the smallest and at the largest gain.
+        Closed loop at the smallest and at the largest gain.
     n_models_ : int
-        Models that the innovations came from; 0 for plain windows.
+        Number of models that the innovations are from; 0 for plain windows.
     n_features_in_ : int
         Number of models, or samples in a plain window.
     feature_names_in_ : ndarray of str
-        Column names, when fitted on a table.
+        Column names, if fitted on a table.
 
     See Also
     --------
@@ -229,43 +457,12 @@ class ExtendedStatePIObserver(Observer):
     ValueError: No common quadratic Lyapunov function certifies the observer with pole=0.3, ...
     """
 
-    lyapunov_: NDArray[Any]
-    closed_loops_: NDArray[Any]
-
-    def __init__(
-        self,
-        *,
-        pole: float = 0.3,
-        kp: float = 0.1,
-        ki_a: float = 0.025,
-        ki_b: float = 0.025,
-        gain: float = 2.0,
-        exponent: float = 1.0,
-        saturation: float = 1.0,
-        evaluation: str = "switching_gain",
-        sliding_slope: float = 10.0,
-        adaptation_step: float = 0.005,
-        boundary_layer: float = 0.0,
-        spectrum_order: int = 64,
-        quefrency_exponent: float = 0.5,
-        fault_estimate: bool = False,
-        n_jobs: int | None = None,
-    ) -> None:
-        self.pole = pole
-        self.kp = kp
-        self.ki_a = ki_a
-        self.ki_b = ki_b
-        self.gain = gain
-        self.exponent = exponent
-        self.saturation = saturation
-        self.evaluation = evaluation
-        self.sliding_slope = sliding_slope
-        self.adaptation_step = adaptation_step
-        self.boundary_layer = boundary_layer
-        self.spectrum_order = spectrum_order
-        self.quefrency_exponent = quefrency_exponent
-        self.fault_estimate = fault_estimate
-        self.n_jobs = n_jobs
+    ki_a: float = 0.025
+    ki_b: float = 0.025
+    gain: float = 2.0
+    exponent: float = 1.0
+    saturation: float = 1.0
+    evaluation: str = "switching_gain"
 
     def _certify(self):
         check_real(self.ki_a, "ki_a")

@@ -60,7 +60,6 @@ TRUSTED_TYPES = {
         "skarxlag.fault_places.FaultOrderClassifier",
         "skarxlag.ladder.ThresholdLadder",
         "skarxlag.observer_bank.ExtendedStatePIObserverBank",
-        "skarxlag.observer_bank.PIObserverBank",
         "skarxlag.spectra.LogSpectra",
         "skarxlag.detection.FaultDetector",
         "skarxlag.detection.KnownConditions",

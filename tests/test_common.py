@@ -30,7 +30,6 @@ from skarxlag import (
     LogSpectra,
     OrderResidual,
     PIObserver,
-    PIObserverBank,
     SpectralDistance,
     StretchResidual,
     ThresholdLadder,
@@ -39,7 +38,7 @@ from skarxlag import (
     make_extended_state_pio,
     make_single_observer_pio,
 )
-from skarxlag.residual_evaluations import RESIDUAL_EVALUATIONS
+from skarxlag.observers import RESIDUAL_EVALUATIONS
 
 #: Sampling noise of few rows: what the detector says of its calibration.
 pytestmark = [
@@ -60,7 +59,6 @@ ESTIMATORS = [
     *(ExtendedStatePIObserver(evaluation=name) for name in RESIDUAL_EVALUATIONS),
     PIObserver(evaluation="switching_gain", fault_estimate=True),
     ExtendedStatePIObserver(evaluation="power", fault_estimate=True),
-    PIObserverBank(n_members=8),
     ExtendedStatePIObserverBank(n_members=8),
     LogSpectra(),
     SpectralDistance(),
@@ -74,7 +72,7 @@ ESTIMATORS = [
     ChannelRows(),
 ]
 TRANSFORMERS = [e for e in ESTIMATORS if hasattr(e, "transform")]
-THREE_AXES = (ARXLaguerre, ChannelRows, LogSpectra, PIObserverBank, ExtendedStatePIObserverBank)
+THREE_AXES = (ARXLaguerre, ChannelRows, LogSpectra, ExtendedStatePIObserverBank)
 TABLES = [e for e in TRANSFORMERS if not isinstance(e, THREE_AXES)]
 #: Checks that scikit-learn 1.6.1 and 1.9 make of one estimator of each class, at least.
 LEAST = {
@@ -87,7 +85,6 @@ LEAST = {
     "KnownConditions": 46,
     "LogSpectra": 47,
     "PIObserver": 47,
-    "PIObserverBank": 47,
     "SpectralDistance": 47,
     "OrderResidual": 47,
     "StretchResidual": 47,
@@ -335,7 +332,7 @@ def test_scale(estimator, factor):
     found = clone(estimator).fit(X * factor, y).transform(X * factor)
     expected = clone(estimator).fit(X, y).transform(X)
     evaluation = RESIDUAL_EVALUATIONS.get(getattr(estimator, "evaluation", None))
-    if (evaluation and evaluation.TRAJECTORY) or getattr(estimator, "unit_rms", True) is False:
+    if (evaluation and evaluation.trajectory) or getattr(estimator, "unit_rms", True) is False:
         expected = expected * factor
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-9 * np.abs(expected).max())
 

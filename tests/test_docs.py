@@ -17,7 +17,7 @@ import pytest
 
 from skarxlag import datasets, kernels
 from skarxlag.datasets import simulate_rig
-from skarxlag.residual_evaluations import RESIDUAL_EVALUATIONS
+from skarxlag.observers import RESIDUAL_EVALUATIONS
 
 ROOT = Path(__file__).parents[1]
 # Written by a build of the site.

@@ -12,7 +12,6 @@ from skarxlag import (
     KnownConditions,
     LogSpectra,
     PIObserver,
-    PIObserverBank,
     SpectralDistance,
     ThresholdLadder,
 )
@@ -52,7 +51,6 @@ OBSERVER_EFFECTS = {
     "adaptation_step": ({"evaluation": "switching_gain"}, 0.3, levels),
     "boundary_layer": ({}, 2.0, trajectory),
     "spectrum_order": ({"evaluation": "whiteness"}, 3, levels),
-    "quefrency_exponent": ({"evaluation": "whiteness"}, 1.0, levels),
     "fault_estimate": ({}, True, levels),
 }
 BANK_EFFECTS = {
@@ -89,7 +87,6 @@ EFFECTS = {
         "exponent": ({}, 2.0, levels),
         "saturation": ({}, 0.3, levels),
     },
-    PIObserverBank: BANK_EFFECTS,
     ExtendedStatePIObserverBank: BANK_EFFECTS | {"saturation": ({}, 0.0, levels)},
     LogSpectra: {
         "measures": ({}, ("power", "colour"), levels),

@@ -33,8 +33,8 @@ from sklearn.svm import LinearSVC
 import skarxlag
 from skarxlag import (
     ARXLaguerre,
+    ExtendedStatePIObserverBank,
     PIObserver,
-    PIObserverBank,
     SpectralDistance,
     ThresholdLadder,
     make_alpio,
@@ -88,8 +88,8 @@ def rewrite(path, change, keep_digest=False):
         make_diagnoser(healthy="good"),
         make_pipeline(ARXLaguerre(healthy="good", order=(3,), pole=[0.1]), PIObserver(),
                       ThresholdLadder()),
-        make_pipeline(ARXLaguerre(pole="optimise", order=4), PIObserverBank(), SpectralDistance(),
-                      ThresholdLadder()),
+        make_pipeline(ARXLaguerre(pole="optimise", order=4), ExtendedStatePIObserverBank(),
+                      SpectralDistance(), ThresholdLadder()),
     ],
 )  # fmt: skip
 def test_round_trip_predicts_the_same_to_the_last_bit(tmp_path, diagnoser):

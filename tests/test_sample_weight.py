@@ -12,12 +12,12 @@ from sklearn.pipeline import make_pipeline
 from skarxlag import (
     ARXLaguerre,
     DiagnosisPipeline,
+    ExtendedStatePIObserverBank,
     FaultDetector,
     KnownConditions,
     LogSpectra,
     OrderResidual,
     PIObserver,
-    PIObserverBank,
     SpectralDistance,
     StretchResidual,
     ThresholdLadder,
@@ -130,7 +130,7 @@ def test_equal_weights_change_no_bit(windows, conditions):
 def test_a_residual_of_windows_without_weights_serves_until_there_are_some(windows, conditions):
     stretches = StretchResidual(
         window_residual=DiagnosisPipeline(
-            [("observe", PIObserverBank(n_members=8)), ("compare", Unweighted())]
+            [("observe", ExtendedStatePIObserverBank(n_members=8)), ("compare", Unweighted())]
         )
     )
     stretches.fit(windows, conditions)

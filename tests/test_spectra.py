@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import sklearn
 
-from skarxlag import ARXLaguerre, LogSpectra, PIObserverBank
+from skarxlag import ARXLaguerre, ExtendedStatePIObserverBank, LogSpectra
 from skarxlag.kernels.measures import measure
 
 NAMES = ["colour", "floor", "steadiness"]
@@ -77,5 +77,5 @@ def test_a_state_that_is_not_possible_is_named(windows):
 def test_a_setting_that_asks_for_tables_gives_arrays(windows):
     with sklearn.config_context(transform_output="pandas"):
         spectra = LogSpectra().fit_transform(windows)
-        groups = PIObserverBank(n_members=8).fit_transform(windows)
+        groups = ExtendedStatePIObserverBank(n_members=8).fit_transform(windows)
     assert isinstance(spectra, np.ndarray) and isinstance(groups, np.ndarray)

@@ -22,11 +22,10 @@ from skarxlag import (
     ExtendedStatePIObserverBank,
     LogSpectra,
     PIObserver,
-    PIObserverBank,
     SpectralDistance,
     ThresholdLadder,
 )
-from skarxlag.residual_evaluations import RESIDUAL_EVALUATIONS
+from skarxlag.observers import RESIDUAL_EVALUATIONS
 
 EVALUATIONS = {name: name.replace("_", " ") for name in RESIDUAL_EVALUATIONS}
 OBSERVERS = {
@@ -110,7 +109,8 @@ def variants():
         for evaluation, words in EVALUATIONS.items():
             found[f"{observer}, {words}"] = partial(observing, make(evaluation=evaluation))
     found[PROPOSAL] = observing_bank
-    found[f"{PROPOSAL}, linear observers"] = partial(observing_bank, observer=PIObserverBank)
+    linear = partial(ExtendedStatePIObserverBank, saturation=0.0, bandwidth=1.0)
+    found[f"{PROPOSAL}, linear observers"] = partial(observing_bank, observer=linear)
     found[f"{PROPOSAL}, joint distance"] = partial(observing_bank, joint_weight=1.0)
     found[f"{PROPOSAL}, model order 8"] = partial(observing_bank, order=8)
     found[f"{PROPOSAL}, no drift at all"] = partial(observing_bank, **NO_DRIFT)

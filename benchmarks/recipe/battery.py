@@ -22,6 +22,7 @@ same recipe would have been chosen with order 8.
 """
 
 import sys
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -36,7 +37,6 @@ from skarxlag import (
     ARXLaguerre,
     ExtendedStatePIObserverBank,
     LogSpectra,
-    PIObserverBank,
     SpectralDistance,
 )
 from skarxlag.datasets import simulate_rig
@@ -51,7 +51,7 @@ ALL, TWO = (COLOUR, FLOOR, STEADINESS), (COLOUR, STEADINESS)
 SOURCES = {
     "order 8": (8, LogSpectra),
     "order 32": (32, LogSpectra),
-    "linear bank": (32, PIObserverBank),
+    "linear bank": (32, partial(ExtendedStatePIObserverBank, saturation=0.0, bandwidth=1.0)),
     "extended bank": (32, ExtendedStatePIObserverBank),
 }
 

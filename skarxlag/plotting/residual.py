@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.pipeline import Pipeline
 
 from ..kernels.ladder import log_level
-from ..residual_evaluations import RESIDUAL_EVALUATIONS
+from ..observers import RESIDUAL_EVALUATIONS
 from ._axes import legend_beside, new_axes
 from ._fitted import (
     bank_deltas,
@@ -155,9 +155,9 @@ class ResidualDisplay:
             residual evaluation does not measure the size of a trajectory ("whiteness").
         """
         observer, decide = observer_of(estimator), estimator[-1]
-        shown = RESIDUAL_EVALUATIONS[observer.evaluation].TRAJECTORY
+        shown = RESIDUAL_EVALUATIONS[observer.evaluation].trajectory
         if shown is None:
-            known = [name for name, each in RESIDUAL_EVALUATIONS.items() if each.TRAJECTORY]
+            known = [name for name, each in RESIDUAL_EVALUATIONS.items() if each.trajectory]
             raise ValueError(
                 f"evaluation={observer.evaluation!r} is not the size of a trajectory, so there is "
                 f"none to show; expected one of {known}."
