@@ -1,4 +1,4 @@
-"""Diagnosers in files that are safe to load: skops, a list of trusted types, nothing else."""
+"""Diagnosers in files that are safe to load."""
 
 import copy
 import hashlib
@@ -15,13 +15,14 @@ from sklearn.utils.validation import check_is_fitted
 
 from ._answers import answers
 from ._archive import read_members, write_members
+from ._facts import check_facts
 from ._files import write_atomically
 from ._validation import check_model_state, estimators_within
 from ._version import __version__
-from .detection import KnownConditions
+from .detection import FaultDetector, KnownConditions
 
-#: Classes of scikit-learn that may stand around our steps: what joins and calibrates them, scalers,
-#: and linear models. They are made of arrays and plain values, too.
+#: Classes of scikit-learn that a model may contain next to the estimators of this package:
+#: pipelines, calibration, scalers and linear models. They hold arrays and plain values only.
 _SCIKIT_LEARN_TYPES = {
     "sklearn.pipeline.Pipeline",
     "sklearn.frozen._frozen.FrozenEstimator",
@@ -43,8 +44,7 @@ _SCIKIT_LEARN_TYPES = {
     "sklearn.discriminant_analysis.LinearDiscriminantAnalysis",
     "sklearn.svm._classes.LinearSVC",
 }
-#: What a diagnoser's file may hold: the estimators of this package, those of scikit-learn above,
-#: arrays and plain values, each read by the one loader of skops that is meant for it. skops itself
+#: Types that a model file may contain, by the loader of skops that reads them. By itself, skops
 #: would also build every estimator of scikit-learn and SciPy, functions and methods.
 TRUSTED_TYPES = {
     "ObjectNode": _SCIKIT_LEARN_TYPES
@@ -72,10 +72,11 @@ TRUSTED_TYPES = {
     "JsonNode": {"builtins.str"},
     "TypeNode": {"builtins.str"},
 }
-#: Bytes of a schema; that of a model of ten conditions takes 30 kB.
+#: Largest size of a schema in bytes. A model of ten conditions needs 30 kB.
 _LONGEST_SCHEMA = 10 * 2**20
 _FORMAT = "skarxlag diagnoser 1"
-_FACT_TYPES = (str, int, float, type(None))
+#: Models that are saved next to the diagnoser, and the field of `Answers` that each must have.
+_COMPANIONS = {"known_conditions": "none_of_these", "detector": "alarm"}
 
 
 def save_diagnoser(
@@ -84,36 +85,44 @@ def save_diagnoser(
     /,
     *,
     known_conditions: Pipeline | KnownConditions | None = None,
+    detector: Pipeline | FaultDetector | None = None,
     **facts: Any,
 ) -> None:
     """Save a fitted diagnoser and facts about it, all or nothing.
 
-    The file is a skops archive, written beside its place and then moved there, so that a reader
-    never sees half of it. Its comment is a SHA-256 of the contents, which reveals damage and
-    careless edits; it is no signature.
+    The file is a skops archive. It is written under another name and then moved to its place, so no
+    reader sees an incomplete file. Its comment is a SHA-256 of the contents, which reveals damage
+    and careless edits; it is no signature.
 
     Parameters
     ----------
     diagnoser : Pipeline or CalibratedClassifierCV
         A fitted pipeline of this package's estimators and of the scalers and linear models of
         scikit-learn that are in `TRUSTED_TYPES`; or such pipelines within
-        `sklearn.calibration.CalibratedClassifierCV`. Its `memory` and its callbacks are not saved:
-        they are a folder of this machine and objects of this process.
+        `sklearn.calibration.CalibratedClassifierCV`. Its `memory` and its callbacks are not saved.
     path : str or path-like
         The file; an existing one is replaced.
     known_conditions : Pipeline, KnownConditions or None, default=None
-        What :func:`skarxlag.make_known_conditions` made, fitted, to be kept beside the diagnoser.
+        A fitted :func:`skarxlag.make_known_conditions`, which rejects rows that resemble none of
+        the conditions.
+    detector : Pipeline, FaultDetector or None, default=None
+        A fitted :func:`skarxlag.make_detector`, which has the healthy limits.
     **facts : str, int, float, None, or list of these
-        What :func:`load_diagnoser` shall return beside the diagnoser, such as the sampling rate.
-        The versions of skarxlag and scikit-learn are added.
+        Facts that :func:`load_diagnoser` returns with the diagnoser. The commands use
+        ``sampling_rate``, ``window_length``, ``n_channels``, ``train_rpm`` (a list of speeds) and
+        ``conditions`` (a permutation of those of the diagnoser, the healthy one first). The
+        versions of skarxlag and scikit-learn are added.
 
     Raises
     ------
     TypeError
-        If `diagnoser` or `known_conditions` is of another type, holds an object that is not in
-        `TRUSTED_TYPES`, or a fact is not plain.
+        If a model is of another type, a model holds an object that is not in `TRUSTED_TYPES`, or a
+        fact is of another type.
+    ValueError
+        If a fact cannot be true, contradicts the diagnoser, or has a character that is not
+        printable.
     NotFittedError
-        If one of them is not fitted.
+        If a model is not fitted.
     OSError
         If the file cannot be written.
     ImportError
@@ -142,16 +151,17 @@ def save_diagnoser(
             "CalibratedClassifierCV"
         )
     check_is_fitted(diagnoser)
-    _check_facts(facts)
+    check_facts(facts, answers(diagnoser))
     content = {
         "format": _FORMAT,
         "diagnoser": _without_surroundings(copy.deepcopy(diagnoser)),
         "facts": facts | {"skarxlag": __version__, "scikit-learn": sklearn.__version__},
     }
-    if known_conditions is not None:
-        check_is_fitted(known_conditions)
-        _check_known_conditions(known_conditions)
-        content["known_conditions"] = _without_surroundings(copy.deepcopy(known_conditions))
+    for name, model in {"known_conditions": known_conditions, "detector": detector}.items():
+        if model is not None:
+            check_is_fitted(model)
+            _check_companion(name, model)
+            content[name] = _without_surroundings(copy.deepcopy(model))
     members, _ = read_members(skops.io.dumps(content))
     foreign = _foreign_type(_read_schema(members))
     if foreign is not None:
@@ -160,7 +170,7 @@ def save_diagnoser(
 
 
 def check_saving_is_possible() -> None:
-    """Ask before a long fit whether :func:`save_diagnoser` will work after it.
+    """Check that skops is installed, before a long fit.
 
     Raises
     ------
@@ -178,12 +188,12 @@ def check_saving_is_possible() -> None:
 def load_diagnoser(
     path: str | os.PathLike[str],
 ) -> tuple[Pipeline | CalibratedClassifierCV, dict[str, Any]]:
-    """Load a diagnoser that :func:`save_diagnoser` wrote, and nothing else.
+    """Load a diagnoser that :func:`save_diagnoser` wrote.
 
-    Before anything is unpacked, the sizes that the file states are bounded. Before anything is
-    built, the types in the file are compared with `TRUSTED_TYPES` and the contents with their
-    SHA-256. Before anything is handed over, every step checks that what it learnt is consistent:
-    shapes, ranges, finite numbers. No code comes from the file.
+    No code comes from the file. The sizes that the file states are limited before it is unpacked.
+    Its types are compared with `TRUSTED_TYPES`, and its contents with their SHA-256, before an
+    object is built. Finally, parameters and fitted attributes of every step are checked: shapes,
+    ranges, finite numbers.
 
     Parameters
     ----------
@@ -196,7 +206,8 @@ def load_diagnoser(
         Fitted; it predicts what the saved one did, bit for bit.
     facts : dict
         As given to :func:`save_diagnoser`; ``"skarxlag"`` and ``"scikit-learn"`` are the versions
-        that saved it, and ``"known_conditions"`` the estimator, where one was given.
+        that saved it. ``"known_conditions"`` and ``"detector"`` are the estimators, if they were
+        saved.
 
     Raises
     ------
@@ -204,8 +215,9 @@ def load_diagnoser(
         If there is no such file.
     ValueError
         If the file is no diagnoser, is damaged or was edited, unpacks to more than 100 MB and more
-        than ten times its size, holds a type that is not trusted, or a step whose attributes
-        contradict each other. The message names the file, and the type or the attribute.
+        than ten times its size, holds a type that is not trusted, a parameter or attribute out of
+        its range, or a fact that cannot be true. The message names the file, and the type, the
+        attribute or the fact.
     ImportError
         If skops is not installed.
 
@@ -248,38 +260,30 @@ def load_diagnoser(
             raise TypeError(f"it holds a {type(diagnoser).__name__}, expected a Pipeline")
         check_is_fitted(diagnoser)
         check_model_state(diagnoser)
-        _check_facts(facts)
-        if "known_conditions" in content:
-            facts["known_conditions"] = known = content["known_conditions"]
-            check_is_fitted(known)
-            _check_known_conditions(known)
-            check_model_state(_without_surroundings(known))
+        if not isinstance(facts, dict):
+            raise TypeError(f"its facts are a {type(facts).__name__}, expected a dict")
+        check_facts(facts, answers(diagnoser))
+        for name in _COMPANIONS.keys() & content.keys():
+            check_is_fitted(content[name])
+            check_model_state(_without_surroundings(content[name]))
+            _check_companion(name, content[name])
+            facts[name] = content[name]
     except Exception as error:
         raise ValueError(f"{path}: no diagnoser saved by skarxlag ({error})") from error
     return _without_surroundings(diagnoser), facts
 
 
-def _check_known_conditions(known):
-    if not answers(known).none_of_these:
+def _check_companion(name, model):
+    if not getattr(answers(model), _COMPANIONS[name]):
+        expected = "FaultDetector" if name == "detector" else "KnownConditions"
         raise TypeError(
-            f"known_conditions is a {type(known).__name__}, expected KnownConditions, or a "
-            "Pipeline that ends with it"
+            f"{name} is a {type(model).__name__}, expected {expected}, or a Pipeline that ends "
+            "with it"
         )
 
 
-def _check_facts(facts):
-    for name, value in facts.items():
-        values = value if isinstance(value, list) else [value]
-        wrong = [each for each in values if not isinstance(each, _FACT_TYPES)]
-        if wrong:
-            raise TypeError(
-                f"{name}={value!r} holds a {type(wrong[0]).__name__}, expected a text, a number, "
-                "None or a list of these"
-            )
-
-
 def _without_surroundings(model):
-    """The model without the folders that its pipelines cache into, and without callbacks."""
+    """Remove the cache folders and callbacks of a model."""
     for part in list(estimators_within(model)):
         if isinstance(part, Pipeline):
             part.memory = None
@@ -300,7 +304,7 @@ def _read_schema(members):
 
 
 def _foreign_type(node):
-    """First type in a schema that is not trusted, or None."""
+    """Return the first type in a schema that is not trusted, or None."""
     if isinstance(node, list):
         return next(filter(None, map(_foreign_type, node)), None)
     if not isinstance(node, dict):

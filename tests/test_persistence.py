@@ -1,6 +1,7 @@
 import importlib
 import json
 import pickle
+import re
 import sys
 import tracemalloc
 from zipfile import ZIP_BZIP2, ZIP_DEFLATED, ZIP_LZMA, ZIP_STORED, ZipFile
@@ -41,7 +42,9 @@ from skarxlag import (
     make_detector,
     make_diagnoser,
     make_extended_state_pio,
+    make_known_conditions,
     make_single_observer_pio,
+    make_stretch_diagnoser,
 )
 from skarxlag._archive import read_members, write_members
 from skarxlag.persistence import (
@@ -118,10 +121,107 @@ def test_round_trip_of_numeric_conditions(tmp_path):
 
 def test_facts_come_back(tmp_path):
     path = tmp_path / "d.skops"
-    facts = {"diagnoser": "alpio", "conditions": ["a", "b"], "rpm": None, "n": 3, "rate": 0.5}
+    facts = {
+        "diagnoser": "alpio",
+        "conditions": ["worn", "good", "broken"],
+        "rpm": None,
+        "n": 3,
+        "rate": 0.5,
+    }
     save_diagnoser(make_alpio().fit(X, Y), path, **facts)
     versions = {"skarxlag": skarxlag.__version__, "scikit-learn": sklearn.__version__}
     assert load_diagnoser(path)[1] == facts | versions
+
+
+ODD_FACTS = [
+    {"conditions": ["good"]},
+    {"conditions": ["good", "good", "worn"]},
+    {"conditions": ["good", "worn", "broken", "cage"]},
+    {"conditions": "good"},
+    {"conditions": None},
+    {"train_rpm": 500},
+    {"train_rpm": [0.0]},
+    {"train_rpm": [float("nan")]},
+    {"train_rpm": ["500"]},
+    {"window_length": 300.0},
+    {"window_length": 1200},
+    {"window_length": True},
+    {"n_channels": 2},
+    {"n_channels": 0},
+    {"sampling_rate": "50000"},
+    {"sampling_rate": -1.0},
+    {"sampling_rate": float("inf")},
+    {"false_alarm_rate": 1.5},
+    {"n_windows": 5},
+    {"n_windows": [5, -1, 2]},
+    {"diagnoser": 3},
+    {"saved": ["2020"]},
+    {"note": "\x1b[2Jhealthy"},
+    {"channels": ["a\x07"]},
+    {"\x1b[31m": 1},
+    {"note": "two\nlines"},
+]
+
+
+@pytest.mark.parametrize("facts", ODD_FACTS, ids=str)
+def test_facts_that_cannot_be_are_neither_saved_nor_loaded(facts, tmp_path, saved):
+    diagnoser, path = make_alpio().fit(X, Y), tmp_path / "d.skops"
+    with pytest.raises(ValueError, match=re.escape(next(iter(facts)))):
+        save_diagnoser(diagnoser, path, **facts)
+    assert not path.exists()
+    content = {"format": "skarxlag diagnoser 1", "diagnoser": diagnoser, "facts": facts}
+    with pytest.raises(ValueError, match=r"d\.skops: no diagnoser saved by skarxlag"):
+        load_diagnoser(forge(path, content))
+
+
+def test_conditions_with_terminal_escapes_are_not_saved(tmp_path):
+    y = np.where(Y == "worn", "\x1b[2Jworn", Y)
+    with pytest.raises(ValueError, match="not printable"):
+        save_diagnoser(make_alpio().fit(X, y), tmp_path / "d.skops")
+
+
+def test_a_detector_names_its_healthy_condition(tmp_path):
+    detector = make_detector(false_alarm_rate=0.2).fit(X[:10])
+    save_diagnoser(detector, tmp_path / "d.skops", conditions=["ok"])
+    assert load_diagnoser(tmp_path / "d.skops")[1]["conditions"] == ["ok"]
+    with pytest.raises(ValueError, match="expected the name of the healthy condition"):
+        save_diagnoser(detector, tmp_path / "d.skops", conditions=["ok", "worn"])
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_detector_and_known_conditions_are_saved_with_the_diagnoser(tmp_path):
+    path, diagnoser = tmp_path / "d.skops", make_alpio().fit(X, Y)
+    detector = make_detector(false_alarm_rate=0.2).fit(X[:10])
+    known = make_known_conditions().fit(X, Y)
+    save_diagnoser(diagnoser, path, known_conditions=known, detector=detector)
+    facts = load_diagnoser(path)[1]
+    np.testing.assert_array_equal(facts["detector"].p_values(X), detector.p_values(X))
+    np.testing.assert_array_equal(facts["known_conditions"].p_values(X), known.p_values(X))
+    for name in ("detector", "known_conditions"):
+        with pytest.raises(TypeError, match=rf"{name} is a \w+, expected (FaultD|KnownC)"):
+            save_diagnoser(diagnoser, path, **{name: LinearSVC().fit(X, Y)})
+
+
+@pytest.mark.parametrize(
+    ("step", "name", "value"),
+    [
+        ("identify", "order", 0),
+        ("identify", "pole", "x"),
+        ("identify", "transient", "x"),
+        ("compare", "n_turns", 1e308),
+        ("compare", "sampling_rate", -1.0),
+        ("decide", "false_alarm_rate", 2.0),
+        ("decide", "false_alarm_rate", float("nan")),
+    ],
+)
+def test_parameter_out_of_its_range_is_refused_at_load(step, name, value, tmp_path):
+    diagnoser = make_stretch_diagnoser(sampling_rate=10_000).fit(X, Y)
+    part = diagnoser[step] if step != "compare" else diagnoser[step].order_residual_
+    part._fitted_parameters[name] = value
+    setattr(part, name, value)
+    content = {"format": "skarxlag diagnoser 1", "diagnoser": diagnoser, "facts": {}}
+    with pytest.raises(ValueError, match=rf"d\.skops: .*{name}"):
+        load_diagnoser(forge(tmp_path / "d.skops", content))
 
 
 def test_all_estimators_of_the_package_are_trusted():
