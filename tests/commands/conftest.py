@@ -38,8 +38,8 @@ def models(fitted, tmp_path_factory):
     """Files of both."""
     folder = tmp_path_factory.mktemp("models")
     paths = folder / "diagnoser.skops", folder / "detector.skops"
-    for model, path in zip(fitted, paths, strict=True):
-        facts = {"conditions": ["good", "worn"], "n_channels": 1}
+    for model, path, names in zip(fitted, paths, (["good", "worn"], ["good"]), strict=True):
+        facts = {"conditions": names, "n_channels": 1}
         save_diagnoser(model, path, window_length=WINDOW, sampling_rate=RATE, **facts)
     return paths
 

@@ -408,11 +408,13 @@ def test_a_detector_alone_and_one_of_other_windows(run, models, fitted, piped, t
     assert [v["alarm_level"] for v in verdicts_of(out)] == [
         v.alarm_level for v in both.update(signal)
     ]
-    for facts, message in (
-        ({"sampling_rate": 900.0}, "was fitted at 900 Hz, expected 1000 as"),
-        ({"n_channels": 2}, "was fitted on 2 channels, expected 1 as"),
+    windows = make_windows(sound("good", 30_000, 2), 300)
+    of_two = make_detector().fit(np.stack([windows, windows[::-1]], axis=1))
+    for each, facts, message in (
+        (detector, {"sampling_rate": 900.0}, "was fitted at 900 Hz, expected 1000 as"),
+        (of_two, {}, "was fitted on 2 channels, expected 1 as"),
     ):
-        save_diagnoser(detector, other, window_length=300, **facts)
+        save_diagnoser(each, other, window_length=300, **facts)
         code, _, err = run("watch", models[0], "-", "--detector", other)
         assert code == 2 and message in err
 
