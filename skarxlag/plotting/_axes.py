@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
@@ -35,31 +34,6 @@ def new_axes(n_rows: int) -> NDArray[Any]:
         raise ImportError("Plotting needs matplotlib: pip install 'skarxlag[plot]'") from error
     _, axes = pyplot.subplots(n_rows, sharex=True, squeeze=False, layout="constrained")
     return axes[:, 0]
-
-
-def time_axis(n_samples: int, sampling_rate: float | None) -> tuple[NDArray[Any], str]:
-    """Compute the values and the label of a time axis.
-
-    Parameters
-    ----------
-    n_samples : int
-        Length of the signal.
-    sampling_rate : float or None
-        Sampling rate in Hz. If None, the axis counts samples.
-
-    Returns
-    -------
-    ndarray of shape (n_samples,), str
-        Time in milliseconds, or sample number, starting from 0; and the label of the axis.
-
-    Examples
-    --------
-    >>> time_axis(3, 2000.0)
-    (array([0. , 0.5, 1. ]), 'Time (ms)')
-    """
-    if sampling_rate is None:
-        return np.arange(n_samples), "Sample"
-    return 1e3 / sampling_rate * np.arange(n_samples), "Time (ms)"
 
 
 def legend_beside(ax: "Axes", lines: "Sequence[Line2D]") -> None:

@@ -1,18 +1,22 @@
 """Names, thresholds and steps that the displays read from a fitted diagnoser."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from sklearn.utils import Bunch
 
 from .._answers import answers, unfolded_steps
+from ..observers import Observer
 
 if TYPE_CHECKING:
     from ..identification import ARXLaguerre
     from ..ladder import ThresholdLadder
 
 
-def model_names(identify: "ARXLaguerre") -> list[str]:
+def model_names(identify: ARXLaguerre) -> list[str]:
     """Return the names of the models of a fitted ARXLaguerre.
 
     Parameters
@@ -122,47 +126,67 @@ def chosen_model(names: list[str], model: Any, healthy: str | None) -> int:
     return names.index(str(model))
 
 
-def observer_of(estimator: Any) -> Any:
-    """Return the observer of a fitted Pipeline, which is the step before the decision.
+def observed(estimator: Any, window: Any, model: Any) -> tuple[str, int, Bunch, Any]:
+    """Run the observer of a fitted Pipeline on one window.
+
+    Parameters
+    ----------
+    estimator : Pipeline
+        Fitted, with an observer before its decision.
+    window : array-like of shape (n_samples,) or (n_channels, n_samples)
+        The window.
+    model : label or None
+        As in `chosen_model`.
+
+    Returns
+    -------
+    name : str
+        Name of the model.
+    place : int
+        Its position.
+    trajectories : Bunch
+        What `observe` returns, and the innovations.
+    levels : ndarray of shape (n_models,)
+        Residual levels of all models.
 
     Raises
     ------
     ValueError
-        If the step before the decision is not an observer.
+        If the step before the decision is not an observer, or no model has this name.
     """
     observer = estimator[-2]
-    if not hasattr(observer, "observe"):
+    if not isinstance(observer, Observer):
         raise ValueError(
             f"estimator has {type(observer).__name__} before its decision, expected an observer, "
             "which has trajectories to show."
         )
-    return observer
+    names = model_names(estimator[0])
+    place = chosen_model(names, model, healthy_name(estimator[-1]))
+    innovations = estimator[:-2].transform(np.asarray(window)[np.newaxis])
+    levels = np.asarray(observer.transform(innovations))[0]
+    found = Bunch(**observer.observe(innovations), innovations=innovations)
+    return names[place], place, found, levels
 
 
-def ladder_cuts(decide: "ThresholdLadder") -> dict[str, float]:
-    r"""Return the isolation threshold :math:`\Delta` of each condition, in ascending order.
-
-    A rung is the range of levels that is assigned to one condition; its upper end is the
-    condition's :math:`\Delta`.
+def deltas_of(decide: ThresholdLadder) -> dict[str, float]:
+    r"""Return the isolation threshold :math:`\Delta` of each condition.
 
     Parameters
     ----------
     decide : ThresholdLadder
-        A ladder that was fitted on one residual.
+        The fitted decision.
 
     Returns
     -------
     dict of str to float
-        The thresholds by condition. The threshold of the highest rung is infinite.
+        The thresholds by condition. For a single residual they are in ascending order: each is the
+        upper end of the range of levels that is assigned to its condition, and the highest is
+        infinite.
     """
-    cuts = [*decide.isolation_thresholds_.tolist(), np.inf]
-    return {str(name): cut for name, cut in zip(decide.rungs_, cuts, strict=True)}
-
-
-def bank_deltas(decide: "ThresholdLadder") -> dict[str, float]:
-    r"""Return :math:`\Delta` of each condition for a ThresholdLadder fitted on a bank."""
-    deltas = decide.isolation_thresholds_.tolist()
-    return {str(name): delta for name, delta in zip(decide.classes_, deltas, strict=True)}
+    deltas, names = decide.isolation_thresholds_.tolist(), decide.classes_
+    if not is_bank(decide):
+        deltas, names = [*deltas, np.inf], decide.rungs_
+    return {str(name): delta for name, delta in zip(names, deltas, strict=True)}
 
 
 def is_bank(decide: Any) -> bool:

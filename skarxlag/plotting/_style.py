@@ -38,6 +38,8 @@ LINE_STYLES = (
     (0, (8, 3)),
     (0, (1, 1)),
 )
+#: Properties of a condition that a line without markers has.
+LINE = ("color", "linestyle")
 MARKERS = ("o", "s", "^", "d", "v", "P", "X", "<")
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..kernels.scaling import fit_percentage
-from ._axes import new_axes, time_axis
 from ._fitted import (
     chosen_model,
     condition_names,
@@ -18,10 +18,12 @@ from ._fitted import (
     model_names,
     ordered_conditions,
 )
-from ._style import NEUTRAL, condition_styles, ink
+from ._style import ink
+from ._window import TwoPanelDisplay, legend_above
 
 
-class IdentificationDisplay:
+@dataclass(repr=False, eq=False)
+class IdentificationDisplay(TwoPanelDisplay):
     r"""Plot the measured and the predicted output of one window, and the prediction error.
 
     Figures 7 and 8 of the paper are of this kind.
@@ -59,28 +61,8 @@ class IdentificationDisplay:
     47.0
     """
 
-    output_line_: Any
-    prediction_line_: Any
-    error_line_: Any
-    axes_: NDArray[Any]
-    figure_: Any
-
-    def __init__(
-        self,
-        output: NDArray[Any],
-        prediction: NDArray[Any],
-        *,
-        model: str | None = None,
-        condition: str | None = None,
-        conditions: list[str] | None = None,
-        sampling_rate: float | None = None,
-    ) -> None:
-        self.output = output
-        self.prediction = prediction
-        self.model = model
-        self.condition = condition
-        self.conditions = conditions
-        self.sampling_rate = sampling_rate
+    output: NDArray[Any]
+    prediction: NDArray[Any]
 
     @property
     def fit_percentage(self) -> float:
@@ -195,12 +177,12 @@ class IdentificationDisplay:
                 f"prediction has the shape {prediction.shape} and output {output.shape}, expected "
                 "one shape for both: (n_samples,)."
             )
-        display = cls(
+        display = cls._of(
             output,
             prediction,
-            model=None if model is None else str(model),
-            condition=None if condition is None else str(condition),
-            conditions=ordered_conditions([condition], conditions),
+            model=model,
+            condition=condition,
+            conditions=conditions,
             sampling_rate=sampling_rate,
         )
         return display.plot(axes=axes)
@@ -220,31 +202,17 @@ class IdentificationDisplay:
         IdentificationDisplay
             The display, after drawing.
         """
-        axes = new_axes(2) if axes is None else np.asarray(axes, dtype=object)
-        styles = condition_styles(self.conditions or [])
-        color = styles[self.condition]["color"] if self.condition in styles else NEUTRAL
-        time, unit = time_axis(len(self.output), self.sampling_rate)
+        time, upper, lower = self._panels(axes, len(self.output))
+        color = self._color()
         style = {"color": color, "linewidth": 3, "alpha": 0.6, "label": "measured"} | line_kw
-        by = "" if self.model is None else f", model of {self.model}"
-        (self.output_line_,) = axes[0].plot(time, self.output, **style)
-        (self.prediction_line_,) = axes[0].plot(
-            time,
-            self.prediction,
-            color=ink(),
-            linewidth=0.9,
-            label=f"prediction{by}: fit {self.fit_percentage:.1f} %",
+        (self.output_line_,) = upper.plot(time, self.output, **style)
+        label = f"{self._of_model('prediction')}: fit {self.fit_percentage:.1f} %"
+        (self.prediction_line_,) = upper.plot(
+            time, self.prediction, color=ink(), linewidth=0.9, label=label
         )
         error = self.output - self.prediction
-        (self.error_line_,) = axes[1].plot(time, error, color=color, linewidth=0.9)
-        axes[0].legend(
-            loc="lower left",
-            bbox_to_anchor=(0, 1),
-            ncols=2,
-            fontsize="small",
-            frameon=False,
-            borderaxespad=0.2,
-        )
-        axes[0].set_ylabel("Output")
-        axes[1].set(ylabel="Error", xlabel=unit, xlim=(time[0], time[-1]))
-        self.axes_, self.figure_ = axes, axes[0].figure
+        (self.error_line_,) = lower.plot(time, error, color=color, linewidth=0.9)
+        legend_above(upper)
+        upper.set_ylabel("Output")
+        lower.set_ylabel("Error")
         return self

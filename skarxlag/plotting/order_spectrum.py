@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -13,9 +14,10 @@ from ..bearings import fault_lines
 from ..stretches import order_comparison
 from ._axes import legend_beside, new_axes
 from ._fitted import condition_names, ordered_conditions
-from ._style import NEUTRAL, condition_styles, ink
+from ._style import LINE, NEUTRAL, condition_styles, ink
 
 
+@dataclass(repr=False, eq=False)
 class OrderSpectrumDisplay:
     r"""Plot the order spectrum of a stretch, with the references of the nearest conditions.
 
@@ -69,32 +71,15 @@ class OrderSpectrumDisplay:
     ['worn', 'healthy']
     """
 
-    axes_: Any
-    figure_: Any
-    lines_: dict[str, Any]
-    reference_lines_: dict[str, Any]
-    fault_lines_: dict[str, Any]
-
-    def __init__(
-        self,
-        orders: NDArray[Any],
-        spectra: dict[str, Any],
-        references: dict[str, Any],
-        *,
-        factors: dict[str, float],
-        residuals: dict[str, float],
-        rpm: float | None = None,
-        fault_orders: dict[str, float] | None = None,
-        conditions: list[str] | None = None,
-    ) -> None:
-        self.orders = orders
-        self.spectra = spectra
-        self.references = references
-        self.factors = factors
-        self.residuals = residuals
-        self.rpm = rpm
-        self.fault_orders = fault_orders
-        self.conditions = conditions
+    orders: NDArray[Any]
+    spectra: dict[str, Any]
+    references: dict[str, Any]
+    _: KW_ONLY
+    factors: dict[str, float]
+    residuals: dict[str, float]
+    rpm: float | None = None
+    fault_orders: dict[str, float] | None = None
+    conditions: list[str] | None = None
 
     @classmethod
     def from_estimator(
@@ -172,12 +157,8 @@ class OrderSpectrumDisplay:
         styles = condition_styles(names)
         self.lines_, self.reference_lines_, self.fault_lines_ = {}, {}, {}
         for ax, (name, spectrum) in zip(self.axes_, self.spectra.items(), strict=True):
-            (self.reference_lines_[name],) = ax.plot(
-                self.orders,
-                self.references[name],
-                label=f"reference of {name}",
-                **_line(styles[name]),
-            )
+            style = {key: styles[name][key] for key in LINE} | {"label": f"reference of {name}"}
+            (self.reference_lines_[name],) = ax.plot(self.orders, self.references[name], **style)
             (self.lines_[name],) = ax.plot(
                 self.orders, spectrum, color=ink(), linewidth=1, label="this stretch"
             )
@@ -203,7 +184,3 @@ class OrderSpectrumDisplay:
             line = ax.axvline(order, zorder=0, label=f"{fault} {order:.3g}", **style)
             marks.setdefault(fault, line)
         return marks
-
-
-def _line(style):
-    return {name: style[name] for name in ("color", "linestyle")}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -12,24 +13,16 @@ from sklearn.pipeline import Pipeline
 from ..kernels.ladder import log_level
 from ..observers import RESIDUAL_EVALUATIONS
 from ._axes import legend_beside, new_axes
-from ._fitted import (
-    bank_deltas,
-    chosen_model,
-    condition_names,
-    healthy_name,
-    is_bank,
-    ladder_cuts,
-    model_names,
-    observer_of,
-    ordered_conditions,
-)
-from ._style import condition_styles, ink
+from ._fitted import condition_names, deltas_of, healthy_name, is_bank, observed, ordered_conditions
+from ._style import LINE, condition_styles, ink
+from ._window import WindowDisplay
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-class ResidualDisplay:
+@dataclass(repr=False, eq=False)
+class ResidualDisplay(WindowDisplay):
     r"""Plot the residual of one window, with the thresholds of the decision.
 
     Figures 12 to 19 of the paper are of this kind. The level of a window is one number that
@@ -84,30 +77,11 @@ class ResidualDisplay:
     ['$\\Delta$ worn']
     """
 
-    line_: Any
-    level_line_: Any
-    threshold_lines_: dict[str, Any]
-    ax_: Any
-    figure_: Any
-
-    def __init__(
-        self,
-        residual: NDArray[Any],
-        *,
-        level: float | None = None,
-        detection_threshold: float | None = None,
-        isolation_thresholds: dict[str, float] | None = None,
-        model: str | None = None,
-        condition: str | None = None,
-        conditions: list[str] | None = None,
-    ) -> None:
-        self.residual = residual
-        self.level = level
-        self.detection_threshold = detection_threshold
-        self.isolation_thresholds = isolation_thresholds
-        self.model = model
-        self.condition = condition
-        self.conditions = conditions
+    residual: NDArray[Any]
+    _: KW_ONLY
+    level: float | None = None
+    detection_threshold: float | None = None
+    isolation_thresholds: dict[str, float] | None = None
 
     @classmethod
     def from_estimator(
@@ -154,27 +128,22 @@ class ResidualDisplay:
             If the estimator has no observer or no model of the condition `model`, or if its
             residual evaluation does not measure the size of a trajectory ("whiteness").
         """
-        observer, decide = observer_of(estimator), estimator[-1]
-        shown = RESIDUAL_EVALUATIONS[observer.evaluation].trajectory
+        name, m, paths, levels = observed(estimator, window, model)
+        evaluation = estimator[-2].evaluation
+        shown = RESIDUAL_EVALUATIONS[evaluation].trajectory
         if shown is None:
             known = [name for name, each in RESIDUAL_EVALUATIONS.items() if each.trajectory]
             raise ValueError(
-                f"evaluation={observer.evaluation!r} is not the size of a trajectory, so there is "
+                f"evaluation={evaluation!r} does not measure the size of a trajectory, so there is "
                 f"none to show; expected one of {known}."
             )
-        healthy, names = healthy_name(decide), model_names(estimator[0])
-        m = chosen_model(names, model, healthy)
-        innovations = estimator[:-2].transform(np.asarray(window)[np.newaxis])
-        trajectories = observer.observe(innovations)
-        residual = trajectories[shown][0, m]
-        levels = np.asarray(observer.transform(innovations))[0]
-        gamma, deltas = _thresholds(decide, levels, names[m], healthy)
+        gamma, deltas = _thresholds(estimator[-1], levels, name)
         return cls.from_predictions(
-            residual,
+            paths[shown][0, m],
             level=float(levels[m]),
             detection_threshold=gamma,
             isolation_thresholds=deltas,
-            model=names[m],
+            model=name,
             condition=condition,
             conditions=ordered_conditions([*condition_names(estimator), condition], conditions),
             ax=ax,
@@ -229,14 +198,15 @@ class ResidualDisplay:
                 f"residual has the shape {residual.shape}, expected one trajectory: (n_samples,)."
             )
         deltas = {str(name): float(d) for name, d in (isolation_thresholds or {}).items()}
-        display = cls(
+        display = cls._of(
             residual,
             level=level,
             detection_threshold=detection_threshold,
             isolation_thresholds=deltas,
-            model=None if model is None else str(model),
-            condition=None if condition is None else str(condition),
-            conditions=ordered_conditions([*deltas, condition], conditions),
+            model=model,
+            condition=condition,
+            conditions=conditions,
+            known=deltas,
         )
         return display.plot(ax=ax)
 
@@ -257,18 +227,9 @@ class ResidualDisplay:
         """
         ax = new_axes(1)[0] if ax is None else ax
         styles = condition_styles(self.conditions or [])
-        known = styles.get(self.condition)
-        of = [
-            f"{what} {name}"
-            for what, name in (("window of", self.condition), ("model of", self.model))
-            if name is not None
-        ]
-        style = {
-            "linewidth": 0.6,
-            "alpha": 0.4,
-            "color": ink() if known is None else known["color"],
-            "label": ", ".join(["residual", *of]),
-        }
+        window = "residual" if self.condition is None else f"residual, window of {self.condition}"
+        style = {"linewidth": 0.6, "alpha": 0.4, "color": self._color(ink())}
+        style["label"] = self._of_model(window)
         (self.line_,) = ax.plot(self.residual, **style | line_kw)
         self.level_line_ = None
         if self.level is not None:
@@ -279,7 +240,7 @@ class ResidualDisplay:
         if self.detection_threshold is not None:
             self._threshold(ax, r"$\Gamma$", self.detection_threshold, color=ink(), linestyle="--")
         for name, value in self._bounds():
-            shown = {key: styles[name][key] for key in ("color", "linestyle")}
+            shown = {key: styles[name][key] for key in LINE}
             self._threshold(ax, rf"$\Delta$ {name}", value, **shown)
         drawn = [line.get_ydata()[0] for line in self.threshold_lines_.values()]
         reach = 1.08 * np.max(np.abs([*self.residual, *drawn]))
@@ -315,12 +276,12 @@ def _on_both_sides(ax, value, label, **style):
     return ax.axhline(value, label=label, **style)
 
 
-def _thresholds(decide, levels, model, healthy):
+def _thresholds(decide, levels, model):
     """Return Gamma and the Deltas in the unit of one model's residual, for one window."""
-    gamma = decide.detection_threshold_
+    gamma, healthy = decide.detection_threshold_, healthy_name(decide)
     if healthy is None:
         return gamma, {}
     if not is_bank(decide):
-        return gamma, ladder_cuts(decide)
+        return gamma, deltas_of(decide)
     scale = float(np.exp(log_level(levels).mean()))
-    return gamma if model == healthy else None, {model: bank_deltas(decide)[model] * scale}
+    return gamma if model == healthy else None, {model: deltas_of(decide)[model] * scale}

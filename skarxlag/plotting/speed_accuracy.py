@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+@dataclass(repr=False, eq=False)
 class SpeedAccuracyDisplay:
     """Plot the accuracy against the shaft speed of the test, one line for each training speed.
 
@@ -48,22 +50,11 @@ class SpeedAccuracyDisplay:
     array([[1. , 0.5]])
     """
 
-    lines_: list[Any]
-    ax_: Any
-    figure_: Any
-
-    def __init__(
-        self,
-        accuracy: NDArray[Any],
-        *,
-        train_rpm: NDArray[Any],
-        test_rpm: NDArray[Any],
-        name: str | None = None,
-    ) -> None:
-        self.accuracy = accuracy
-        self.train_rpm = train_rpm
-        self.test_rpm = test_rpm
-        self.name = name
+    accuracy: NDArray[Any]
+    _: KW_ONLY
+    train_rpm: NDArray[Any]
+    test_rpm: NDArray[Any]
+    name: str | None = None
 
     @classmethod
     def from_estimator(

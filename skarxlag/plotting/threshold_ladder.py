@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from sklearn.pipeline import Pipeline
 from sklearn.utils import check_consistent_length
 
 from ..kernels.ladder import relative_scores
 from ..kernels.scaling import root_mean_square
 from ._axes import legend_beside, new_axes, readable_log_scale
-from ._fitted import bank_deltas, condition_names, is_bank, ladder_cuts, ordered_conditions
-from ._style import condition_styles, ink
+from ._fitted import condition_names, deltas_of, is_bank, ordered_conditions
+from ._style import LINE, condition_styles, ink
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,6 +26,7 @@ _DECISIONS = ("detection", "isolation")
 _GAP = 0.02
 
 
+@dataclass(repr=False, eq=False)
 class ThresholdLadderDisplay:
     r"""Plot the residual levels of many windows by condition, with the thresholds.
 
@@ -84,29 +87,13 @@ class ThresholdLadderDisplay:
     (['$\\Delta$ good'], ['good', 'worn'])
     """
 
-    lines_: dict[str, Any]
-    rival_line_: Any
-    threshold_lines_: dict[str, Any]
-    bands_: dict[str, Any]
-    ax_: Any
-    figure_: Any
-
-    def __init__(
-        self,
-        levels: NDArray[Any],
-        y: NDArray[Any],
-        *,
-        rivals: NDArray[Any] | None = None,
-        detection_threshold: float | None = None,
-        isolation_thresholds: dict[str, float] | None = None,
-        conditions: list[str],
-    ) -> None:
-        self.levels = levels
-        self.y = y
-        self.rivals = rivals
-        self.detection_threshold = detection_threshold
-        self.isolation_thresholds = isolation_thresholds
-        self.conditions = conditions
+    levels: NDArray[Any]
+    y: NDArray[Any]
+    _: KW_ONLY
+    rivals: NDArray[Any] | None = None
+    detection_threshold: float | None = None
+    isolation_thresholds: dict[str, float] | None = None
+    conditions: list[str]
 
     @classmethod
     def from_estimator(
@@ -150,7 +137,7 @@ class ThresholdLadderDisplay:
             one condition, a bank has no model for a condition in `y`, or `conditions` omits a
             condition.
         """
-        is_pipeline = hasattr(estimator, "steps")
+        is_pipeline = isinstance(estimator, Pipeline)
         decide = estimator[-1] if is_pipeline else estimator
         levels = np.abs(np.asarray(estimator[:-1].transform(X) if is_pipeline else X))
         isolates = len(decide.classes_) > 1
@@ -164,12 +151,12 @@ class ThresholdLadderDisplay:
         if not is_bank(decide):
             shown = root_mean_square(levels)
             if decision == "isolation":
-                own["isolation_thresholds"] = ladder_cuts(decide)
+                own["isolation_thresholds"] = deltas_of(decide)
         elif decision == "detection":
             shown = levels[:, decide.healthy_index_]
         else:
             shown, rivals = _own_and_rival(levels, y, [str(name) for name in decide.classes_])
-            own = {"rivals": rivals, "isolation_thresholds": bank_deltas(decide)}
+            own = {"rivals": rivals, "isolation_thresholds": deltas_of(decide)}
         known = [*condition_names(estimator), *dict.fromkeys(y.tolist())]
         return cls.from_predictions(
             y, shown, **own, conditions=ordered_conditions(known, conditions), ax=ax
@@ -315,7 +302,7 @@ class ThresholdLadderDisplay:
     def _plot_rungs(self, ax, styles):
         for name, upper in self.isolation_thresholds.items():
             if np.isfinite(upper) and upper != self.detection_threshold:
-                shown = {key: styles[name][key] for key in ("color", "linestyle")}
+                shown = {key: styles[name][key] for key in LINE}
                 self._threshold(ax, rf"$\Delta$ {name}", upper, **shown)
         # The lowest rung has no lower end and the highest no upper end: both end with the axes.
         lowest, highest = ax.get_ylim()
@@ -332,7 +319,7 @@ class ThresholdLadderDisplay:
         for name, x in places.items():
             delta = self.isolation_thresholds.get(name)
             if delta is not None and len(x):
-                shown = {key: styles[name][key] for key in ("color", "linestyle")}
+                shown = {key: styles[name][key] for key in LINE}
                 (self.threshold_lines_[rf"$\Delta$ {name}"],) = ax.plot(
                     [x[0], x[-1]], [delta, delta], linewidth=1.6, label=rf"$\Delta$ {name}", **shown
                 )

@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.pipeline import Pipeline
 
-from ._axes import new_axes, time_axis
-from ._fitted import (
-    chosen_model,
-    condition_names,
-    healthy_name,
-    model_names,
-    observer_of,
-    ordered_conditions,
-)
-from ._style import NEUTRAL, condition_styles, ink
+from ._fitted import condition_names, observed, ordered_conditions
+from ._style import ink
+from ._window import TwoPanelDisplay, legend_above
 
 
-class TrajectoryDisplay:
+@dataclass(repr=False, eq=False)
+class TrajectoryDisplay(TwoPanelDisplay):
     r"""Plot the innovations, the output error and the fault estimate of an observer.
 
     The trajectories belong to one window and one model. The innovations :math:`\varepsilon` are the
@@ -67,30 +62,9 @@ class TrajectoryDisplay:
     ('good', 2)
     """
 
-    innovations_line_: Any
-    error_line_: Any
-    fault_estimate_line_: Any
-    axes_: NDArray[Any]
-    figure_: Any
-
-    def __init__(
-        self,
-        innovations: NDArray[Any],
-        error: NDArray[Any],
-        fault_estimate: NDArray[Any],
-        *,
-        model: str | None = None,
-        condition: str | None = None,
-        conditions: list[str] | None = None,
-        sampling_rate: float | None = None,
-    ) -> None:
-        self.innovations = innovations
-        self.error = error
-        self.fault_estimate = fault_estimate
-        self.model = model
-        self.condition = condition
-        self.conditions = conditions
-        self.sampling_rate = sampling_rate
+    innovations: NDArray[Any]
+    error: NDArray[Any]
+    fault_estimate: NDArray[Any]
 
     @classmethod
     def from_estimator(
@@ -134,16 +108,12 @@ class TrajectoryDisplay:
         ValueError
             If the estimator has no observer, or no model of the condition `model`.
         """
-        observer = observer_of(estimator)
-        names = model_names(estimator[0])
-        m = chosen_model(names, model, healthy_name(estimator[-1]))
-        innovations = estimator[:-2].transform(np.asarray(window)[np.newaxis])
-        trajectories = observer.observe(innovations)
+        name, m, paths, _ = observed(estimator, window, model)
         return cls.from_predictions(
-            innovations[0, m],
-            trajectories.error[0, m],
-            trajectories.fault_estimate[0, m],
-            model=names[m],
+            paths.innovations[0, m],
+            paths.error[0, m],
+            paths.fault_estimate[0, m],
+            model=name,
             condition=condition,
             conditions=ordered_conditions([*condition_names(estimator), condition], conditions),
             sampling_rate=sampling_rate,
@@ -195,11 +165,11 @@ class TrajectoryDisplay:
                 f"innovations, error and fault_estimate have the shapes {shapes}, expected one for "
                 "all: (n_samples,)."
             )
-        display = cls(
+        display = cls._of(
             *paths,
-            model=None if model is None else str(model),
-            condition=None if condition is None else str(condition),
-            conditions=ordered_conditions([condition], conditions),
+            model=model,
+            condition=condition,
+            conditions=conditions,
             sampling_rate=sampling_rate,
         )
         return display.plot(axes=axes)
@@ -219,28 +189,17 @@ class TrajectoryDisplay:
         TrajectoryDisplay
             The display, after drawing.
         """
-        axes = new_axes(2) if axes is None else np.asarray(axes, dtype=object)
-        styles = condition_styles(self.conditions or [])
-        color = styles[self.condition]["color"] if self.condition in styles else NEUTRAL
-        time, unit = time_axis(len(self.innovations), self.sampling_rate)
-        of = "" if self.model is None else f", model of {self.model}"
-        (self.innovations_line_,) = axes[0].plot(
-            time, self.innovations, color=ink(), linewidth=0.8, label=f"innovations{of}"
+        time, upper, lower = self._panels(axes, len(self.innovations))
+        color = self._color()
+        (self.innovations_line_,) = upper.plot(
+            time, self.innovations, color=ink(), linewidth=0.8, label=self._of_model("innovations")
         )
-        (self.error_line_,) = axes[0].plot(
+        (self.error_line_,) = upper.plot(
             time, self.error, color=color, linewidth=0.8, label="output error of the observer"
         )
-        axes[0].legend(
-            loc="lower left",
-            bbox_to_anchor=(0, 1),
-            ncols=2,
-            fontsize="small",
-            frameon=False,
-            borderaxespad=0.2,
-        )
-        axes[0].set_ylabel("Innovations, error")
         style = {"color": color, "linewidth": 0.9} | line_kw
-        (self.fault_estimate_line_,) = axes[1].plot(time, self.fault_estimate, **style)
-        axes[1].set(ylabel="Fault estimate", xlabel=unit, xlim=(time[0], time[-1]))
-        self.axes_, self.figure_ = axes, axes[0].figure
+        (self.fault_estimate_line_,) = lower.plot(time, self.fault_estimate, **style)
+        legend_above(upper)
+        upper.set_ylabel("Innovations, error")
+        lower.set_ylabel("Fault estimate")
         return self
