@@ -13,6 +13,9 @@ from sklearn.base import clone
 from sklearn.model_selection import BaseCrossValidator
 from sklearn.utils import check_array, check_consistent_length, check_scalar, column_or_1d
 
+#: Speeds that differ by less than this share may be one nominal speed, measured with jitter.
+_CLOSE = 0.01
+
 
 def speed_splits(
     rpm: ArrayLike,
@@ -22,6 +25,7 @@ def speed_splits(
     start: ArrayLike | None = None,
     window_length: int | None = None,
     same_speed: bool = False,
+    tolerance: float | None = None,
 ) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
     """Splits that train at one speed and test at another.
 
@@ -46,6 +50,9 @@ def speed_splits(
     same_speed : bool, default=False
         Whether the training speed is among the test speeds. It needs `recording`: without halves
         a window would be on both sides.
+    tolerance : float or None, default=None
+        Neighbouring speeds that differ by at most this share, at least 0, count as one speed. None:
+        all speeds are different, and speeds that differ by less than 1 % raise an error.
 
     Returns
     -------
@@ -57,8 +64,8 @@ def speed_splits(
     ------
     ValueError
         If there are not two speeds, `train_rpm` is not in `rpm`, `same_speed` is asked for
-        without `recording`, `start` and `window_length` are not given together, or halves leave
-        no window at a speed.
+        without `recording`, `start` and `window_length` are not given together, halves leave
+        no window at a speed, or `tolerance` is None and speeds differ by less than 1 %.
 
     See Also
     --------
@@ -72,6 +79,7 @@ def speed_splits(
     [0 1] [3]
     """
     rpm = column_or_1d(check_array(rpm, ensure_2d=False, input_name="rpm"))
+    rpm, train_rpm = _nominal_speeds(rpm, train_rpm, tolerance)
     speeds = np.unique(rpm)
     if same_speed and recording is None:
         raise ValueError("same_speed=True needs `recording`, to split each recording in time.")
@@ -87,6 +95,29 @@ def speed_splits(
         if same_speed or test != train
     ]
     return _checked(splits)
+
+
+def _nominal_speeds(rpm, train_rpm, tolerance):
+    """Replace the speeds, and the training speed, by the median of the group they belong to."""
+    speeds = np.unique(rpm)
+    shares = np.diff(speeds) / np.abs(speeds[1:])
+    if tolerance is None:
+        if np.any(shares < _CLOSE):
+            i = int(shares.argmin())
+            raise ValueError(
+                f"rpm has {len(speeds)} speeds, and some differ by less than {_CLOSE:.0%}, such as "
+                f"{speeds[i]:g} and {speeds[i + 1]:g}. State how far speeds that count as one may "
+                "differ, such as tolerance=0.02."
+            )
+        return rpm, train_rpm
+    check_scalar(tolerance, "tolerance", (int, float, np.floating), min_val=0)
+    group = np.concatenate([[0], np.cumsum(shares > tolerance)])
+    nominal = np.array([np.median(speeds[group == g]) for g in range(group[-1] + 1)])
+    if train_rpm is not None:
+        nearest = nominal[np.abs(nominal - train_rpm).argmin()]
+        if abs(nearest - train_rpm) <= tolerance * abs(nearest):
+            train_rpm = nearest
+    return nominal[group[np.searchsorted(speeds, rpm)]], train_rpm
 
 
 def first_and_second_half(
@@ -178,6 +209,8 @@ class SpeedSplit(BaseCrossValidator):
         Whether the training speed is among the test speeds. It needs recordings in `groups`.
     window_length : int or None, default=None
         Samples in a window. It is needed where `groups` states where windows start.
+    tolerance : float or None, default=None
+        Share by which speeds that count as one may differ, as in `speed_splits`.
 
     See Also
     --------
@@ -211,11 +244,13 @@ class SpeedSplit(BaseCrossValidator):
         leave_out: bool = False,
         same_speed: bool = False,
         window_length: int | None = None,
+        tolerance: float | None = None,
     ) -> None:
         self.train_rpm = train_rpm
         self.leave_out = leave_out
         self.same_speed = same_speed
         self.window_length = window_length
+        self.tolerance = tolerance
 
     def split(
         self, X: ArrayLike, y: Any = None, groups: ArrayLike | None = None
@@ -245,10 +280,12 @@ class SpeedSplit(BaseCrossValidator):
         settings = {"recording": recording, "start": start, "window_length": self.window_length}
         if not self.leave_out:
             settings |= {"train_rpm": self.train_rpm, "same_speed": self.same_speed}
+            settings["tolerance"] = self.tolerance
             yield from speed_splits(rpm, **settings)
             return
         if self.train_rpm is not None or self.same_speed:
             raise ValueError("leave_out=True goes with neither `train_rpm` nor `same_speed`.")
+        rpm, _ = _nominal_speeds(rpm, None, self.tolerance)
         speeds = np.unique(rpm)
         if len(speeds) < 2:
             raise ValueError(f"groups has one speed, {speeds.tolist()}, expected at least two.")

@@ -210,3 +210,34 @@ def test_diagnosers_are_cross_validated_at_other_speeds():
     X[LABELS == "worn"] = np.diff(X[LABELS == "worn"], axis=1, prepend=0)
     scores = cross_validate(make_alpio(), X, LABELS, groups=SPEED, cv=SpeedSplit(train_rpm=300))
     assert scores["test_score"].tolist() == [1.0, 1.0]
+
+
+def test_speeds_with_jitter_ask_for_a_tolerance():
+    rng = np.random.default_rng(0)
+    rpm = np.repeat([600.0, 900.0], 200) + rng.uniform(-0.1, 0.1, 400)
+    for splits in (
+        speed_splits,
+        lambda rpm: list(SpeedSplit(leave_out=True).split(rpm, None, rpm)),
+    ):
+        with pytest.raises(
+            ValueError, match=r"rpm has 400 speeds, and some differ by less than 1%"
+        ):
+            splits(rpm)
+    nominal = np.round(rpm)
+    for train_rpm in (None, 600.2):
+        found = speed_splits(rpm, tolerance=0.01, train_rpm=train_rpm)
+        expected = speed_splits(nominal, train_rpm=train_rpm and 600)
+        for pair, same in zip(found, expected, strict=True):
+            np.testing.assert_array_equal(pair, same)
+    splitter = SpeedSplit(leave_out=True, tolerance=0.01)
+    assert [len(test) for _, test in splitter.split(rpm, None, rpm)] == [200, 200]
+    assert SpeedSplit(tolerance=0.01).get_n_splits(rpm, None, rpm) == 2
+
+
+def test_tolerance_of_zero_takes_every_speed_for_another():
+    assert len(speed_splits([600, 601, 602], tolerance=0)) == 6
+    assert len(speed_splits([600, 601, 700], tolerance=0.01)) == 2
+    with pytest.raises(ValueError, match="tolerance == -1, must be >= 0"):
+        speed_splits([600, 700], tolerance=-1)
+    with pytest.raises(ValueError, match=r"train_rpm=650 is not in rpm, which has \[600.5, 700"):
+        speed_splits([600, 601, 700], tolerance=0.01, train_rpm=650)
