@@ -42,8 +42,11 @@ HEALTHY = "healthy"
 NOT_IDENTIFIABLE = "not identifiable"
 _PLACES = (*PLACES, HEALTHY)
 #: Gumbel distribution of the best score of healthy recordings, location and scale in nepers: from
-#: ten recordings of three rigs, `python -m benchmarks.fault_orders --null`.
-_HEALTHY_LOCATION, _HEALTHY_SCALE = 0.94, 0.29
+#: ten recordings of three rigs, `python -m benchmarks.fault_orders --null`. The second location is
+#: that above the mean scores of the same machine at other speeds.
+_HEALTHY_LOCATION, _OTHER_SPEED_LOCATION, _HEALTHY_SCALE = 0.94, 0.11, 0.29
+#: Logarithm of speed up to which rows count as rows of the same speed.
+_SAME_SPEED = 0.05
 #: Rows that this scale counts for when healthy rows of the machine are at hand.
 _PRIOR_ROWS = 10
 #: Log odds of two places for each neper between their scores: of all faulty recordings, and of
@@ -56,6 +59,8 @@ _NAMES = {
     "outer": r"outer|outside|^or|^o\d*$|bpfo",
     "ball": r"ball|roller|element|^b\d*$|bsf",
 }
+#: p-values are above 0.
+_LEAST_P = np.finfo(float).tiny
 _WORDS = {"inner": "the inner race", "outer": "the outer race", "ball": "a rolling element"}
 
 
@@ -81,7 +86,9 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
     With `y`, the classes are its labels. Each label stands for a place. If some rows are healthy,
     their scores are the reference: their mean at each place is subtracted, and the limit is the
-    conformal quantile of the largest rest. The stated rate then holds for rows like these. If all
+    conformal quantile of the largest rest. The stated rate then holds for rows like these, at their
+    speeds. At other speeds the limit is at least that of a Gumbel distribution with location .11
+    and scale .29, which is how far such rows of other machines lay above their reference. If all
     rows are healthy and their label is a text, the places are added to the classes.
 
     Parameters
@@ -125,7 +132,10 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     orders_ : ndarray of shape (n_bearings, 4)
         Orders of the cage, the spin of an element, the inner and the outer race.
     limit_ : float
-        Largest score of a healthy row, in nepers above `reference_`.
+        Largest score of a healthy row, in nepers above `reference_`, at the speeds of the healthy
+        rows.
+    healthy_speeds_ : ndarray of shape (n_healthy_,)
+        Speed of each healthy row in revolutions per minute, ascending.
     reference_ : ndarray of shape (3,)
         Mean scores of healthy rows at the ball, the inner and the outer race; 0 without such rows.
     n_healthy_ : int
@@ -174,6 +184,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     reference_: NDArray[Any]
     healthy_scores_: NDArray[Any]
     tail_scale_: float
+    healthy_speeds_: NDArray[Any]
     n_models_: int
 
     _state = INNOVATIONS | {
@@ -191,6 +202,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         "healthy_scores_": Values(
             lambda e: (e.n_healthy_,), (lambda s, e: np.all(np.diff(s) >= 0), "ascending")
         ),
+        "healthy_speeds_": Values(lambda e: (e.n_healthy_,), POSITIVE),
         "limit_": Values(),
         "tail_scale_": Values((), POSITIVE),
     }
@@ -258,16 +270,18 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
                 f"X has the innovations of {X.shape[1]} models, expected 1: ARXLaguerre(bank=False)"
             )
         self.orders_ = self._orders()
-        self._calibrate(np.empty((0, len(PLACES))))
+        self._calibrate(np.empty((0, len(PLACES))), np.empty(0))
         if y is None:
             self.classes_, self.class_places_ = np.unique(_PLACES, return_index=True)
         else:
-            scores = self._match(X, rpm).scores
+            found = self._match(X, rpm)
+            scores = found.scores
             self.classes_, target = np.unique(y, return_inverse=True)
             self.class_places_ = np.array(
                 [self._place(label, scores[target == c]) for c, label in enumerate(self.classes_)]
             )
-            self._calibrate(scores[self.class_places_[target] == _PLACES.index(HEALTHY)])
+            healthy = self.class_places_[target] == _PLACES.index(HEALTHY)
+            self._calibrate(scores[healthy], found.rpm[healthy])
             if self.classes_.dtype.kind in "UO" and self.class_places_.tolist() == [3]:
                 names = [*PLACES, self.classes_[0]]
                 self.classes_, self.class_places_ = np.unique(names, return_index=True)
@@ -296,8 +310,9 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         mean = scores.mean(axis=0)
         return int(mean.argmax()) if mean.max() > self.limit_ else _PLACES.index(HEALTHY)
 
-    def _calibrate(self, scores):
-        """Reference and limit from the scores of healthy rows."""
+    def _calibrate(self, scores, speeds):
+        """Reference and limit from the scores and speeds of healthy rows."""
+        self.healthy_speeds_ = np.sort(np.where(np.isnan(speeds), 1.0, speeds))
         self.n_healthy_ = n_rows = len(scores)
         self.reference_ = scores.mean(axis=0) if n_rows else np.zeros(len(PLACES))
         # A row is nearer to a mean that it is a part of.
@@ -309,14 +324,24 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         self.limit_ = float(self._limit_at(self.false_alarm_rate))
 
     def _limit_at(self, rate):
-        """Score whose p-value is the rate."""
-        n_rows = len(self.healthy_scores_)
+        """Score whose p-value is the rate, at the speeds of the healthy rows."""
+        n_rows = self.n_healthy_
         if n_rows == 0:
-            return _HEALTHY_LOCATION - _HEALTHY_SCALE * np.log(-np.log1p(-rate))
+            return _gumbel_quantile(rate, _HEALTHY_LOCATION)
         n_above = int(rate * (n_rows + 1) + 1e-9)
         if n_above >= 1:
             return self.healthy_scores_[-min(n_above, n_rows)]
         return self.healthy_scores_[-1] - self.tail_scale_ * np.log(rate * (n_rows + 1))
+
+    def _is_far(self, rpm):
+        """Whether the speed of each row is none of the healthy rows' speeds."""
+        distances = np.abs(np.log(rpm[:, np.newaxis] / self.healthy_speeds_))
+        return (self.n_healthy_ > 0) & (distances.min(axis=1, initial=np.inf) > _SAME_SPEED)
+
+    def _limits(self, rpm):
+        """Limit of each row."""
+        elsewhere = _gumbel_quantile(self.false_alarm_rate, _OTHER_SPEED_LOCATION)
+        return np.where(self._is_far(rpm), max(self.limit_, elsewhere), self.limit_)
 
     @uses_fitted
     def match(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
@@ -398,14 +423,13 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             Nepers above the reference; the limit for healthy. For two classes the second's score
             less the first's.
         """
-        scores = self._scores(self.match(X, rpm).scores)
+        scores = self._scores(self.match(X, rpm))
         return scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
 
-    def _scores(self, scores):
+    def _scores(self, found):
         """Scores of the classes from those of the places."""
-        above = scores - self.reference_
-        limit = np.full((len(above), 1), self.limit_)
-        return np.hstack([above, limit])[:, self.class_places_]
+        limits = self._limits(found.rpm)[:, np.newaxis]
+        return np.hstack([found.scores - self.reference_, limits])[:, self.class_places_]
 
     @uses_fitted
     def predict(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
@@ -423,7 +447,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         ndarray of shape (n_rows,)
             Classes.
         """
-        best = self._scores(self.match(X, rpm).scores).argmax(axis=1)
+        best = self._scores(self.match(X, rpm)).argmax(axis=1)
         return self.classes_[best]
 
     @uses_fitted
@@ -461,7 +485,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         ndarray of shape (n_rows, n_classes)
             Natural logarithms.
         """
-        return log_softmax(_CONFIDENCE * self._scores(self.match(X, rpm).scores), axis=1)
+        return log_softmax(_CONFIDENCE * self._scores(self.match(X, rpm)), axis=1)
 
     @uses_fitted
     def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
@@ -480,17 +504,18 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             In (0, 1]. With healthy rows in `fit`: the share of rows with a larger score, and an
             exponential tail above all of them.
         """
-        return self._p_values(self.match(X, rpm).scores)
+        return self._p_values(self.match(X, rpm))
 
-    def _p_values(self, scores):
-        best = (scores - self.reference_).max(axis=1)
-        n_rows = len(self.healthy_scores_)
+    def _p_values(self, found):
+        best = (found.scores - self.reference_).max(axis=1)
+        n_rows = self.n_healthy_
         if n_rows == 0:
-            above = -np.expm1(-np.exp((_HEALTHY_LOCATION - best) / _HEALTHY_SCALE))
-            return np.maximum(above, np.finfo(float).tiny)
+            return _gumbel_p_value(best, _HEALTHY_LOCATION)
         n_above = n_rows - np.searchsorted(self.healthy_scores_, best)
         beyond = np.maximum(best - self.healthy_scores_[-1], 0) / self.tail_scale_
-        return np.maximum(np.exp(-beyond) * (1 + n_above) / (1 + n_rows), np.finfo(float).tiny)
+        p_values = np.maximum(np.exp(-beyond) * (1 + n_above) / (1 + n_rows), _LEAST_P)
+        elsewhere = _gumbel_p_value(best, _OTHER_SPEED_LOCATION)
+        return np.where(self._is_far(found.rpm), np.maximum(p_values, elsewhere), p_values)
 
     @uses_fitted
     def detect(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
@@ -508,10 +533,10 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         ndarray of bool of shape (n_rows,)
             True for a comb that healthy rows exceed at the stated false-alarm rate only.
         """
-        return self._exceeds(self.match(X, rpm).scores)
+        return self._exceeds(self.match(X, rpm))
 
-    def _exceeds(self, scores):
-        return (scores - self.reference_).max(axis=1) > self.limit_
+    def _exceeds(self, found):
+        return (found.scores - self.reference_).max(axis=1) > self._limits(found.rpm)
 
     @uses_fitted
     def verdicts(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
@@ -530,13 +555,13 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             What `predict` returns; "not identifiable" if a comb exceeds the limit, but the second
             place is too close, see `wrong_name_rate`.
         """
-        return self._verdicts(self.match(X, rpm).scores)
+        return self._verdicts(self.match(X, rpm))
 
-    def _verdicts(self, scores):
-        verdict = self.classes_[self._scores(scores).argmax(axis=1)].astype(object)
-        ordered = np.sort(scores - self.reference_, axis=1)
+    def _verdicts(self, found):
+        verdict = self.classes_[self._scores(found).argmax(axis=1)].astype(object)
+        ordered = np.sort(found.scores - self.reference_, axis=1)
         close = ordered[:, -1] - ordered[:, -2] < least_margin(self.wrong_name_rate)
-        verdict[self._exceeds(scores) & close] = NOT_IDENTIFIABLE
+        verdict[self._exceeds(found) & close] = NOT_IDENTIFIABLE
         return verdict
 
     @uses_fitted
@@ -556,24 +581,28 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             Order and place of the comb, its contrast in dB, and the difference from the nominal
             order, which slip and an error of the speed cause together.
         """
-        found = self.match(X, rpm)
-        verdicts = self._verdicts(found.scores)
-        return [
-            self._sentence(verdict, *row)
-            for verdict, *row in zip(
-                verdicts, found.scores, found.factors, found.bearings, strict=True
-            )
-        ]
+        return self._sentences(self.match(X, rpm))
 
-    def _sentence(self, verdict, scores, factors, bearings):
+    def _sentences(self, found):
+        rows = zip(
+            self._verdicts(found),
+            self._limits(found.rpm),
+            found.scores,
+            found.factors,
+            found.bearings,
+            strict=True,
+        )
+        return [self._sentence(*row) for row in rows]
+
+    def _sentence(self, verdict, limit, scores, factors, bearings):
         above = scores - self.reference_
         second, best = np.argsort(above, kind="stable")[-2:]
         orders = self.orders_[bearings[best]] * [1, 2, 1, 1]
         order = orders[1 + best] * factors[best]
         where = f"{_WORDS[PLACES[best]]}{self._name(bearings[best])}"
         size = f"{NEPER_IN_DB * scores[best]:.0f} dB"
-        if above[best] <= self.limit_:
-            limit = NEPER_IN_DB * (self.limit_ + self.reference_[best])
+        if above[best] <= limit:
+            limit = NEPER_IN_DB * (limit + self.reference_[best])
             return (
                 f"no comb exceeds its limit; the strongest is that of {where} with {size}, limit "
                 f"{limit:.0f} dB"
@@ -637,6 +666,15 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         # Made for signals of bearings: on arbitrary features it need not separate anything.
         tags.classifier_tags.poor_score = True
         return tags
+
+
+def _gumbel_quantile(rate, location):
+    return location - _HEALTHY_SCALE * np.log(-np.log1p(-rate))
+
+
+def _gumbel_p_value(score, location):
+    above = -np.expm1(-np.exp((location - score) / _HEALTHY_SCALE))
+    return np.maximum(above, _LEAST_P)
 
 
 def least_margin(wrong_name_rate: float) -> float:

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from sklearn.base import clone
+from sklearn.utils import Bunch
 
 from skarxlag import (
     ARXLaguerre,
@@ -28,6 +29,11 @@ def row(place, rpm=900, amplitude=10.0, seed=0, ratio=1.0):
         places = np.cumsum(interval * rng.normal(1, 0.01, size=int(1.2 * RATE / interval)))
         signal[places[places < RATE].astype(int)] += amplitude
     return signal
+
+
+def found(scores, rpm=900.0):
+    """What `match` returns, as far as verdicts need it."""
+    return Bunch(scores=np.asarray(scores), rpm=np.full(len(scores), rpm))
 
 
 def classifier(**options):
@@ -65,9 +71,13 @@ def test_the_limit_is_the_score_with_the_stated_p_value(rows, healthy):
         classifier(false_alarm_rate=0.01).fit(rows),
         classifier(false_alarm_rate=0.01).fit(healthy, ["healthy"] * 40, rpm=900),
     ):
-        scores = np.array([[fitted.limit_, -9, -9]]) + fitted.reference_
-        assert fitted._p_values(scores)[0] == pytest.approx(0.01, rel=1e-6)
-        assert fitted._p_values(scores + 0.1)[0] < 0.01
+        for rpm in (900.0, 1200.0):
+            limit = fitted._limits(np.array([rpm]))[0]
+            scores = np.array([[limit, -9, -9]]) + fitted.reference_
+            assert fitted._p_values(found(scores, rpm))[0] == pytest.approx(0.01, rel=1e-6)
+            assert fitted._p_values(found(scores + 0.1, rpm))[0] < 0.01
+    # Healthy rows say less of another speed.
+    assert limit > fitted.limit_
 
 
 def test_speed_slip_and_gear_ratio(rows):
@@ -140,9 +150,9 @@ def test_stated_false_alarm_rate_holds_for_rows_like_the_reference():
 def test_two_places_that_are_too_close_are_not_named(rows):
     both = classifier().fit(rows)
     scores = np.array([[0.5, 4.0, 4.0 - 0.05], [0.5, 4.0, 3.0], [0.5, 1.0, 0.99]])
-    assert both._verdicts(scores).tolist() == [NOT_IDENTIFIABLE, "inner", "healthy"]
+    assert both._verdicts(found(scores)).tolist() == [NOT_IDENTIFIABLE, "inner", "healthy"]
     careful = classifier(wrong_name_rate=1e-5).fit(rows)
-    assert careful._verdicts(scores[1:2]).tolist() == ["inner"]
+    assert careful._verdicts(found(scores[1:2])).tolist() == ["inner"]
     assert least_margin(1e-5) > least_margin(0.02) > least_margin(0.3) >= 0
 
 
@@ -191,8 +201,8 @@ def test_behind_a_model_saved_and_loaded(rows, tmp_path):
     steps = [("identify", ARXLaguerre(order=8, bank=False)), ("name", classifier())]
     pipeline = DiagnosisPipeline(steps).fit(rows)
     assert pipeline.predict(rows, rpm=900).tolist() == NAMES
-    found = pipeline.diagnose(rows, rpm=[900] * 3)
-    assert found.alarm.tolist() == [False, True, True]
+    diagnosed = pipeline.diagnose(rows, rpm=[900] * 3)
+    assert diagnosed.alarm.tolist() == [False, True, True]
     can = answers(pipeline)
     assert can.takes_rpm and can.needs_rpm and can.alarm
     assert can.healthy == "healthy" and can.conditions == ("ball", "healthy", "inner", "outer")

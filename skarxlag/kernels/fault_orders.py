@@ -33,7 +33,7 @@ _LEAST_POWER = 1e-12
 #: Multiples of each part of a fault's comb.
 RACE_MULTIPLES, SPIN_MULTIPLES, CAGE_MULTIPLES = 3, 4, 4
 #: Weight of the cage's comb in the score of a ball.
-_CAGE_WEIGHT = 0.6
+CAGE_WEIGHT = 0.6
 #: Places in the order of the scores.
 PLACES = ("ball", "inner", "outer")
 #: Decibels of power in a neper of power.
@@ -84,20 +84,35 @@ def order_contrast(samples: NDArray[Any], turn: float | NDArray[Any], rate: floa
         Contrast in nepers at the orders 0, .01, ... 40; the mean of segments. 0 at orders that the
         signal cannot show.
     """
+    return _WEIGHTS @ contrast_parts(samples, turn, rate)
+
+
+def contrast_parts(samples: NDArray[Any], turn: float | NDArray[Any], rate: float) -> NDArray[Any]:
+    """Compute the three contrasts that `order_contrast` is the weighted mean of.
+
+    Parameters
+    ----------
+    samples : ndarray of shape (n_samples,)
+        A signal in any unit.
+    turn : float or ndarray of shape (n_samples,)
+        Samples in a turn of the shaft.
+    rate : float
+        Sampling rate in Hz.
+
+    Returns
+    -------
+    ndarray of shape (3, 4001)
+        Contrast of bands, of the prewhitened signal, and of the prewhitened signal in long
+        segments.
+    """
     longest = max(_SECONDS * rate, _TURNS * float(np.mean(turn)))
     short = _segments(len(samples), longest)
     long = short if len(short) == 1 else _segments(len(samples), _LONG * longest)
     frame = 2 ** max(round(math.log2(_FRAME * rate)), 2)
-    parts = [
-        np.mean([_banded(samples[s], _of(turn, s), frame) for s in short], axis=0),
-        np.mean([_prewhitened(samples[s], _of(turn, s)) for s in short], axis=0),
-    ]
-    parts.append(
-        parts[1]
-        if long is short
-        else np.mean([_prewhitened(samples[s], _of(turn, s)) for s in long], axis=0)
-    )
-    return _WEIGHTS @ np.stack(parts)
+    banded = [_banded(samples[s], _of(turn, s), frame) for s in short]
+    in_short = [_prewhitened(samples[s], _of(turn, s)) for s in short]
+    in_long = in_short if long is short else [_prewhitened(samples[s], _of(turn, s)) for s in long]
+    return np.stack([np.mean(part, axis=0) for part in (banded, in_short, in_long)])
 
 
 def _segments(n_samples, longest):
@@ -267,6 +282,7 @@ def fault_comb(
     orders: NDArray[Any],
     tolerance: float,
     slip: float,
+    cage_weight: float = CAGE_WEIGHT,
 ) -> Comb:
     r"""Compute how well the comb of each place fits a contrast.
 
@@ -287,6 +303,8 @@ def fault_comb(
         Largest logarithm of the factor s, at least 0.
     slip : float
         The standard deviation :math:`\sigma` of the logarithm, above 0.
+    cage_weight : float, default=0.6
+        Weight of the cage's comb in the score of a ball.
 
     Returns
     -------
@@ -298,7 +316,7 @@ def fault_comb(
     n_steps = int(tolerance / FACTOR_STEP + 1e-9)
     found, factors = _combs(contrast, np.asarray(orders, dtype=np.float64), n_steps, slip)
     cage, spin, twice, inner, outer = found
-    ball = (spin + twice) / 2 + _CAGE_WEIGHT * cage
+    ball = (spin + twice) / 2 + cage_weight * cage
     of_ball = factors[1] if spin > twice else factors[2]
     return Comb(np.array([ball, inner, outer]), np.array([of_ball, factors[3], factors[4]]))
 

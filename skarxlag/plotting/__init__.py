@@ -4,6 +4,7 @@ They need matplotlib, which the extra ``skarxlag[plot]`` installs.
 """
 
 from ._style import condition_styles
+from .envelope_spectrum import EnvelopeSpectrumDisplay
 from .identification import IdentificationDisplay
 from .order_spectrum import OrderSpectrumDisplay
 from .residual import ResidualDisplay
@@ -12,6 +13,7 @@ from .threshold_ladder import ThresholdLadderDisplay
 from .trajectories import TrajectoryDisplay
 
 __all__ = [
+    "EnvelopeSpectrumDisplay",
     "IdentificationDisplay",
     "OrderSpectrumDisplay",
     "ResidualDisplay",

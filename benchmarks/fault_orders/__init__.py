@@ -1,0 +1,1 @@
+"""Names of faults from the orders of the bearing, without recordings of faults."""

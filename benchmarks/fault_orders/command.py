@@ -1,0 +1,338 @@
+"""Places of faults by the orders of the bearing: right, wrong and abstained, rig by rig.
+
+Run ``python -m benchmarks.fault_orders`` from the root of the repository.
+"""
+
+import sys
+from itertools import product
+from time import process_time
+
+import numpy as np
+import pandas as pd
+from scipy.stats import gumbel_r, rankdata
+from sklearn.utils import Bunch
+
+from benchmarks.cross_speed.reporting import merge
+from benchmarks.fault_orders.methods import METHODS, PEERS
+from benchmarks.fault_orders.rigs import RIGS, recordings
+from benchmarks.pages.blocks import markdown, page_parser, publish
+from skarxlag import FaultOrderClassifier
+from skarxlag.fault_places import NOT_IDENTIFIABLE
+from skarxlag.kernels.fault_orders import PLACES, contrast_parts, fault_comb, order_contrast
+
+BLOCK = "fault orders {}"
+_OURS = next(iter(METHODS))
+_RACES = ("inner", "outer")
+#: Settings that are scored: weights of the three contrasts, weight of the cage, and slip.
+_SETTINGS = list(
+    product(
+        [(1, 0, 0), (0, 1, 0), (1, 1, 0), (1, 1, 0.4), (1, 1, 1), (1, 0, 0.4), (0, 1, 0.4)],
+        [0.3, 0.6, 0.9],
+        [0.02, 0.03, 0.05],
+    )
+)
+
+
+def parse(arguments):
+    parser = page_parser(__doc__, "fault_orders")
+    parser.add_argument("--rig", nargs="+", choices=list(RIGS), default=list(RIGS))
+    parser.add_argument(
+        "--method",
+        nargs="+",
+        choices=[*METHODS, *PEERS],
+        default=list(METHODS),
+        metavar="METHOD",
+        help=f"of {', '.join([*METHODS, *PEERS])}; results of other runs are kept, so that peers "
+        "may run in environments of their own",
+    )
+    parser.add_argument("--data-home", help="folder of the downloaded rigs")
+    parser.add_argument(
+        "--settings", action="store_true", help="choose settings by leaving rigs out"
+    )
+    parser.add_argument(
+        "--null", action="store_true", help="fit the distribution of healthy recordings' scores"
+    )
+    return parser.parse_args(arguments)
+
+
+def whole(rig, methods):
+    """Scores of whole recordings by each method.
+
+    Parameters
+    ----------
+    rig : list of Recording
+    methods : list of str
+        Of `METHODS` or `PEERS`.
+
+    Yields
+    ------
+    dict
+        ``method``, ``recording``, ``place``, a score for each place, and ``ms`` of processor time
+        for each second of signal.
+    """
+    for method, recording in product(methods, rig):
+        clock = process_time()
+        scores = (METHODS | PEERS)[method](recording)
+        cost = (process_time() - clock) * 1e3 / (len(recording.samples) / recording.rate)
+        yield {
+            "method": method,
+            "recording": recording.name,
+            "place": recording.place,
+            **dict(zip(PLACES, scores, strict=True)),
+            "ms": cost,
+        }
+
+
+def stretches(rig):
+    """Scores of stretches of 1 s.
+
+    Parameters
+    ----------
+    rig : list of Recording
+
+    Yields
+    ------
+    dict
+        ``recording``, ``place``, ``rpm``, ``second`` and a score for each place.
+    """
+    for recording in rig:
+        X = recording.samples.reshape(-1, int(recording.rate))
+        fitted = FaultOrderClassifier(bearing=recording.bearing, sampling_rate=recording.rate).fit(
+            X
+        )
+        for second, scores in enumerate(fitted.match(X, rpm=recording.rpm).scores):
+            yield {
+                "recording": recording.name,
+                "place": recording.place,
+                "rpm": recording.rpm,
+                "second": second,
+                **dict(zip(PLACES, scores, strict=True)),
+            }
+
+
+def settings_left_out(rigs):
+    """Accuracy on each rig with the settings that are best on all others.
+
+    Parameters
+    ----------
+    rigs : dict of str to list of Recording
+
+    Returns
+    -------
+    DataFrame
+        ``rig``, ``chosen`` settings, ``accuracy`` with them, and ``ours``, that of the defaults.
+    """
+    accuracy = {}
+    for name, rig in rigs.items():
+        faulty = [recording for recording in rig if recording.place in PLACES]
+        right = np.zeros((len(_SETTINGS), len(faulty)))
+        for column, recording in enumerate(faulty):
+            turn = 60 * recording.rate / recording.rpm
+            parts = contrast_parts(recording.samples, turn, recording.rate)
+            for row, (weights, cage, slip) in enumerate(_SETTINGS):
+                contrast = np.array(weights) / sum(weights) @ parts
+                scores = fault_comb(contrast, recording.orders, 0.1, slip, cage).scores
+                right[row, column] = PLACES[scores.argmax()] == recording.place
+        accuracy[name] = right.mean(axis=1)
+    frame = pd.DataFrame(accuracy)
+    default = _SETTINGS.index(((1, 1, 0.4), 0.6, 0.03))
+    rows = []
+    for name in frame:
+        best = int(frame.drop(columns=name).mean(axis=1).argmax())
+        weights, cage, slip = _SETTINGS[best]
+        rows.append(
+            {
+                "rig left out": name,
+                "weights": " : ".join(f"{w:g}" for w in weights),
+                "cage": cage,
+                "slip": slip,
+                "right": frame.loc[best, name],
+                "right with the defaults": frame.loc[default, name],
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def verdicts(scores, **options):
+    """Places and verdicts that the classifier derives from scores.
+
+    Parameters
+    ----------
+    scores : ndarray of shape (n, 3)
+    **options
+        Of `FaultOrderClassifier`.
+
+    Returns
+    -------
+    list of str
+    """
+    fitted = FaultOrderClassifier(bearing="6205", sampling_rate=1e3, **options).fit(np.ones((1, 9)))
+    return fitted._verdicts(Bunch(scores=scores, rpm=np.ones(len(scores))))
+
+
+def area_under_curve(faulty, healthy):
+    """Probability that a faulty recording has the larger score.
+
+    Examples
+    --------
+    >>> area_under_curve([3, 2], [1, 2])
+    0.875
+    """
+    ranks = rankdata([*faulty, *healthy])[: len(faulty)]
+    n_faulty = len(faulty)
+    return float((ranks.sum() - n_faulty * (n_faulty + 1) / 2) / (n_faulty * len(healthy)))
+
+
+def counted(rows):
+    """Right, wrong and abstained by rig and place, and right without abstaining."""
+    scores = rows[list(PLACES)].to_numpy()
+    rows = rows.assign(forced=[PLACES[i] for i in scores.argmax(axis=1)], verdict=verdicts(scores))
+    found = []
+    for (rig, place), group in rows.groupby(["rig", "place"], sort=False):
+        named = group[~group["verdict"].isin(["healthy", NOT_IDENTIFIABLE])]
+        line = {"rig": rig, "place": place, "recordings": len(group)}
+        if place == "healthy":
+            right, wrong = (group["verdict"] == "healthy").sum(), len(named)
+        else:
+            right = (named["verdict"] == place).sum()
+            wrong = len(named) - right
+        line |= {"right": right, "wrong": wrong, "abstained": len(group) - right - wrong}
+        forced = "" if place == "healthy" else f"{(group['forced'] == place).mean():.2f}"
+        found.append(line | {"right without abstaining": forced})
+    return pd.DataFrame(found)
+
+
+def mean_accuracy(rows, places=PLACES):
+    """Share of right places on each rig, without abstaining."""
+    faulty = rows[rows["place"].isin(places)]
+    best = faulty[list(PLACES)].to_numpy().argmax(axis=1)
+    right = pd.Series(np.array(PLACES)[best] == faulty["place"], index=faulty.index)
+    return right.groupby(faulty["rig"], sort=False).mean()
+
+
+def compared(rows):
+    """Each method: right on the mean of rigs, races, and races above all healthy recordings."""
+    found = []
+    for method, group in rows.groupby("method", sort=False):
+        by_rig = mean_accuracy(group)
+        best = group[list(PLACES)].max(axis=1)
+        healthy = best[group["place"] == "healthy"].max()
+        races = group[group["place"].isin(_RACES)]
+        named = np.array(PLACES)[races[list(PLACES)].to_numpy().argmax(axis=1)] == races["place"]
+        above = (best[races.index] > healthy) & named
+        found.append(
+            {
+                "method": method,
+                "mean of rigs": by_rig.mean(),
+                "races": mean_accuracy(group, _RACES).mean(),
+                "races right and above every healthy recording": above.mean(),
+                **by_rig,
+                "ms for 1 s": group["ms"].median(),
+            }
+        )
+    return pd.DataFrame(found).sort_values("mean of rigs", ascending=False)
+
+
+def with_reference(rows, rate=0.02):
+    """False alarms of healthy stretches with healthy rows of the machine as the reference.
+
+    The first half of each healthy recording calibrates, the second half is tested; or recordings of
+    all speeds but one calibrate, and the last speed is tested.
+    """
+    found = []
+    for rig, group in rows[rows["place"] == "healthy"].groupby("rig", sort=False):
+        half = group.groupby("recording")["second"].transform("max") / 2
+        early, late = group[group["second"] < half], group[group["second"] >= half]
+        alarms = [
+            _alarms(group[group["rpm"] != rpm], group[group["rpm"] == rpm], rate)
+            for rpm in group["rpm"].unique()
+        ]
+        races = rows[(rows["rig"] == rig) & rows["place"].isin(_RACES)]
+        found.append(
+            {
+                "rig": rig,
+                "healthy stretches": len(group),
+                "alarms, same speeds": _alarms(early, late, rate),
+                "alarms, speed left out": np.mean(alarms),
+                "alarms without reference": _alarms(None, group, rate),
+                "races detected": _alarms(early, races, rate),
+                "area under the curve": area_under_curve(
+                    races[list(PLACES)].max(axis=1), group[list(PLACES)].max(axis=1)
+                ),
+            }
+        )
+    return pd.DataFrame(found)
+
+
+def _alarms(reference, tested, rate):
+    fitted = FaultOrderClassifier(bearing="6205", sampling_rate=1e3, false_alarm_rate=rate)
+    fitted.fit(np.ones((1, 9)))
+    if reference is not None:
+        fitted._calibrate(reference[list(PLACES)].to_numpy(), reference["rpm"].to_numpy())
+    found = Bunch(scores=tested[list(PLACES)].to_numpy(), rpm=tested["rpm"].to_numpy())
+    return fitted._exceeds(found).mean()
+
+
+def blocks(recorded, seconds, chosen):
+    """Return the Markdown blocks of the page by name."""
+    ours = recorded[recorded["method"] == _OURS]
+    found = {
+        "named": "Whole recordings, nominal speed, nothing trained, stated rates of .02. "
+        "Abstained: healthy or not identifiable.\n\n" + markdown(counted(ours)),
+        "methods": "Right places without abstaining. Every method has the bearing and the nominal "
+        "speed. Peers have 5 s of each recording.\n\n" + markdown(compared(recorded)),
+    }
+    if seconds is not None:
+        found["stretches"] = "Stretches of 1 s, as in the first table.\n\n" + markdown(
+            counted(seconds)
+        )
+        found["reference"] = (
+            "Healthy stretches of 1 s as the reference, stated false-alarm rate .02.\n\n"
+            + markdown(with_reference(seconds))
+        )
+    if chosen is not None:
+        found["settings"] = (
+            f"{len(_SETTINGS)} settings were scored. For each rig, the settings that are best on "
+            "the mean of all other rigs: weights of the contrasts (bands : prewhitened : "
+            "prewhitened, long segments), weight of the cage, and slip. The mean of the column "
+            f"is {chosen['right'].mean():.3f}.\n\n" + markdown(chosen)
+        )
+    return {BLOCK.format(name): text for name, text in found.items()}
+
+
+def cost_of_one_second():
+    """Milliseconds of processor time for 1 s at 51.2 kHz."""
+    samples = np.random.default_rng(0).normal(size=51_200)
+    orders = np.array([0.4, 2.36, 5.4, 3.6])
+    times = []
+    for _ in range(20):
+        clock = process_time()
+        fault_comb(order_contrast(samples, 3000.0, 51_200.0), orders, 0.1, 0.03)
+        times.append(process_time() - clock)
+    return 1e3 * float(np.median(times))
+
+
+def main(arguments=None):
+    options = parse(arguments)
+    options.output.mkdir(parents=True, exist_ok=True)
+    rigs = {name: recordings(name, options.data_home) for name in options.rig}
+    for name, rig in rigs.items():
+        for method in options.method:
+            rows = pd.DataFrame(whole(rig, [method])).drop(columns="method")
+            merge(options.output / "recordings.csv", rows, {"rig": name, "method": method})
+            print(f"{name}: {method}", file=sys.stderr, flush=True)
+        if _OURS in options.method:
+            rows = pd.DataFrame(stretches(rig))
+            merge(options.output / "stretches.csv", rows, {"rig": name})
+    if options.settings:
+        settings_left_out(rigs).to_csv(options.output / "settings.csv", index=False)
+    recorded, seconds, chosen = (
+        pd.read_csv(path) if (path := options.output / f"{part}.csv").exists() else None
+        for part in ("recordings", "stretches", "settings")
+    )
+    if options.null:
+        ours = recorded[(recorded["method"] == _OURS) & (recorded["place"] == "healthy")]
+        location, scale = gumbel_r.fit(ours[list(PLACES)].max(axis=1))
+        print(f"healthy recordings: location {location:.3f}, scale {scale:.3f} nepers")
+    print(f"1 s at 51.2 kHz: {cost_of_one_second():.1f} ms")
+    publish(options, blocks(recorded, seconds, chosen))

@@ -1,0 +1,70 @@
+"""Whole recordings of the rigs, with their bearings and the places of their faults."""
+
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skarxlag.bearings import BEARINGS, BearingGeometry, bearing_orders
+from skarxlag.datasets import fetch_cwru, fetch_hit_sm, fetch_mfpt, fetch_uestc
+from skarxlag.fault_places import place_of_label
+
+#: Function that fetches each rig.
+RIGS = {
+    "HIT-SM SpectraQuest": partial(fetch_hit_sm, rig="spectraquest"),
+    "HIT-SM self-built": partial(fetch_hit_sm, rig="self-built"),
+    "UESTC": fetch_uestc,
+    "CWRU drive end": partial(fetch_cwru, end="drive"),
+    "CWRU fan end": partial(fetch_cwru, end="fan"),
+    "MFPT": fetch_mfpt,
+}
+#: Bearings that the authors do not state. Housings UCP 204 hold inserts UC 204; the orders of the
+#: self-built rig are those of a 6205.
+_NOT_STATED = {"UESTC": "UC204", "HIT-SM self-built": "6205"}
+
+
+class Recording(NamedTuple):
+    """A recording of one condition at one speed; `place` is that of the fault, or "healthy"."""
+
+    rig: str
+    name: str
+    place: str
+    rpm: float
+    rate: float
+    bearing: BearingGeometry
+    samples: Any
+
+    @property
+    def orders(self):
+        """Orders of cage, spin, inner and outer race."""
+        found = bearing_orders(self.bearing)
+        return np.array([found[name] for name in ("cage", "spin", "inner", "outer")])
+
+
+def recordings(name, data_home=None):
+    """All recordings of a rig, in whole seconds.
+
+    Parameters
+    ----------
+    name : str
+        Of `RIGS`.
+    data_home : str or None, default=None
+        Folder of the downloaded rigs.
+
+    Returns
+    -------
+    list of Recording
+    """
+    rate = int(RIGS[name](data_home=data_home, verbose=False).sampling_rate)
+    rig = RIGS[name](window_length=rate, data_home=data_home, verbose=False)
+    found = []
+    for recording in dict.fromkeys(rig.recording):
+        rows = rig.recording == recording
+        condition, rpm = rig.target[rows][0], float(rig.rpm[rows][0])
+        place = place_of_label(str(condition)) or condition
+        samples = np.ascontiguousarray(rig.data[rows].ravel(), dtype=np.float64)
+        bearing = rig.bearing or BEARINGS[_NOT_STATED[name]]
+        found.append(
+            Recording(name, str(recording), place, rpm, float(rig.sampling_rate), bearing, samples)
+        )
+    return found

@@ -1,0 +1,212 @@
+"""Plot of the contrast of a row's envelope spectra, with the combs of the faults."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.pipeline import Pipeline
+
+from .._answers import unfolded_steps
+from ..fault_places import FaultOrderClassifier
+from ..kernels.fault_orders import NEPER_IN_DB, ORDER_STEP, PLACES, RACE_MULTIPLES
+from ._axes import legend_beside, new_axes
+from ._style import NEUTRAL, condition_styles, ink
+
+
+class EnvelopeSpectrumDisplay:
+    """Plot the contrast of envelope spectra over orders, with the combs of the faults.
+
+    The line shows how far the envelope spectra rise above their surroundings. The first three
+    multiples of the order of each place are marked, at the speed and slip that fit the place best.
+    The comb of the place with the largest score is marked by dots, too.
+
+    Parameters
+    ----------
+    orders : ndarray of shape (n_orders,)
+        Orders, in multiples of the shaft speed.
+    contrast : ndarray of shape (n_orders,)
+        Contrast in dB.
+    combs : dict of str to ndarray of shape (n_multiples,)
+        Orders of the marked lines of "ball", "inner" and "outer".
+    scores : dict of str to float
+        Score of each place in dB.
+    factors : dict of str to float
+        True over nominal order of each place.
+    limit : float
+        Largest score of a healthy row in dB.
+    evidence : str
+        Sentence above the plot.
+    rpm : float
+        Nominal speed in revolutions per minute.
+
+    Attributes
+    ----------
+    ax_, figure_ : matplotlib Axes, and Figure
+        The axes and the figure.
+    line_ : matplotlib Line2D
+        The contrast.
+    comb_lines_ : dict of str to matplotlib Line2D
+        First line of each comb.
+    dots_ : matplotlib Line2D
+        Dots on the strongest comb.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from skarxlag import FaultOrderClassifier
+    >>> rng = np.random.default_rng(0)
+    >>> X = rng.normal(size=(1, 20_000))
+    >>> X[0, np.cumsum(rng.normal(246, 2, size=80)).astype(int)] += 10
+    >>> classifier = FaultOrderClassifier(bearing="6205", sampling_rate=20_000).fit(X)
+    >>> display = EnvelopeSpectrumDisplay.from_estimator(classifier, X[0], rpm=900)
+    >>> max(display.scores, key=display.scores.get)
+    'inner'
+    """
+
+    ax_: Any
+    figure_: Any
+    line_: Any
+    comb_lines_: dict[str, Any]
+    dots_: Any
+
+    def __init__(
+        self,
+        orders: NDArray[Any],
+        contrast: NDArray[Any],
+        *,
+        combs: dict[str, Any],
+        scores: dict[str, float],
+        factors: dict[str, float],
+        limit: float,
+        evidence: str,
+        rpm: float,
+    ) -> None:
+        self.orders = orders
+        self.contrast = contrast
+        self.combs = combs
+        self.scores = scores
+        self.factors = factors
+        self.limit = limit
+        self.evidence = evidence
+        self.rpm = rpm
+
+    @classmethod
+    def from_estimator(
+        cls,
+        estimator: FaultOrderClassifier | Pipeline,
+        row: ArrayLike,
+        *,
+        rpm: ArrayLike | None = None,
+        unit: str = "orders",
+        max_order: float = 20.0,
+    ) -> Self:
+        """Compute the combs of one row and plot them.
+
+        Parameters
+        ----------
+        estimator : FaultOrderClassifier or Pipeline
+            Fitted classifier, or a pipeline that ends with one.
+        row : array-like of shape (n_samples,) or (n_channels, n_samples)
+            The row.
+        rpm : float, array-like of shape (n_samples,) or None, default=None
+            Nominal speed; None only if the classifier searches the speed.
+        unit : {"orders", "Hz"}, default="orders"
+            Unit of the horizontal axis.
+        max_order : float, default=20.0
+            Highest order that is shown, in (1, 40].
+
+        Returns
+        -------
+        EnvelopeSpectrumDisplay
+            The display, after drawing.
+
+        Raises
+        ------
+        ValueError
+            If the last step is no FaultOrderClassifier, or a parameter is out of its range.
+        """
+        steps = [step for _, step in unfolded_steps(estimator)]
+        *before, classifier = steps
+        if not isinstance(classifier, FaultOrderClassifier):
+            raise ValueError(
+                f"the last step is a {type(classifier).__name__}, expected FaultOrderClassifier."
+            )
+        if not 1 < max_order <= 40:
+            raise ValueError(f"max_order == {max_order}, expected a number in (1, 40].")
+        X = np.asarray(row)[np.newaxis]
+        for step in before:
+            X = step.transform(X)
+        speed = rpm if rpm is None or np.ndim(rpm) == 0 else np.asarray(rpm)[np.newaxis]
+        found = classifier.match(X, rpm=speed)
+        shown = int(max_order / ORDER_STEP) + 1
+        scores, factors, bearings = found.scores[0], found.factors[0], found.bearings[0]
+        combs = {}
+        for place, name in enumerate(PLACES):
+            order = classifier.orders_[bearings[place]][1 + place] * factors[place]
+            order *= 2 if name == "ball" else 1
+            lines = order * np.arange(1, RACE_MULTIPLES + 1)
+            combs[name] = lines[lines <= max_order]
+        return cls(
+            np.arange(shown) * ORDER_STEP,
+            NEPER_IN_DB * found.contrasts[0][:shown],
+            combs=combs,
+            scores=dict(zip(PLACES, (NEPER_IN_DB * scores).tolist(), strict=True)),
+            factors=dict(zip(PLACES, factors.tolist(), strict=True)),
+            limit=NEPER_IN_DB * float(classifier.limit_ + classifier.reference_.max()),
+            evidence=classifier.evidence(X, rpm=speed)[0],
+            rpm=float(found.rpm[0]),
+        ).plot(unit=unit)
+
+    def plot(self, *, unit: str = "orders") -> Self:
+        """Draw the plot into a new figure.
+
+        Parameters
+        ----------
+        unit : {"orders", "Hz"}, default="orders"
+            Unit of the horizontal axis.
+
+        Returns
+        -------
+        EnvelopeSpectrumDisplay
+            The display, after drawing.
+        """
+        if unit not in ("orders", "Hz"):
+            raise ValueError(f"unit == {unit!r}, expected 'orders' or 'Hz'.")
+        factor = 1.0 if unit == "orders" else self.rpm / 60
+        (self.ax_,) = new_axes(1)
+        self.figure_ = self.ax_.figure
+        (self.line_,) = self.ax_.plot(
+            factor * self.orders, self.contrast, color=ink(), linewidth=0.8, label="contrast"
+        )
+        styles = condition_styles(["healthy", *PLACES])
+        self.comb_lines_ = {}
+        for name, lines in self.combs.items():
+            label = f"{name}: {self.scores[name]:.0f} dB, {100 * (self.factors[name] - 1):+.1f} %"
+            for order in lines:
+                drawn = self.ax_.axvline(
+                    factor * order, color=styles[name]["color"], linestyle=":", zorder=0,
+                    label=label,
+                )  # fmt: skip
+                self.comb_lines_.setdefault(name, drawn)
+        best = max(self.scores, key=lambda name: self.scores[name])
+        (self.dots_,) = self.ax_.plot(
+            factor * self.combs[best],
+            np.interp(self.combs[best], self.orders, self.contrast),
+            "o",
+            color=styles[best]["color"],
+        )
+        limit = self.ax_.axhline(
+            self.limit, color=NEUTRAL, linewidth=1, label=f"limit {self.limit:.0f} dB"
+        )
+        labels = {"orders": "Order of the shaft", "Hz": "Frequency (Hz)"}
+        self.ax_.set(
+            xlabel=labels[unit],
+            ylabel="Contrast (dB)",
+            title=self.evidence,
+            xlim=(0, factor * self.orders[-1]),
+            ylim=(0, None),
+        )
+        legend_beside(self.ax_, [self.line_, *self.comb_lines_.values(), limit])
+        return self

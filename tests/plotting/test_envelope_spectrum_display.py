@@ -1,0 +1,48 @@
+import numpy as np
+import pytest
+
+from skarxlag import FaultOrderClassifier, make_alpio, make_fault_order_classifier
+from skarxlag.plotting import EnvelopeSpectrumDisplay
+
+from ..test_fault_places import RATE, row
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return np.stack([row("healthy"), row("inner", rpm=918)])
+
+
+def test_display_shows_the_combs_that_were_found(rows):
+    classifier = FaultOrderClassifier(bearing="6205", sampling_rate=RATE).fit(rows)
+    display = EnvelopeSpectrumDisplay.from_estimator(classifier, rows[1], rpm=900)
+    found = classifier.match(rows[1:], rpm=900)
+    np.testing.assert_allclose(
+        display.line_.get_ydata(), 4.3429 * found.contrasts[0][:2001], rtol=1e-4
+    )
+    assert display.factors["inner"] == pytest.approx(1.02, abs=0.01)
+    assert display.comb_lines_["inner"].get_xdata()[0] == pytest.approx(5.415 * 1.02, rel=0.01)
+    np.testing.assert_allclose(display.dots_.get_xdata(), display.combs["inner"])
+    assert display.ax_.get_title() == classifier.evidence(rows[1:], rpm=900)[0]
+    assert display.ax_.get_xlabel() == "Order of the shaft"
+    assert display.limit == pytest.approx(9.0, abs=0.05)
+
+
+def test_frequencies_in_hz_and_a_pipeline(rows):
+    pipeline = make_fault_order_classifier(bearing="6205", sampling_rate=RATE).fit(rows)
+    display = EnvelopeSpectrumDisplay.from_estimator(
+        pipeline, rows[1], rpm=900, unit="Hz", max_order=10
+    )
+    assert display.line_.get_xdata()[-1] == pytest.approx(150)
+    assert len(display.combs["inner"]) == 1
+    assert display.comb_lines_["inner"].get_xdata()[0] == pytest.approx(15.3 * 5.415, rel=0.01)
+
+
+def test_bad_arguments_are_named(rows):
+    classifier = FaultOrderClassifier(bearing="6205", sampling_rate=RATE).fit(rows)
+    with pytest.raises(ValueError, match="unit == 'rpm'"):
+        EnvelopeSpectrumDisplay.from_estimator(classifier, rows[0], rpm=900, unit="rpm")
+    with pytest.raises(ValueError, match="max_order == 50"):
+        EnvelopeSpectrumDisplay.from_estimator(classifier, rows[0], rpm=900, max_order=50)
+    other = make_alpio().fit(rows[:, :2000], ["a", "b"])
+    with pytest.raises(ValueError, match="last step is a ThresholdLadder"):
+        EnvelopeSpectrumDisplay.from_estimator(other, rows[0, :2000])
