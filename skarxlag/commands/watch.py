@@ -163,11 +163,11 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _monitor(args, model, sampling_rate):
-    diagnoser, detector, detector_window_length = model.diagnoser, None, None
+    diagnoser, detector = model.diagnoser, None
     if args.detector is not None:
         flagging = load_model(args.detector)
         _check_same_sensor(args, model, flagging)
-        detector, detector_window_length = flagging.diagnoser, flagging.window_length
+        detector = flagging.diagnoser
     if not answers(diagnoser).states_probabilities:
         if detector is not None:
             raise UsageError(f"argument --detector: {args.model} is a detector itself")
@@ -182,11 +182,11 @@ def _monitor(args, model, sampling_rate):
             sampling_rate,
             detector=detector,
             window_length=model.window_length,
-            detector_window_length=detector_window_length,
             hop=args.hop,
             half_life=args.half_life,
             false_alarm_interval=args.false_alarm_interval,
             gap_tolerance=args.gap_tolerance,
+            train_rpm=model.train_rpm or (),
         )
 
 
@@ -201,6 +201,11 @@ def _check_same_sensor(args, model, flagging):
         raise UsageError(
             f"{where} on {flagging.n_channels} channels, expected {model.n_channels} as "
             f"{args.model}"
+        )
+    if flagging.window_length != model.window_length:
+        raise UsageError(
+            f"{where} on windows of {flagging.window_length} samples, expected "
+            f"{model.window_length} as {args.model}"
         )
 
 

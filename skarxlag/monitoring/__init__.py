@@ -1,7 +1,6 @@
 """A fitted diagnoser on a running sensor."""
 
-from .monitor import ConditionMonitor
+from .monitor import ConditionMonitor, MonitorVerdict
 from .saved_state import load_monitor_state, save_monitor_state
-from .verdict import MonitorVerdict
 
 __all__ = ["ConditionMonitor", "MonitorVerdict", "load_monitor_state", "save_monitor_state"]

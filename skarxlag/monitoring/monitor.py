@@ -3,92 +3,131 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import Any, Self
+from numbers import Integral
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
+from sklearn.utils import check_scalar
 
+from .._answers import answers
 from .._validation import check_real
-from ..quality import signal_quality
-from .alarm import CumulativeSumAlarm, healthy_windows, runs_of
-from .evidence import FadingEvidence
-from .memory import VerdictMemory
-from .opinions import WindowOpinions
-from .own_windows import DetectorOnOwnWindows
-from .settings import check_count, checked_memory, checked_windowing
-from .verdict import MonitorVerdict
-from .windowing import WindowStream
+from ..speeds import SPEED_FACTOR
+from ..verdicts import CHANGED, NO_VERDICT, SMALLEST_PROBABILITY, Judge, no_verdict
+from .memory import CumulativeSumAlarm, FadingEvidence, healthy_windows, runs_of
+from .windowing import WindowStream, check_count
 
-#: Windows that are diagnosed together: many blocks bring fewer, and a long one is cut.
+#: Largest number of windows that are diagnosed together.
 _BATCH = 256
 
-#: What a state raises that is none.
-_DAMAGED = (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError)
+
+class MonitorVerdict(NamedTuple):
+    """Verdict of a `ConditionMonitor` when a window is complete.
+
+    Parameters
+    ----------
+    start : int
+        Number of samples before the window.
+    time : float
+        Time in seconds at the end of the window: on the clock of the blocks' times, or since the
+        first sample if there are none.
+    quality : str
+        ``"good"``; why the window carries no signal, see `signal_quality`; or ``"no verdict"``.
+    window_verdict : object
+        Condition of this window alone; ``"no verdict: ..."`` with the reason, such as an
+        implausible speed; None if the window carries no signal or there is no classifier.
+    verdict : object
+        Condition by the evidence of all recent windows; ``"changed"`` if this is the healthy
+        condition, or there is no classifier, while the alarm is on; ``"no verdict: ..."`` as for
+        the window; None if no window within the half-life had a verdict.
+    confidence : float
+        Probability of `verdict`; NaN if it is no condition.
+    exceeds : bool or None
+        Whether this window alone exceeds the healthy limits; None if they do not hold at its speed,
+        or the window carries no signal.
+    alarm : bool or None
+        Whether the alarm is on; None if there are no healthy limits.
+    alarm_level : float
+        Cumulative sum over its limit, from 0 to 1; NaN if there are no healthy limits.
+    """
+
+    start: int
+    time: float
+    quality: str
+    window_verdict: object
+    verdict: object
+    confidence: float
+    exceeds: bool | None
+    alarm: bool | None
+    alarm_level: float
 
 
 class ConditionMonitor:
-    """A fitted diagnoser on a running sensor: samples in, verdicts out.
+    """Diagnoser of a running sensor, from blocks of samples to verdicts.
 
     Blocks of any length are cut into windows across their borders. Each window that carries a
-    signal is diagnosed by itself. Two memories make a verdict and an alarm of them: evidence that
-    fades, and Page's cumulative sum with a stated rate of false alarms. Windows without a signal
-    (NaN, a dead channel, dropouts) and gaps between blocks are counted; the evidence grows older
-    meanwhile, and the cumulative sum waits.
+    signal is diagnosed by itself. Fading evidence turns the probabilities of the windows into a
+    verdict. Page's cumulative sum turns windows that exceed the healthy limits into an alarm with a
+    stated rate of false alarms. Windows without a signal (NaN, a dead channel, dropouts), windows
+    at an implausible speed and gaps between blocks are counted. Meanwhile the evidence grows older,
+    and the cumulative sum stays.
 
-    The same samples in other blocks give the same verdicts, to the last bit. The memory does not
-    grow with time: less than one window of samples is kept, and a few numbers.
+    The same samples in other blocks give the same verdicts, to the last bit. The monitor keeps less
+    than one window of samples and a few numbers, for any time.
+
+    Use :func:`recording_verdicts` instead for a recording that is complete.
 
     Parameters
     ----------
     diagnoser : fitted classifier or None
-        Tells conditions apart and states probabilities, such as what `make_diagnoser` gives. None:
-        there is only a detector.
+        Classifier with probabilities, such as the result of `make_diagnoser`. None: there is only a
+        detector.
     sampling_rate : float
         In Hz.
     detector : fitted Pipeline or None, default=None
-        Tells healthy from faulty windows, such as what `make_detector` gives. None: the detection
-        threshold of the diagnoser, which holds at its training speed only.
+        Detector with the healthy limits, such as the result of `make_detector`, fitted on windows
+        of the same length. None: the detection threshold of the diagnoser, which holds at its
+        training speeds only.
     window_length : int, default=1200
-        Samples in a window: those that the diagnoser was fitted on.
-    detector_window_length : int or None, default=None
-        Samples in a window of the detector, where it was fitted on others than the diagnoser. They
-        neither overlap nor leave gaps. A verdict then tells what those said that ended since the
-        verdict before. None: `window_length`, and the detector sees the windows of the diagnoser.
+        Samples in a window of `fit`.
     hop : int or None, default=None
         Samples from the start of one window to the start of the next. None: `window_length`.
     half_life : float, default=10.0
-        Seconds in which the weight of evidence halves, above 0; infinity forgets nothing.
+        Seconds in which the weight of evidence halves, above 0; infinity for no fading.
     false_alarm_interval : float, default=1000.0
         Mean number of hours of signal between false alarms, above 0.
-    window_false_alarm_rate : float or None, default=None
-        Share in (0, 1) of healthy windows that exceed the detection threshold. None: the
-        `false_alarm_rate` that the last step of the detector was fitted with.
     persistence : float, default=0.5
-        Probability in (0, 1) that a healthy window exceeds the threshold after one that did, for
-        windows that do not overlap. Such windows come in runs, since a machine's load and speed
-        last longer than a window; 0.5 stands for runs of two. `calibrate` measures it.
+        Probability in (0, 1) that a healthy window exceeds the limits after one that did, for
+        windows that do not overlap. Such windows come in runs, because load and speed of a machine
+        last longer than a window; 0.5 means runs of two. `calibrate` measures it.
     faulty_rate : float, default=0.5
-        Share in (0, 1) of windows which exceed the threshold that the alarm shall find soonest.
+        Share in (0, 1) of windows which exceed the limits that the alarm is to detect soonest.
     gap_tolerance : float or None, default=None
-        Seconds by which the stated time of a block may differ from the time that the blocks before
-        it lead to expect. Beyond it there is a gap, and windows start afresh. None: half a window.
+        Seconds by which the stated time of a block may differ from the end of the block before.
+        Beyond it there is a gap, and a new window starts. None: half a window.
+    train_rpm : sequence of float, default=()
+        Training speeds. Empty: those that the models state.
+    speed_factor : float, default=5.0
+        Windows whose stated speed lies farther than this factor, at least 1, outside the training
+        speeds get no verdict.
 
     Attributes
     ----------
     conditions : list
-        Those that the diagnoser knows.
+        Conditions of the diagnoser; empty if there is none.
     counts : dict
-        Samples, windows by their quality, gaps, seconds missing, clock steps back, alarms.
+        Numbers of samples, windows by their quality, gaps, missing seconds, clock steps back and
+        alarms.
 
     Raises
     ------
     ValueError
-        If a parameter is out of its range, the diagnoser states no probabilities, or no alarm can
-        be as rare as is asked for.
+        If a parameter is out of its range, the diagnoser has no probabilities, or no alarm can be
+        as rare as stated.
 
     See Also
     --------
-    window_verdicts : Verdicts on the windows of a recording that is complete.
+    window_verdicts : Verdicts on the windows of a complete recording.
 
     Examples
     --------
@@ -109,8 +148,6 @@ class ConditionMonitor:
     ('worn', True)
     """
 
-    conditions: list[Any]
-
     def __init__(
         self,
         diagnoser: Any,
@@ -118,145 +155,120 @@ class ConditionMonitor:
         *,
         detector: Any = None,
         window_length: int = 1200,
-        detector_window_length: int | None = None,
         hop: int | None = None,
         half_life: float = 10.0,
         false_alarm_interval: float = 1000.0,
-        window_false_alarm_rate: float | None = None,
         persistence: float = 0.5,
         faulty_rate: float = 0.5,
         gap_tolerance: float | None = None,
+        train_rpm: Any = (),
+        speed_factor: float = SPEED_FACTOR,
     ) -> None:
-        self._windowing = checked_windowing(window_length, hop, sampling_rate, gap_tolerance)
-        memory = checked_memory(half_life, false_alarm_interval, persistence, faulty_rate)
-        self._half_life, self._faulty_rate = memory["half_life"], memory["faulty_rate"]
-        hop, window_length = self._windowing["hop"], self._windowing["window_length"]
-        self._own = None
-        if detector_window_length not in (None, window_length):
-            self._own = self._detector_alone(
-                diagnoser,
-                detector,
-                sampling_rate,
-                window_length=detector_window_length,
-                false_alarm_interval=false_alarm_interval,
-                window_false_alarm_rate=window_false_alarm_rate,
-                persistence=persistence,
-                faulty_rate=faulty_rate,
-                gap_tolerance=self._windowing["gap_tolerance"],
-            )
-        self._opinions = WindowOpinions(diagnoser, detector, detects=self._own is None)
-        self.conditions = self._opinions.conditions
+        check_scalar(window_length, "window_length", Integral, min_val=1)
+        hop = window_length if hop is None else check_scalar(hop, "hop", Integral, min_val=1)
+        positive = {"sampling_rate": sampling_rate, "false_alarm_interval": false_alarm_interval}
+        positive |= {} if half_life == np.inf else {"half_life": half_life}
+        for name, value in positive.items():
+            check_real(value, name, min_val=0, include_boundaries="neither")
+        if gap_tolerance is None:
+            gap_tolerance = 0.5 * window_length / sampling_rate
+        check_real(gap_tolerance, "gap_tolerance", min_val=0)
+        _check_shares(persistence=persistence, faulty_rate=faulty_rate)
+        self._judge = Judge(
+            diagnoser, detector=detector, train_rpm=train_rpm, speed_factor=speed_factor
+        )
+        can = answers(detector if diagnoser is None else diagnoser)
+        self._names = can.conditions is not None
+        self._n_channels, self._frames_first = can.n_channels, None
+        self.conditions = self._judge.conditions if self._names else []
+        self._windowing = {
+            "window_length": int(window_length),
+            "hop": int(hop),
+            "sampling_rate": float(sampling_rate),
+            "gap_tolerance": float(gap_tolerance),
+        }
+        self._half_life, self._faulty_rate = float(half_life), float(faulty_rate)
         self._run_length = false_alarm_interval * 3600 * sampling_rate / hop
-        if window_false_alarm_rate is None:
-            window_false_alarm_rate = self._opinions.false_alarm_rate
-        if self._opinions.detects:
-            check_real(
-                window_false_alarm_rate,
-                "window_false_alarm_rate",
-                min_val=0,
-                max_val=1,
-                include_boundaries="neither",
-            )
         self._healthy = {
-            "rate": window_false_alarm_rate,
+            "rate": self._judge.alarm_rate,
             # Windows that share samples exceed together.
             "persistence": max(float(persistence), 1 - hop / window_length),
         }
-        self._seen, self._n_channels = Counter(), None
+        self._seen = Counter()
         self._start_afresh()
-
-    def _detector_alone(self, diagnoser, detector, sampling_rate, **settings):
-        if diagnoser is None or detector is None:
-            raise ValueError(
-                f"detector_window_length={settings['window_length']!r}, expected None without both "
-                "a diagnoser and a detector"
-            )
-        monitor = ConditionMonitor(None, sampling_rate, detector=detector, **settings)
-        return DetectorOnOwnWindows(monitor, settings["window_length"])
 
     def _start_afresh(self):
         self._stream = WindowStream(**self._windowing)
-        alarm = None
-        if self._opinions.detects:
-            alarm = CumulativeSumAlarm(
+        self._evidence = FadingEvidence(len(self.conditions), self._half_life)
+        self._alarm = None
+        if self._judge.detects:
+            self._alarm = CumulativeSumAlarm(
                 self._run_length, faulty_rate=self._faulty_rate, **self._healthy
             )
-        evidence = FadingEvidence(len(self.conditions), self._half_life)
-        self._memory = VerdictMemory(self.conditions, evidence, alarm)
-        self._last_start, self._speeds = None, []
-        if self._own is not None:
-            self._own.start_afresh()
+        self._qualities, self._last_start, self._speeds = Counter(), None, []
 
     @property
     def counts(self) -> dict[str, Any]:
-        """What came so far: see the class."""
-        alarm = self._memory.alarm
-        n_raised = 0 if alarm is None else alarm.n_raised
+        """Return what was counted so far: see the class."""
         return {
             "samples": self._stream.n_samples,
-            "windows": dict(self._memory.qualities),
+            "windows": dict(self._qualities),
             "gaps": self._stream.n_gaps,
             "missing_seconds": self._stream.missing_seconds,
             "clock_steps_back": self._stream.n_steps_back,
-            "alarms": n_raised if self._own is None else self._own.monitor.counts["alarms"],
+            "alarms": 0 if self._alarm is None else self._alarm.n_raised,
         }
 
     def update(
         self, samples: ArrayLike, *, time: float | None = None, rpm: float | None = None
     ) -> list[MonitorVerdict]:
-        """Take the next block, and give a verdict for each window that is complete now.
+        """Add the next block, and return a verdict for each window that is complete now.
 
         Parameters
         ----------
         samples : array-like of shape (n_samples,) or (n_channels, n_samples)
-            Real samples in the unit that the diagnoser was fitted on, any number of them; of
-            several channels the output is the first. NaN stands for samples that are missing.
+            Any number of real samples in the unit of `fit`. Of several channels, the first is the
+            output. The shape (n_samples, n_channels) is accepted, too, if it cannot be mistaken for
+            the other one. NaN is a missing sample.
         time : float or None, default=None
-            When the first of them was taken, in seconds on any clock. None: right after the block
+            Time of the first sample, in seconds on any clock. None: the block follows the block
             before.
         rpm : float or None, default=None
-            Nominal shaft speed from here on, for a diagnoser that uses it.
+            Shaft speed from here on. None: as before.
 
         Returns
         -------
         list of MonitorVerdict
-            In the order of time; empty where no window became complete.
+            In the order of time; empty if no window became complete.
 
         Raises
         ------
         ValueError
-            If the samples are not real numbers, or of another number of channels than before.
+            If the samples are not real numbers, or have another number of channels than the model.
         """
         signal = self._check_samples(samples)
         if time is not None:
             check_real(time, "time")
         if rpm is not None:
-            check_real(rpm, "rpm", min_val=0, include_boundaries="neither")
-            self._speeds.append((self._stream.n_samples, float(rpm)))
-        if self._own is not None:
-            self._own.update(samples, time, rpm)
+            self._speeds.append((self._stream.n_samples, _number(rpm)))
         verdicts = []
         for start, windows, gap in self._stream.push(signal, time):
             for first in range(0, len(windows), _BATCH):
                 batch = np.ascontiguousarray(windows[first : first + _BATCH])
                 begin = start + first * self._stream.hop
-                verdicts += self._judge(batch, begin, gap if first == 0 else 0.0)
-        if self._own is not None:
-            length = self._stream.window_length
-            verdicts = [self._own.told_by(each.start + length, each) for each in verdicts]
+                verdicts += self._judged(batch, begin, gap if first == 0 else 0.0)
         return verdicts
 
     def calibrate(self, samples: ArrayLike, *, rpm: float | None = None) -> Self:
-        """Learn from healthy samples how often, and in what runs, healthy windows exceed.
+        """Measure how often, and in what runs, healthy windows exceed the limits.
 
-        Both numbers are means of a Beta(1, 1) posterior, so few windows claim little. Recordings
-        that are given one after another add up. What was received so far is dropped: the monitor
-        starts afresh.
+        Both numbers are means of a Beta(1, 1) posterior: with few windows, the estimates stay near
+        1/2. Several recordings add up. The monitor starts again without samples.
 
         Parameters
         ----------
         samples : array-like of shape (n_samples,) or (n_channels, n_samples)
-            One recording of the healthy machine, which the detector was not fitted on.
+            A recording of the healthy machine that was not used to fit the detector.
         rpm : float or None, default=None
             As in `update`.
 
@@ -268,14 +280,10 @@ class ConditionMonitor:
         Raises
         ------
         ValueError
-            If nothing detects, or healthy windows exceed so often that no alarm can be as rare as
-            is asked for.
+            If there are no healthy limits, or healthy windows exceed them so often that no alarm
+            can be as rare as stated.
         """
-        if self._own is not None:
-            self._own.monitor.calibrate(samples, rpm=rpm)
-            self._start_afresh()
-            return self
-        if not self._opinions.detects:
+        if not self._judge.detects:
             raise ValueError("calibrate: the monitor has no detector, so there is no alarm")
         self._start_afresh()
         exceeds = [v.exceeds for v in self.update(samples, rpm=rpm) if v.exceeds is not None]
@@ -291,94 +299,130 @@ class ConditionMonitor:
         return self
 
     def _check_samples(self, samples):
-        signal = np.asarray(samples)
-        if signal.dtype.kind not in "iuf" or signal.ndim not in (1, 2) or signal.shape[:-1] == (0,):
+        """Samples of shape (n_channels, n_samples)."""
+        signal, n = np.asarray(samples), self._n_channels
+        if signal.dtype.kind not in "iuf" or signal.ndim not in (1, 2):
             raise ValueError(
                 f"samples of type {signal.dtype} and shape {signal.shape}, expected real numbers "
-                "of shape (n_samples,) or (n_channels, n_samples)"
+                f"of shape (n_samples,) or ({n}, n_samples)"
             )
-        n_channels = 1 if signal.ndim == 1 else len(signal)
-        if self._n_channels not in (None, n_channels):
+        is_empty_or_plain = signal.ndim == 1 and (n == 1 or signal.size == 0)
+        if not is_empty_or_plain and (signal.ndim == 1 or n not in signal.shape):
             raise ValueError(
-                f"samples of {n_channels} channels, expected {self._n_channels} as in the blocks "
-                "before"
+                f"samples of shape {signal.shape}, expected {n} channels as in fit: "
+                f"({n}, n_samples)"
             )
-        self._n_channels = n_channels
-        return np.atleast_2d(signal).astype(np.float64, copy=False)
+        if signal.ndim == 2 and signal.shape != (n, n):
+            frames_first = signal.shape[0] != n
+            if self._frames_first not in (None, frames_first):
+                raise ValueError(
+                    f"samples of shape {signal.shape}, expected channels along axis "
+                    f"{int(self._frames_first)} as in the blocks before"
+                )
+            self._frames_first = frames_first
+        if signal.ndim == 2 and self._frames_first:
+            signal = signal.T
+        return signal.reshape(n, -1).astype(np.float64, copy=False)
 
-    def _judge(self, windows, start, gap):
-        rpm = self._speeds_at(start, len(windows))
-        windows = windows[:, 0] if self._n_channels == 1 else windows
-        quality = signal_quality(windows)
-        good = np.flatnonzero(quality == "good")
-        found = self._opinions.of(windows[good], None if rpm is None else rpm[good])
+    def _judged(self, windows, start, gap):
+        found = self._judge.opinions(
+            windows[:, 0] if self._n_channels == 1 else windows, self._speeds_at(start, windows)
+        )
         verdicts = []
-        place = np.cumsum(quality == "good") - 1
-        for i, kind in enumerate(quality.tolist()):
+        for i, quality in enumerate(found.quality.tolist()):
             begin = start + i * self._stream.hop
             passed = 0 if self._last_start is None else begin - self._last_start
             self._last_start = begin
-            log_probability, exceeds = found.window(place[i] if kind == "good" else None)
-            verdicts.append(
-                self._memory.judge(
-                    begin,
-                    self._stream.time_of(begin + self._stream.window_length),
-                    passed / self._stream.sampling_rate + (gap if i == 0 else 0.0),
-                    kind,
-                    log_probability,
-                    exceeds,
-                )
-            )
+            self._evidence.pass_time(passed / self._stream.sampling_rate + (gap if i == 0 else 0.0))
+            end = self._stream.time_of(begin + self._stream.window_length)
+            is_refused = quality == "good" and found.refusal[i] != ""
+            quality = NO_VERDICT if is_refused else quality
+            self._qualities[quality] += 1
+            exceeds = None if np.isnan(found.exceeds[i]) else bool(found.exceeds[i])
+            if exceeds is not None and self._alarm is not None:
+                self._alarm.add(exceeds)
+            alarm, level = None, np.nan
+            if self._alarm is not None:
+                alarm, level = self._alarm.active, self._alarm.sum / self._alarm.limit
+            said = self._conditions(found, i, quality, alarm)
+            verdicts.append(MonitorVerdict(begin, end, quality, *said, exceeds, alarm, level))
         return verdicts
 
-    def _speeds_at(self, start, n_windows):
-        """Speed at the start of each window, and None where none was ever given."""
-        starts = start + self._stream.hop * np.arange(n_windows)
+    def _conditions(self, found, i, quality, alarm):
+        """Verdict of the window, verdict of all windows, and its probability."""
+        if quality == NO_VERDICT:
+            return (no_verdict(found.refusal[i]),) * 2 + (np.nan,)
+        if not self._names:
+            if quality == "good":
+                self._evidence.add(np.zeros(0))
+            is_known = self._evidence.age <= self._half_life
+            return None, (CHANGED if alarm else self._judge.healthy) if is_known else None, np.nan
+        window_verdict = None
+        if quality == "good":
+            logs = np.log(np.maximum(found.probability[i], SMALLEST_PROBABILITY))
+            self._evidence.add(logs)
+            window_verdict = self.conditions[int(logs.argmax())]
+        probability = self._evidence.probabilities()
+        if probability is None:
+            return window_verdict, None, np.nan
+        best = int(probability.argmax())
+        if alarm and self.conditions[best] == self._judge.healthy:
+            return window_verdict, CHANGED, np.nan
+        return window_verdict, self.conditions[best], float(probability[best])
+
+    def _speeds_at(self, start, windows):
+        """Speed at the start of each window, or None if none was stated so far."""
+        starts = start + self._stream.hop * np.arange(len(windows))
         changes = np.array([sample for sample, _ in self._speeds])
         current = np.searchsorted(changes, starts, "right") - 1
-        if not self._speeds or current[0] < 0:
+        if not self._speeds:
             return None
+        # A window that began before the first stated speed takes that one.
+        current = np.maximum(current, 0)
         speeds = np.array([rpm for _, rpm in self._speeds])[current]
         del self._speeds[: current[-1]]
         return speeds
 
     def state(self) -> dict[str, Any]:
-        """All that the next verdicts depend on, for `restore` after a restart.
+        """Return the state that `restore` continues from after a restart.
 
         Returns
         -------
         dict
-            Plain numbers, texts, lists and dicts, and one array: the samples of the window that is
-            not complete yet. `save_monitor_state` writes it into a file.
+            Plain numbers, texts, lists and dicts, and one array: the samples of the incomplete
+            window. `save_monitor_state` writes it to a file.
         """
         return {
             "settings": self._settings(),
             "healthy": dict(self._healthy),
             "seen": dict(self._seen),
-            "n_channels": self._n_channels,
+            "frames_first": self._frames_first,
             "last_start": self._last_start,
             "speeds": [list(change) for change in self._speeds],
             "stream": self._stream.state(),
-            "memory": self._memory.state(),
-            "own": None if self._own is None else self._own.state(),
+            "qualities": dict(self._qualities),
+            "evidence": self._evidence.state(),
+            "alarm": None if self._alarm is None else self._alarm.state(),
         }
 
     def _settings(self):
         return self._windowing | {
             "conditions": [str(name) for name in self.conditions],
+            "n_channels": self._n_channels,
             "half_life": self._half_life,
             "run_length": self._run_length,
             "faulty_rate": self._faulty_rate,
-            "detector_window_length": None if self._own is None else self._own.length,
+            "train_rpm": [float(speed) for speed in self._judge.train_rpm],
+            "alarm_rate": self._judge.alarm_rate,
         }
 
     def restore(self, state: dict[str, Any]) -> Self:
-        """Go on where another monitor with the same settings was.
+        """Continue from the state of a monitor with the same settings.
 
         Parameters
         ----------
         state : dict
-            What `state` gave.
+            Result of `state`.
 
         Returns
         -------
@@ -388,46 +432,60 @@ class ConditionMonitor:
         Raises
         ------
         ValueError
-            If the state is of other settings or conditions, or is damaged; the monitor is then as
-            after its construction.
+            If the state has other settings, conditions, channels or training speeds, or is damaged.
+            The monitor is then as after its construction.
         """
         settings = state.get("settings") if isinstance(state, dict) else None
         if not isinstance(settings, dict):
-            raise ValueError(f"state is a {type(state).__name__}, expected what `state` gave")
+            raise ValueError(f"state is a {type(state).__name__}, expected the result of `state`")
         for name, value in self._settings().items():
             if settings.get(name) != value:
                 raise ValueError(f"state: {name} is {settings.get(name)!r}, expected {value!r}")
-        before = self._healthy, self._seen, self._n_channels
+        before = self._healthy, self._seen
         try:
             self._take_over(state)
-        except _DAMAGED as error:
-            self._healthy, self._seen, self._n_channels = before
+        # Errors of damaged states are as varied as the damage.
+        except Exception as error:
+            (self._healthy, self._seen), self._frames_first = before, None
             self._start_afresh()
             raise ValueError(f"state is damaged: {error}") from error
         return self
 
     def _take_over(self, state):
-        """Set all that `state` gives; whatever is wrong with it is an error."""
-        if self._opinions.detects:
-            for name in self._healthy:
-                value = state["healthy"][name]
-                check_real(value, name, min_val=0, max_val=1, include_boundaries="neither")
-        self._healthy = {name: state["healthy"][name] for name in self._healthy}
+        """Take all values of `state`, or raise an error."""
+        healthy = {name: state["healthy"][name] for name in self._healthy}
+        if self._judge.detects:
+            _check_shares(**healthy)
+        self._healthy = healthy
         self._seen = Counter({str(name): check_count(n) for name, n in state["seen"].items()})
         self._start_afresh()
         self._stream.restore(state["stream"])
-        self._memory.restore(state["memory"])
-        if self._own is not None:
-            self._own.restore(state["own"])
-        n_channels, last_start = state["n_channels"], state["last_start"]
-        self._n_channels = None if n_channels is None else check_count(n_channels, least=1)
+        self._evidence.restore(state["evidence"])
+        if self._alarm is not None:
+            self._alarm.restore(state["alarm"])
+        qualities = {str(name): check_count(n) for name, n in state["qualities"].items()}
+        self._qualities = Counter(qualities)
+        last_start, rest = state["last_start"], state["stream"]["rest"]
         self._last_start = None if last_start is None else check_count(last_start)
-        rest = state["stream"]["rest"]
         if rest is not None and len(rest) != self._n_channels:
             raise ValueError(f"state: {len(rest)} channels wait, expected {self._n_channels}")
-        speeds = [(check_count(sample), rpm) for sample, rpm in state["speeds"]]
-        for _, rpm in speeds:
-            check_real(rpm, "rpm", min_val=0, include_boundaries="neither")
+        if state["frames_first"] not in (None, True, False):
+            raise ValueError(f"state: frames_first is {state['frames_first']!r}")
+        self._frames_first = state["frames_first"]
+        speeds = [(check_count(sample), _number(rpm)) for sample, rpm in state["speeds"]]
         if speeds != sorted(speeds, key=lambda change: change[0]):
             raise ValueError("state: changes of speed are not in the order of time")
         self._speeds = speeds
+
+
+def _check_shares(**shares):
+    for name, value in shares.items():
+        check_real(value, name, min_val=0, max_val=1, include_boundaries="neither")
+
+
+def _number(rpm):
+    """A stated speed, also one that is not plausible."""
+    try:
+        return float(rpm)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"rpm == {rpm!r}, expected a number") from error

@@ -1,30 +1,31 @@
 """The state of a monitor in a file."""
 
+from __future__ import annotations
+
 import io
 import json
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
+from .._archive import read_members, write_members
 from .._files import write_atomically
 
 if TYPE_CHECKING:
     from .monitor import ConditionMonitor
 
-
-_FORMAT = "skarxlag monitor 1"
+_FORMAT = "skarxlag monitor 2"
 
 
 def save_monitor_state(
-    monitor: "ConditionMonitor", path: str | os.PathLike[str], /, **facts: Any
+    monitor: ConditionMonitor, path: str | os.PathLike[str], /, **facts: Any
 ) -> None:
     """Write the state of a monitor and facts about it, all or nothing.
 
-    The file is an ``.npz`` archive of one text (JSON) and one or two arrays of samples. The
-    diagnoser is not in it.
+    The file is an uncompressed zip archive of a JSON text and an array of samples. It does not
+    contain the models.
 
     Parameters
     ----------
@@ -33,8 +34,8 @@ def save_monitor_state(
     path : str or path-like
         The file; an existing one is replaced.
     **facts : str, int, float, None, or list of these
-        What `load_monitor_state` shall return beside the state, such as the place in a file that is
-        being read.
+        Facts that `load_monitor_state` returns with the state, such as the source, its channel and
+        the offset in it. Compare them before the monitor continues with a source.
 
     Raises
     ------
@@ -61,17 +62,17 @@ def save_monitor_state(
     (700, 'B 12')
     """
     state = monitor.state()
-    rests = {"rest": _without_rest(state)}
-    if state["own"] is not None:
-        rests["own_rest"] = _without_rest(state["own"])
+    rest = state["stream"]["rest"]
+    state["stream"] = state["stream"] | {"rest": rest is not None}
+    array = io.BytesIO()
+    np.lib.format.write_array(array, np.empty((0, 0)) if rest is None else rest)
     text = json.dumps({"format": _FORMAT, "facts": facts} | state)
-    archive = io.BytesIO()
-    np.savez(archive, state=np.array(text), **rests)
-    write_atomically(path, archive.getvalue())
+    members = {"state.json": text.encode(), "rest.npy": array.getvalue()}
+    write_atomically(path, write_members(members, b""))
 
 
 def load_monitor_state(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Read what `save_monitor_state` wrote.
+    """Read a file that `save_monitor_state` wrote.
 
     Parameters
     ----------
@@ -90,40 +91,21 @@ def load_monitor_state(path: str | os.PathLike[str]) -> tuple[dict[str, Any], di
     FileNotFoundError
         If there is no such file.
     ValueError
-        If the file holds no such state. No code comes from it.
+        If the file is not a state of a monitor. No code comes from it.
     """
     path = Path(path)
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
     try:
-        with ZipFile(path) as archive:
-            # What `save_monitor_state` writes is not compressed.
-            if sum(member.file_size for member in archive.infolist()) > path.stat().st_size:
-                raise ValueError("it is compressed")
-        with np.load(path, allow_pickle=False) as archive:
-            state = json.loads(str(archive["state"]))
-            if state.pop("format") != _FORMAT:
-                raise ValueError(f"expected the format {_FORMAT!r}")
-            facts = dict(state.pop("facts"))
-            for own, name in ((state, "rest"), (state.get("own"), "own_rest")):
-                if own is not None:
-                    own["stream"]["rest"] = archive[name] if own["stream"]["rest"] else None
-    except (
-        ValueError,
-        KeyError,
-        TypeError,
-        AttributeError,
-        EOFError,
-        OSError,
-        NotImplementedError,
-        BadZipFile,
-    ) as error:
+        members, _ = read_members(path.read_bytes())
+        state = json.loads(members["state.json"])
+        if state.pop("format") != _FORMAT:
+            raise ValueError(f"expected the format {_FORMAT!r}")
+        facts = dict(state.pop("facts"))
+        rest = np.lib.format.read_array(io.BytesIO(members["rest.npy"]), allow_pickle=False)
+        state["stream"]["rest"] = rest if state["stream"]["rest"] else None
+    # What parsers raise on damaged input is as varied as the damage: also MemoryError and
+    # RecursionError.
+    except Exception as error:
         raise ValueError(f"{path}: no state of a monitor ({error})") from error
     return state, facts
-
-
-def _without_rest(state):
-    """The samples that wait, which the state then only says that there are."""
-    rest = state["stream"]["rest"]
-    state["stream"] = state["stream"] | {"rest": rest is not None}
-    return np.empty((0, 0)) if rest is None else rest

@@ -1,4 +1,4 @@
-"""Windows of a signal that arrives block after block, over gaps too."""
+"""Windows of a signal that arrives in blocks, with gaps."""
 
 import math
 from collections.abc import Iterator
@@ -7,11 +7,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .settings import check_count
+
+def check_count(value: object, least: int = 0) -> int:
+    """Return an integer of a saved state.
+
+    Raises
+    ------
+    ValueError
+        If it is no integer, is smaller than `least`, or larger than any number of samples.
+
+    Examples
+    --------
+    >>> check_count(7)
+    7
+    """
+    if type(value) is not int or not least <= value < 2**62:
+        raise ValueError(f"state: {value!r}, expected an integer of at least {least}")
+    return value
 
 
 class WindowStream:
-    """Cuts blocks of any lengths into windows, as if they came as one recording.
+    """Cutter of blocks of any lengths into windows, as if they were one recording.
 
     Parameters
     ----------
@@ -20,23 +36,18 @@ class WindowStream:
     sampling_rate : float
         In Hz.
     gap_tolerance : float
-        Seconds by which the time of a block may differ from what the blocks before it lead to
-        expect. Beyond it there is a gap, and windows start afresh.
+        Seconds by which the time of a block may differ from the end of the block before. Beyond
+        it there is a gap, and a new window starts.
 
     Attributes
     ----------
     n_samples : int
-        Samples that came, in all.
+        Number of samples so far.
     n_gaps, n_steps_back : int
-        Blocks that came later, and earlier, than expected.
+        Number of blocks that began later, and earlier, than expected.
     missing_seconds : float
         Sum over the gaps.
     """
-
-    n_samples: int
-    n_gaps: int
-    n_steps_back: int
-    missing_seconds: float
 
     def __init__(
         self, window_length: int, hop: int, sampling_rate: float, gap_tolerance: float
@@ -55,23 +66,23 @@ class WindowStream:
     def push(
         self, samples: NDArray[Any], time: float | None
     ) -> Iterator[tuple[int, NDArray[Any], float]]:
-        """Take a block, and yield the windows that are whole now.
+        """Add a block, and yield the windows that are complete now.
 
         Parameters
         ----------
         samples : ndarray of float64 of shape (n_channels, n_samples)
             The block.
         time : float or None
-            When its first sample was taken, in seconds; None where the block follows the last one.
+            Time of its first sample in seconds; None if it follows the block before.
 
         Yields
         ------
         start : int
-            Number of samples that came before the first of the windows.
+            Number of samples before the first of the windows.
         windows : ndarray of shape (n_windows, n_channels, window_length)
             A view of the samples.
         gap : float
-            Seconds that are missing before the first of them, on top of the hop.
+            Missing seconds before the first of them, in addition to the hop.
         """
         if time is not None:
             self._note_time(time)
@@ -85,7 +96,7 @@ class WindowStream:
             start, gap, self._gap_ahead = self._next_start, self._gap_ahead, 0.0
             self._next_start += n_windows * self.hop
             yield start, views[:, skipped :: self.hop].transpose(1, 0, 2), gap
-        # A copy, or a few samples would keep the whole block in memory.
+        # A view would keep the whole block in memory.
         self._rest = signal[:, min(max(self._next_start - first, 0), signal.shape[1]) :].copy()
 
     def _note_time(self, time):
@@ -105,12 +116,12 @@ class WindowStream:
         self._rest, self._next_start = None, self.n_samples
 
     def time_of(self, sample: float) -> float:
-        """Seconds at which a sample was taken, or is to be taken."""
+        """Return the time of a sample in seconds."""
         known, time = self._reference
         return time + (sample - known) / self.sampling_rate
 
     def state(self) -> dict[str, Any]:
-        """Everything that the next windows depend on, in plain values and one array."""
+        """Return the state in plain values and one array."""
         names = ("n_samples", "n_gaps", "n_steps_back", "missing_seconds")
         return {name: getattr(self, name) for name in names} | {
             "next_start": self._next_start,
@@ -120,12 +131,12 @@ class WindowStream:
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Go on where `state` was taken.
+        """Continue from a state.
 
         Raises
         ------
         ValueError
-            If the state cannot be that of a stream of such windows.
+            If the state is not one of a stream of such windows.
         """
         rest = state["rest"]
         for name in ("n_samples", "n_gaps", "n_steps_back", "next_start"):

@@ -396,25 +396,24 @@ def test_a_detector_alone_and_one_of_other_windows(run, models, fitted, piped, t
     code, _, err = run("watch", models[1], "-", "--detector", models[1])
     assert code == 2 and "is a detector itself" in err
     other = tmp_path / "other.skops"
-    detector = make_detector().fit(make_windows(sound("good", 30_000, 2), 300))
-    save_diagnoser(detector, other, window_length=300)
+    detector = fitted[1]
     signal = np.concatenate([sound("good", 1000, 3), sound("worn", 1000, 4)])
     piped(lines_of(signal))
-    code, out, _ = run("watch", models[0], "-", "--detector", other)
-    both = ConditionMonitor(
-        fitted[0], RATE, detector=detector, window_length=WINDOW, detector_window_length=300
-    )
+    code, out, _ = run("watch", models[0], "-", "--detector", models[1])
+    both = ConditionMonitor(fitted[0], RATE, detector=detector, window_length=WINDOW)
     assert code == 0
     assert [v["alarm_level"] for v in verdicts_of(out)] == [
         v.alarm_level for v in both.update(signal)
     ]
-    windows = make_windows(sound("good", 30_000, 2), 300)
+    of_300 = make_detector().fit(make_windows(sound("good", 30_000, 2), 300))
+    windows = make_windows(sound("good", 20_000, 2), WINDOW)
     of_two = make_detector().fit(np.stack([windows, windows[::-1]], axis=1))
     for each, facts, message in (
         (detector, {"sampling_rate": 900.0}, "was fitted at 900 Hz, expected 1000 as"),
         (of_two, {}, "was fitted on 2 channels, expected 1 as"),
+        (of_300, {}, "was fitted on windows of 300 samples, expected 200 as"),
     ):
-        save_diagnoser(each, other, window_length=300, **facts)
+        save_diagnoser(each, other, **facts)
         code, _, err = run("watch", models[0], "-", "--detector", other)
         assert code == 2 and message in err
 
