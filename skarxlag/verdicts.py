@@ -153,6 +153,8 @@ class Judge:
     speed_factor : float, default=5.0
         Rows whose stated speed lies farther than this factor, at least 1, outside the training
         speeds get no verdict.
+    same_speed : bool, default=False
+        Whether windows without a stated speed are taken to be of a training speed.
 
     Attributes
     ----------
@@ -182,6 +184,7 @@ class Judge:
         detector: Any = None,
         train_rpm: Sequence[float] = (),
         speed_factor: float = SPEED_FACTOR,
+        same_speed: bool = False,
     ) -> None:
         if diagnoser is None and detector is None:
             raise ValueError("diagnoser and detector are None, expected at least one of them")
@@ -204,7 +207,7 @@ class Judge:
         for can in self._can.values():
             self.train_rpm = self.train_rpm or list(can.speeds)
         check_real(speed_factor, "speed_factor", min_val=1)
-        self.speed_factor = speed_factor
+        self.speed_factor, self.same_speed = speed_factor, same_speed
 
     def _ordered(self, chosen):
         """Conditions in the order asked for, and the healthy one."""
@@ -300,9 +303,10 @@ class Judge:
         can, listed = self._can.get("detector"), ", ".join(f"{v:g}" for v in self.train_rpm)
         reason = f"healthy limits hold at {listed} rpm"
         if rpm is None:
-            is_free = not self.train_rpm or (can is not None and not can.needs_rpm)
-            stated = f"the speed is not stated, and {reason} only"
-            return np.full(n, HOLD if is_free else stated, dtype=object)
+            holds = self.same_speed if can is None else not can.needs_rpm
+            stated = "the speed is not stated"
+            stated += f", and {reason} only" if self.train_rpm else ""
+            return np.full(n, HOLD if holds else stated, dtype=object)
         if can is not None and (can.takes_rpm or not self.train_rpm):
             # These limits widen with the distance in speed.
             return np.full(n, HOLD, dtype=object)
@@ -625,7 +629,9 @@ def recording_verdicts(
     >>> white, coloured = rng.normal(size=(20, 400)), rng.normal(size=(20, 400)).cumsum(axis=1)
     >>> X, y = np.concatenate([white, coloured]), np.repeat(["good", "worn"], 20)
     >>> run = np.repeat(["run 1", "run 2"], 20)
-    >>> recording_verdicts(make_diagnoser(healthy="good").fit(X, y), X, run)[["verdict", "alarm"]]
+    >>> diagnoser = make_diagnoser(healthy="good").fit(X, y)
+    >>> found = recording_verdicts(diagnoser, X, run, rpm=900, train_rpm=[900])
+    >>> found[["verdict", "alarm"]]
           verdict alarm
     run 1    good    no
     run 2    worn   yes

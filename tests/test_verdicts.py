@@ -119,7 +119,7 @@ def test_p_values_are_those_of_the_detector(detector, healthy):
 @pytest.mark.parametrize(
     ("arguments", "alarm", "limits"),
     [
-        ({}, "no", "hold"),
+        ({}, "-", "the speed is not stated"),
         ({"rpm": 900.0, "train_rpm": [900.0]}, "no", "hold"),
         ({"rpm": 1200.0, "train_rpm": [900.0]}, "-", "healthy limits hold at 900 rpm only"),
         (

@@ -87,7 +87,7 @@ class ConditionMonitor:
     detector : fitted Pipeline or None, default=None
         Detector with the healthy limits, such as the result of `make_detector`, fitted on windows
         of the same length. None: the detection threshold of the diagnoser, which holds at its
-        training speeds only.
+        training speeds only. Without a stated speed, the machine is taken to run at one of these.
     window_length : int, default=1200
         Samples in a window of `fit`.
     hop : int or None, default=None
@@ -175,7 +175,11 @@ class ConditionMonitor:
         check_real(gap_tolerance, "gap_tolerance", min_val=0)
         _check_shares(persistence=persistence, faulty_rate=faulty_rate)
         self._judge = Judge(
-            diagnoser, detector=detector, train_rpm=train_rpm, speed_factor=speed_factor
+            diagnoser,
+            detector=detector,
+            train_rpm=train_rpm,
+            speed_factor=speed_factor,
+            same_speed=True,
         )
         can = answers(detector if diagnoser is None else diagnoser)
         self._names = can.conditions is not None
