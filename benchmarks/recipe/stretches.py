@@ -26,7 +26,7 @@ from benchmarks.cross_speed.protocol import first_and_second_half
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.recipe.random_rigs import VIBRATION, random_rig
 from skarxlag import make_stretch_diagnoser
-from skarxlag.commands.stretches import join_windows
+from skarxlag.commands.training import join_windows
 from skarxlag.kernels import order_spectra
 from skarxlag.orders import OrderResidual
 

@@ -3,9 +3,10 @@
 import argparse
 import os
 import sys
+import warnings
 from contextlib import suppress
 from importlib import import_module
-from io import UnsupportedOperation
+from io import TextIOWrapper, UnsupportedOperation
 
 from .._version import __version__
 from .errors import CommandError, UsageError
@@ -45,11 +46,14 @@ def main(argv: list[str] | None = None) -> int:
     argv = sys.argv[1:] if argv is None else argv
     for stream in (sys.stdout, sys.stderr):
         # The name of a file may hold bytes, and that of a condition letters, that a terminal lacks.
-        if hasattr(stream, "reconfigure"):
+        if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     args = _parser(argv).parse_args(argv)
     try:
-        status = args.run(args)
+        with warnings.catch_warnings():
+            # A person at a shell reads messages of the command, not warnings of Python.
+            warnings.simplefilter("ignore")
+            status = args.run(args)
         sys.stdout.flush()
         return status
     except UsageError as error:

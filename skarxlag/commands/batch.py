@@ -60,16 +60,15 @@ def diagnose_all(
 
 
 def _more(diagnosis):
-    """What is said of a recording to those who want to know more."""
-    said, rate = diagnosis.verdict, diagnosis.sampling_rate
-    if not said:
+    """Details of a recording for --verbose."""
+    verdict, rate = diagnosis.verdict, diagnosis.sampling_rate
+    if diagnosis.error is not None:
         return ""
-    parts = [f"{said['windows']} windows"]
-    parts += [f"{said['no signal']} without a signal"] if said["no signal"] else []
-    if not math.isnan(said["confidence"]):
-        parts.append(f"confidence {said['confidence']:.0%}")
-    if not math.isnan(said["alarms"]):
-        parts.append(f"alarms {said['alarms']:.0%}")
+    parts = [f"{verdict['windows']} windows"]
+    parts += [f"{verdict['no signal']} without a signal"] if verdict["no signal"] else []
+    if not math.isnan(verdict["probability"]):
+        parts.append(f"probability {verdict['probability']:.0%}")
+    parts.append(f"alarm {verdict['alarm']}")
     parts.append("no sampling rate stated" if rate is None else f"{rate:g} Hz")
     return ", ".join(parts)
 

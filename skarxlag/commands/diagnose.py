@@ -6,15 +6,11 @@ from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
-from .._answers import answers
 from .._files import write_atomically
 from .._version import __version__
 from ..bearings import fault_orders
 from ..recordings.table import list_recordings
 from ..stretches import order_comparison
-from ..verdicts import NO_SIGNAL
 from .arguments import add_execution_arguments, bearing
 from .batch import diagnose_all
 from .errors import UsageError, as_command_error
@@ -29,22 +25,20 @@ from .results import (
     is_result_file,
     recording_rows,
     result_paths,
+    verdict_table,
     window_rows,
     write_tables,
 )
 from .sources import add_source_arguments, named_recordings
-from .terminal import verdict_table
 
 _DESCRIPTION = """\
 Diagnose recordings with a diagnoser that `fit` or `save_diagnoser` saved: one verdict for each
 recording, from the evidence of all its windows. A .csv among RECORDING holds samples; a table of
 recordings, with the columns that `fit` takes, is given with --table. Exit status: 0 if all
 recordings were diagnosed, 1 if some could not be, 2 if an argument is wrong, 3 with --fail-on alarm
-if there is a verdict other than the healthy condition, or a recording is none of the conditions.
+if a verdict is not the healthy condition.
 """
 _ALARM = 3
-#: Speeds that differ by less than this share are one.
-_SAME_SPEED = 0.02
 #: Recordings that a remark names.
 _MOST_NAMES = 5
 
@@ -88,8 +82,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--fail-on",
         choices=["alarm"],
-        help="exit status 3 if a verdict is not the healthy condition, or a recording is none of "
-        "the conditions",
+        help="exit status 3 if a verdict is not the healthy condition",
     )
     add_execution_arguments(parser)
     add_progress_arguments(parser)
@@ -111,6 +104,11 @@ def run(args: argparse.Namespace) -> int:
         _check_orders(args.model, model)
     with as_command_error():
         recordings = named_recordings(args)
+        if args.output is not None:
+            # Results of an earlier run may lie in the folder of the recordings.
+            own = {path.absolute() for path in result_paths(args.output)}
+            named = {Path(each).absolute() for each in args.recordings}
+            recordings = [r for r in recordings if r.path.absolute() not in own - named]
         if args.rpm is not None:
             recordings = [replace(each, rpm=args.rpm) for each in recordings]
         if args.table is not None:
@@ -119,15 +117,16 @@ def run(args: argparse.Namespace) -> int:
         _check_output(args, recordings)
     with as_command_error(), _journal(args) as journal:
         diagnoses = diagnose_all(args, recordings, journal)
-        rows = recording_rows(recordings, diagnoses)
+        rows = recording_rows(recordings, diagnoses, model.healthy)
         if args.output is not None:
             _write(args, model, recordings, diagnoses, rows)
-    print(_report(args, model, diagnoses, rows))
+    for line in _report(args, model, diagnoses, rows):
+        print(line)
     failed = rows.loc[rows["error"] != "", "error"]
     if len(failed):
         heading = f"{len(failed)} of {len(rows)} recordings failed:"
         print(heading, *failed, sep="\n  ", file=sys.stderr)
-    if args.fail_on == "alarm" and _has_alarm(rows, model):
+    if args.fail_on == "alarm" and (rows["verdict"].astype(str) != str(model.healthy)).any():
         return _ALARM
     return 1 if len(failed) else 0
 
@@ -184,72 +183,33 @@ def _journal(args):
     )
 
 
-def _has_alarm(rows, model):
-    quiet = [model.conditions[0], NO_SIGNAL]
-    is_loud = rows["verdict"].notna() & ~rows["verdict"].isin(quiet)
-    if "none of these" in rows:
-        is_loud |= rows["none of these"].fillna(False).astype(bool)
-    return bool(is_loud.any())
-
-
 def _report(args, model, diagnoses, rows):
-    """What a person reads: the model, the table of verdicts, and what to make of them."""
-    lines = [model_heading(model)]
+    """Lines for a person: the model, the verdicts, and each remark once."""
     folder, names = below_common_folder(rows["recording"])
+    table = verdict_table(rows.assign(recording=names))
+    if args.quiet:
+        return [table]
+    lines = [model_heading(model)]
     lines += [f"Recordings below {folder}"] if folder else []
-    rows = rows.assign(recording=names)
-    found = rows[rows["error"] == ""]
-    if len(found):
-        lines.append(verdict_table(found))
+    lines.append(table)
     by_remark = {}
     for name, diagnosis in zip(names, diagnoses, strict=True):
         for remark in diagnosis.remarks:
             by_remark.setdefault(remark, []).append(name)
     for remark, about in by_remark.items():
+        listed = ", ".join(about[:_MOST_NAMES])
         more = f" and {len(about) - _MOST_NAMES} more" if len(about) > _MOST_NAMES else ""
-        lines.append(f"{', '.join(about[:_MOST_NAMES])}{more}: {remark}")
+        of = "All recordings" if 1 < len(rows) == len(about) else f"{listed}{more}"
+        lines.append(f"{of}: {remark}")
+    if "condition" in rows and rows["condition"].notna().any():
+        known = rows[rows["condition"].notna()]
+        right = (known["verdict"].astype(str) == known["condition"]).sum()
+        lines.append(f"{right} of {len(known)} verdicts are the stated condition.")
     is_assumed = any(d.error is None and d.sampling_rate is None for d in diagnoses)
     if is_assumed and model.sampling_rate is not None:
         lines.append(
             f"No sampling rate is stated for some files; {model.sampling_rate:g} Hz was assumed."
         )
-    if answers(model.diagnoser).takes_rpm:
-        lines.append(_speed_line(found))
-    if found[["confidence", "alarms"]].notna().all(axis=1).any():
-        lines.append("Alarms depend on the speed; for detection across speeds fit a detector.")
-    if "p-value" in found and found["p-value"].notna().any():
-        lines.append(_known_line(model, found))
     if args.output is not None:
         lines.append("Written: " + ", ".join(str(path) for path in result_paths(args.output)))
-    return "\n".join(lines)
-
-
-def _speed_line(found):
-    """On which speeds the verdicts rest."""
-    unknown = found["rpm"].isna() if "rpm" in found else np.ones(len(found), dtype=bool)
-    if not unknown.any():
-        return "Verdicts rest on the orders of the shaft at the speeds above, give or take 10 %."
-    return (
-        f"{unknown.sum()} of {len(found)} recordings state no speed (column rpm, --rpm): all from "
-        "0.4 to 2.5 times the speed of fit were tried."
-    )
-
-
-def _known_line(model, found):
-    """What the p-values are, and where they tell little."""
-    line = (
-        "p-value: how often windows of the nearest condition are as far off; below "
-        f"{answers(model.known).stated_rate:g} a recording is none of these."
-    )
-    speeds = found["rpm"] if "rpm" in found else np.full(len(found), np.nan)
-    far = [not _is_near(speed, model.train_rpm) for speed in speeds]
-    if not any(far):
-        return line
-    return (
-        f"{line} {sum(far)} of {len(found)} recordings are of another speed than the training's, "
-        "or of none that is stated: there most unknown conditions are taken for a known one."
-    )
-
-
-def _is_near(speed, known):
-    return known is not None and any(abs(speed / each - 1) < _SAME_SPEED for each in known)
+    return lines

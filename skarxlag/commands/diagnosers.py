@@ -2,6 +2,9 @@
 
 from typing import Any
 
+from sklearn.base import BaseEstimator
+from sklearn.pipeline import Pipeline
+
 from ..diagnosers import make_alpio, make_diagnoser, make_extended_state_pio
 
 #: Those that `evaluate` compares, in the order of its tables: title and maker. `fit` offers these
@@ -18,7 +21,7 @@ def set_threads(diagnoser: Any, n_jobs: int | None) -> None:
     names = [name for name in diagnoser.get_params() if name.split("__")[-1] == "n_jobs"]
     diagnoser.set_params(**dict.fromkeys(names, n_jobs))
     # A step may keep a fitted copy of a parameter, as meta-estimators do: the parameter is not it.
-    for _, step in getattr(diagnoser, "steps", []):
+    for _, step in diagnoser.steps if isinstance(diagnoser, Pipeline) else ():
         for name, fitted in vars(step).items():
-            if name.endswith("_") and hasattr(fitted, "get_params"):
+            if name.endswith("_") and isinstance(fitted, BaseEstimator):
                 set_threads(fitted, n_jobs)

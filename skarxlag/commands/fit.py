@@ -3,7 +3,6 @@
 import argparse
 import re
 import sys
-import warnings
 from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,8 +10,10 @@ from time import perf_counter
 
 import numpy as np
 
+from .._answers import answers
 from ..diagnosers import make_detector, make_stretch_diagnoser
 from ..persistence import save_diagnoser
+from ..verdicts import check_condition_names
 from .arguments import (
     job_count,
     positive_int,
@@ -21,15 +22,21 @@ from .arguments import (
     speed_range,
     window_length,
 )
-from .diagnosers import DIAGNOSERS, set_threads
+from .diagnosers import DIAGNOSERS
 from .errors import CommandError, UsageError, as_command_error
-from .known import fit_known_conditions
 from .models import calibration_basis, held_rate, is_model_file
 from .names import counted
 from .progress import add_progress_arguments
 from .results import check_output
 from .sources import add_source_arguments, table_recordings
-from .training_windows import DETECTOR, MOST_SAMPLES, STRETCHES, training_windows
+from .training import (
+    DETECTOR,
+    MOST_SAMPLES,
+    STRETCHES,
+    fit_known_conditions,
+    fit_quietly,
+    training_windows,
+)
 
 _DESCRIPTION = """\
 Calibrate a diagnoser on the recordings that a table lists, and save it. The table is a csv file
@@ -37,8 +44,9 @@ with the columns path, condition, rpm, sampling_rate and channel; only path is n
 skarxlag.read_recording_table. The detector needs healthy recordings only, best of several speeds,
 and names no fault.
 """
-#: Words that tell the healthy condition.
-_HEALTHY = {"healthy", "normal", "good", "intact", "baseline"}
+#: Words in the name of a healthy condition, and whole names of it.
+_HEALTHY_WORDS = {"healthy", "normal", "good", "intact", "baseline", "ok", "okay", "nominal"}
+_HEALTHY_NAMES = {"n", "h"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -72,8 +80,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--healthy",
         metavar="LABEL",
-        help="healthy condition; default: the only one that is called healthy, normal, good, "
-        "intact or baseline, else the table's first; the detector asks for it then",
+        help="healthy condition, or none if no recording is healthy; default: the only condition "
+        "that is called healthy, normal, good, ok, intact, nominal, baseline, n or h",
     )
     parser.add_argument(
         "--false-alarm-rate",
@@ -131,49 +139,36 @@ def run(args: argparse.Namespace) -> int:
     if args.fixed_gain and args.diagnoser != DETECTOR:
         raise UsageError(f"argument --fixed-gain: belongs to --diagnoser {DETECTOR}")
     rig, kind, rows = training_windows(args, listed)
-    print(rig.DESCR)
     chosen = _choose_speed(args, rig)
-    conditions, reason = _conditions(args, kind, rig, chosen)
-    if kind == DETECTOR:
-        diagnoser = make_detector(fixed_gain=args.fixed_gain)
-        if rig.target is not None:
-            chosen &= rig.target == conditions[0]
-    elif kind == STRETCHES:
-        diagnoser = make_stretch_diagnoser(
-            sampling_rate=float(rig.sampling_rate), healthy=conditions[0]
-        )
-    else:
-        diagnoser = DIAGNOSERS[kind][1](healthy=conditions[0])
+    conditions, healthy, reason = _conditions(args, kind, rig, chosen)
+    if kind == DETECTOR and rig.target is not None:
+        chosen &= rig.target == healthy
     # Not two copies at a time: the windows may be half of what memory holds.
     X, recording = rig.pop("data"), rig.recording[chosen]
     X = X if chosen.all() else X[chosen]
     y = None if kind == DETECTOR else rig.target[chosen]
+    rpm = None if rig.rpm is None else rig.rpm[chosen]
+    diagnoser = _make(args, kind, healthy, float(rig.sampling_rate))
     diagnoser.set_params(decide__false_alarm_rate=args.false_alarm_rate)
-    set_threads(diagnoser, args.n_jobs)
     started = perf_counter()
     if not args.quiet:
         print(f"{len(X)} {rows}: fitting", file=sys.stderr, flush=True)
     own = [recording if y is None else recording[y == name] for name in conditions]
     n_windows, n_recordings = [len(each) for each in own], [len(np.unique(each)) for each in own]
-    uses_speeds = kind in (STRETCHES, DETECTOR) and rig.rpm is not None
-    speeds = {"rpm": rig.rpm[chosen]} if uses_speeds else {}
-    with as_command_error(), warnings.catch_warnings(record=True) as warned:
-        warnings.simplefilter("always", UserWarning)
-        diagnoser.fit(X, y, **speeds)
+    with as_command_error():
+        notes = fit_quietly(diagnoser, X, y, rpm if kind in (STRETCHES, DETECTOR) else None, args)
     known, known_line = None, None
     if kind != DETECTOR and not args.no_p_values:
-        rpm = None if rig.rpm is None else rig.rpm[chosen]
-        known, known_line = fit_known_conditions(X, y, rpm, args.n_jobs)
+        known, known_line = fit_known_conditions(X, y, rpm, args)
     with as_command_error():
-        # The number of threads belongs to this machine, not to the file.
-        set_threads(diagnoser, None)
         save_diagnoser(
             diagnoser,
             args.output,
             known_conditions=known,
             diagnoser=kind,
             conditions=conditions,
-            train_rpm=None if rig.rpm is None else np.unique(rig.rpm[chosen]).tolist(),
+            healthy=healthy,
+            train_rpm=None if rpm is None else np.unique(rpm).tolist(),
             sampling_rate=float(rig.sampling_rate),
             n_channels=1 if X.ndim == 2 else X.shape[1],
             window_length=X.shape[-1],
@@ -186,28 +181,34 @@ def run(args: argparse.Namespace) -> int:
         )
     if args.verbose:
         print(f"fitted in {perf_counter() - started:.1f} s", file=sys.stderr)
-    print(_length_line(kind, rows, X.shape[-1], rig, chosen))
+    lines = [rig.DESCR, _length_line(kind, rows, X.shape[-1], rig, chosen)]
     for name, n_own_recordings, n_own in zip(conditions, n_recordings, n_windows, strict=True):
-        print(f"{name}: {counted(n_own_recordings, 'recordings')}, {counted(n_own, rows)}")
-    print(f"Healthy: {conditions[0]} ({reason})")
-    for warning in warned:
-        print(f"warning: {warning.message}", file=sys.stderr)
-    print(_calibration(diagnoser[-1], args.false_alarm_rate, rows))
-    if kind != DETECTOR:
-        for sentence in held_rate(n_windows[0], args.false_alarm_rate):
-            print(sentence)
-    if known_line is not None:
-        print(known_line)
-    print(f"Saved {kind} to {args.output}")
+        lines.append(f"{name}: {counted(n_own_recordings, 'recordings')}, {counted(n_own, rows)}")
+    lines.append(f"Healthy: {healthy or 'none'} ({reason})")
+    lines += [f"Note: {note}" for note in notes]
+    if healthy is not None:
+        lines.append(_calibration(diagnoser[-1], args.false_alarm_rate, rows))
+        if kind != DETECTOR:
+            lines += held_rate(n_windows[0], args.false_alarm_rate)
+    lines += [] if known_line is None else [known_line]
+    print(*lines, f"Saved {kind} to {args.output}", sep="\n")
     return 0
 
 
+def _make(args, kind, healthy, sampling_rate):
+    if kind == DETECTOR:
+        return make_detector(fixed_gain=args.fixed_gain)
+    if kind == STRETCHES:
+        return make_stretch_diagnoser(sampling_rate=sampling_rate, healthy=healthy)
+    return DIAGNOSERS[kind][1](healthy=healthy)
+
+
 def _calibration(decide, rate, rows):
-    """What the alarm rests on, in one line."""
-    if hasattr(decide, "detection_threshold_"):
-        threshold = decide.detection_threshold_
-        return f"Detection threshold {threshold:.4g} at a false-alarm rate of {rate:g}"
-    return f"Limits for a false-alarm rate of {rate:g} from {calibration_basis(decide, rows)}"
+    """Describe the basis of the alarm in one line."""
+    if answers(decide).healthy_p_value:
+        return f"Limits for a false-alarm rate of {rate:g} from {calibration_basis(decide, rows)}"
+    threshold = decide.detection_threshold_
+    return f"Detection threshold {threshold:.4g} at a false-alarm rate of {rate:g}"
 
 
 def _length_line(kind, rows, length, rig, chosen):
@@ -244,7 +245,7 @@ def _choose_speed(args, rig):
 
 
 def _conditions(args, kind, rig, chosen):
-    """Conditions to calibrate, the healthy one first, and why that is the healthy one."""
+    """Return the conditions, the healthy one first, the healthy one, and why it is that one."""
     if rig.target is None:
         if kind != DETECTOR:
             raise CommandError(
@@ -253,42 +254,49 @@ def _conditions(args, kind, rig, chosen):
             )
         if args.healthy is not None:
             raise UsageError(f"argument --healthy: {args.table} has no column condition")
-        return ["healthy"], "the table states no conditions"
+        return ["healthy"], "healthy", "the table states no conditions"
     present = [name for name in rig.target_names if name in set(rig.target[chosen])]
     at = "" if args.train_rpm is None else f" at {args.train_rpm} rpm"
     listed = f"{args.table}{at}: {', '.join(present)}"
-    healthy, reason = _healthy(args, kind, present)
-    if healthy is None:
-        raise UsageError(
-            f"argument --healthy: needed by --diagnoser {DETECTOR}, no name tells which of the "
-            f"conditions of {listed}"
-        )
-    if healthy not in present:
-        raise UsageError(f"argument --healthy: {healthy!r}, expected a condition of {listed}")
+    try:
+        check_condition_names(present)
+    except ValueError as error:
+        raise UsageError(f"{args.table}: {error}") from error
+    healthy, reason = _healthy(args, present, listed)
     if kind == DETECTOR:
-        return [healthy], reason
+        if healthy is None:
+            raise UsageError(f"argument --healthy: none, but --diagnoser {DETECTOR} needs one")
+        return [healthy], healthy, reason
     if len(present) < 2:
         raise CommandError(
-            f"{args.table}: one condition, {healthy!r}; --diagnoser {kind} needs two "
+            f"{args.table}: one condition, {present[0]!r}; --diagnoser {kind} needs two "
             f"or more, with healthy recordings only use --diagnoser {DETECTOR}"
         )
-    return sorted(present, key=lambda name: name != healthy), reason
+    return sorted(present, key=lambda name: name != healthy), healthy, reason
 
 
-def _healthy(args, kind, present):
-    """The healthy condition, or None where it has to be asked for, and why it is that one."""
-    if args.healthy is not None:
+def _healthy(args, present, listed):
+    """Return the healthy condition, or None if there is none, and why it is that one."""
+    if args.healthy in present:
         return args.healthy, "--healthy"
+    if args.healthy == "none":
+        return None, "--healthy"
+    if args.healthy is not None:
+        raise UsageError(
+            f"argument --healthy: {args.healthy!r}, expected a condition of {listed}; or none"
+        )
     named = [name for name in present if _says_healthy(name)]
     if len(named) == 1:
         return named[0], "by its name; --healthy names another"
     if len(present) == 1:
         return present[0], "the only condition"
-    if kind == DETECTOR:
-        return None, ""
-    return present[0], "the first of the table; --healthy names another"
+    raise UsageError(
+        "argument --healthy: needed, because the names do not show which condition is healthy; "
+        f"write --healthy NAME, or --healthy none. Conditions of {listed}"
+    )
 
 
 def _says_healthy(name):
     words = set(re.findall(r"[a-z]+", name.lower()))
-    return bool(words & _HEALTHY) and not words & {"no", "not"}
+    is_named = name.strip().lower() in _HEALTHY_NAMES or words & _HEALTHY_WORDS
+    return bool(is_named) and not words & {"no", "not", "non"}

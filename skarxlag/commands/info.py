@@ -77,11 +77,10 @@ def model_card(model: SavedModel) -> dict[str, str]:
     if model.known is not None:
         rate = answers(model.known).stated_rate
         card["p-values"] = f"a recording is none of its conditions where they are below {rate:g}"
-    threshold = getattr(decide, "detection_threshold_", None)
-    if threshold is not None:
-        card["Threshold"] = f"{threshold:.4g}"
-    if hasattr(decide, "left_out_rates_"):
+    if answers(decide).healthy_p_value:
         card["Calibration"] = calibration_basis(decide, facts.get("rows", "windows"))
+    elif answers(decide).alarm and model.healthy is not None:
+        card["Threshold"] = f"{decide.detection_threshold_:.4g}"
     versions = [f"{name} {facts[name]}" for name in ("skarxlag", "scikit-learn") if name in facts]
     card["Saved by"] = ", ".join(versions) + (f" on {facts['saved']}" if "saved" in facts else "")
     return card

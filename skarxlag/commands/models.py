@@ -1,9 +1,9 @@
 """A saved diagnoser and what must be known to use it on recordings."""
 
-import functools
 import hashlib
 import os
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
@@ -16,6 +16,7 @@ from ..channels import ChannelRows
 from ..kernels.ladder import rows_that_hold
 from ..persistence import load_diagnoser
 from ..pipelines import in_one_pass
+from ..verdicts import Judge
 from .diagnosers import set_threads
 from .errors import CommandError, as_command_error, printable
 
@@ -46,8 +47,10 @@ class SavedModel:
         In Hz; None if nobody has stated it.
     train_rpm : list of float or None
         Speeds of the training.
+    judge : Judge
+        Diagnoser, known conditions and detector of the file as one, for verdicts.
     known : Pipeline or None
-        The known conditions, where they were saved beside the diagnoser.
+        Known conditions that were saved with the diagnoser.
     """
 
     path: Path
@@ -60,6 +63,7 @@ class SavedModel:
     window_length: int
     sampling_rate: float | None
     train_rpm: list[Any] | None
+    judge: Judge
     known: Any = None
 
 
@@ -86,8 +90,8 @@ def load_model(path: str | os.PathLike[str], n_jobs: int | None = None) -> Saved
     with as_command_error():
         diagnoser, facts = load_diagnoser(path)
     _take_windows(path, diagnoser)
-    known_conditions = facts.pop("known_conditions", None)
-    for each in (diagnoser, known_conditions):
+    companions = [facts.pop(name, None) for name in ("known_conditions", "detector")]
+    for each in (diagnoser, *companions):
         if each is not None:
             set_threads(each, n_jobs)
     known = _of_steps(path, diagnoser, in_one_pass(diagnoser)[-1]) | facts
@@ -96,18 +100,33 @@ def load_model(path: str | os.PathLike[str], n_jobs: int | None = None) -> Saved
             f"{path}: does not state the length of its windows; save it with "
             "save_diagnoser(..., window_length=...)"
         )
+    conditions, train_rpm, healthy = known["conditions"], known.get("train_rpm"), known["healthy"]
+    if "conditions" in facts:
+        healthy = facts.get("healthy", conditions[0])
+    with as_command_error():
+        judge = Judge(
+            diagnoser,
+            conditions=None if healthy is None else conditions,
+            known=companions[0],
+            detector=companions[1],
+            train_rpm=train_rpm or (),
+        )
+    if healthy is None:
+        # Without a healthy condition there are no healthy limits.
+        judge.healthy, judge.detects = None, False
     return SavedModel(
         path=path,
         diagnoser=in_one_pass(diagnoser),
         facts=facts,
         kind=known["diagnoser"],
-        conditions=known["conditions"],
-        healthy=known["conditions"][0] if "conditions" in facts else known["healthy"],
+        conditions=conditions,
+        healthy=healthy,
         n_channels=known["n_channels"],
         window_length=known["window_length"],
         sampling_rate=known.get("sampling_rate"),
-        train_rpm=known.get("train_rpm"),
-        known=known_conditions,
+        train_rpm=train_rpm,
+        judge=judge,
+        known=companions[0],
     )
 
 
@@ -120,6 +139,7 @@ def stated_facts(model: SavedModel) -> dict[str, Any]:
         "file": printable(model.path),
         "diagnoser": model.kind,
         "conditions": model.conditions,
+        "healthy": model.healthy,
         "train_rpm": model.train_rpm,
         "sampling_rate": model.sampling_rate,
         "window_length": model.window_length,
@@ -138,12 +158,13 @@ def model_heading(model: SavedModel) -> str:
         if model.sampling_rate is not None:
             seconds = f", {model.window_length / model.sampling_rate:.3g} s,"
     return (
-        f"{model.path}: {model.kind} calibrated on {', '.join(model.conditions)}{at}, "
-        f"{rows} of {model.window_length} samples{seconds}{rate}"
+        f"{model.path}: {model.kind} calibrated on {', '.join(map(str, model.conditions))}{at}, "
+        f"{rows} of {model.window_length} samples{seconds}{rate}. "
+        f"Healthy: {'not known' if model.healthy is None else model.healthy}"
     )
 
 
-@functools.lru_cache(maxsize=2)
+@lru_cache(maxsize=2)
 def cached_model(path: str | os.PathLike[str], changed: int, n_jobs: int | None) -> SavedModel:
     """`load_model` of a file as it was at a time: a worker loads it once for all recordings.
 

@@ -13,7 +13,7 @@ from .._version import __version__
 from ..identification import ARXLaguerre
 from ..recordings.listing import ListedRecording
 from ..stretches import order_comparison
-from ..verdicts import NO_SIGNAL
+from ..verdicts import NO_SIGNAL, NO_VERDICT
 from .diagnosis import Diagnosis, recording_windows
 from .errors import CommandError
 from .models import SavedModel, model_heading
@@ -72,12 +72,8 @@ def html_report(
     """
     page, missing = template(), why_no_figures()
     folder, names = below_common_folder(rows["recording"])
-    rows = rows.assign(recording=names, rejected=False)
-    if "none of these" in rows:
-        rows["rejected"] = rows["none of these"].fillna(False).astype(bool)
-    rows["severity"] = [
-        _severity(*each, model) for each in zip(rows["verdict"], rows["rejected"], strict=True)
-    ]
+    rows = rows.assign(recording=names, verdict=rows["verdict"].astype(str))
+    rows["severity"] = [_severity(verdict, model) for verdict in rows["verdict"]]
     entries = []
     for row, recording, diagnosis in zip(
         rows.to_dict("records"), recordings, diagnoses, strict=True
@@ -113,37 +109,32 @@ def why_no_figures() -> str | None:
     return None
 
 
-def _severity(verdict, is_rejected, model):
-    if is_rejected:
-        return "fault"
-    if pd.isna(verdict) or verdict == NO_SIGNAL:
+def _severity(verdict, model):
+    if verdict == NO_SIGNAL or verdict.startswith(NO_VERDICT):
         return "unclear"
-    return "healthy" if verdict == model.healthy else "fault"
+    return "healthy" if verdict == str(model.healthy) else "fault"
 
 
 def _entry(row, diagnosis):
-    """What the template shows of a recording."""
-    share = {"confidence": "{:.0%}", "alarms": "{:.0%}", "p-value": "{:.2g}", "rpm": "{:g}"}
+    """Return what the template shows of a recording."""
+    shown = {"probability": "{:.1%}", "p_value": "{:.2g}", "rpm": "{:g}", "windows": "{}"}
     shown = {
-        name.replace("-", "_"): "" if pd.isna(row.get(name)) else text.format(row[name])
-        for name, text in share.items()
+        name: "" if pd.isna(row.get(name)) else text.format(row[name])
+        for name, text in shown.items()
     }
-    if row["rejected"]:
-        shown["p_value"] += ", none of these"
     stated = {
-        name.removeprefix("stated "): f"{value:g}" if isinstance(value, float) else value
+        name.removeprefix("stated_"): f"{value:g}" if isinstance(value, float) else value
         for name, value in row.items()
-        if (name == "condition" or name.startswith("stated ")) and not pd.isna(value)
+        if (name == "condition" or name.startswith("stated_")) and not pd.isna(value)
     }
     return shown | {
         "name": row["recording"],
-        "verdict": "failed" if pd.isna(row["verdict"]) else str(row["verdict"]),
+        "verdict": row["verdict"],
         "severity": row["severity"],
-        "certainty": np.nan_to_num(row["confidence"], nan=1.0),
-        "windows": "" if pd.isna(row["windows"]) else row["windows"],
-        "no_signal": "" if pd.isna(row["no signal"]) else row["no signal"],
+        "certainty": np.nan_to_num(row["probability"], nan=1.0),
+        "alarm": row["alarm"],
         "stated": stated,
-        "remarks": [row["error"]] if row["error"] else list(diagnosis.remarks),
+        "remarks": list(diagnosis.remarks),
         "figures": [],
     }
 
@@ -158,8 +149,7 @@ def _accuracy(rows, order):
     """Numbers of verdicts that are right, and the confusion matrix, or None."""
     if "condition" not in rows:
         return None
-    known = rows[rows["condition"].notna() & rows["verdict"].notna()]
-    known = known[known["verdict"] != NO_SIGNAL].astype({"verdict": str})
+    known = rows[rows["condition"].notna() & (rows["error"] == "")]
     if known.empty:
         return None
     table = pd.crosstab(known["condition"], known["verdict"])
@@ -185,7 +175,7 @@ def _figures(recording, diagnosis, model, resample, faults):
     if diagnosis.windows is None:
         return []
     rate = diagnosis.sampling_rate or model.sampling_rate
-    found = [_timeline(diagnosis.windows, model, rate)]
+    found = [_timeline(diagnosis.windows, rate)]
     place = _typical_place(diagnosis.windows, diagnosis.verdict["verdict"])
     if place is not None:
         with suppress(OSError, ValueError, ImportError, CommandError):
@@ -195,8 +185,8 @@ def _figures(recording, diagnosis, model, resample, faults):
 
 def _typical_place(windows, verdict):
     """Position of the window whose probability is the median of those with that verdict."""
-    chosen = windows.index[windows["verdict"] == verdict]
-    columns = [name for name in windows if name in (f"probability of {verdict}", "score")]
+    chosen = windows.index[windows["verdict"].astype(str) == str(verdict)]
+    columns = [name for name in (f"probability of {verdict}", "score") if name in windows]
     if verdict == NO_SIGNAL or chosen.empty or not columns:
         return None
     ranked = windows.loc[chosen, columns[0]].sort_values()
@@ -230,9 +220,10 @@ def _typical_row(recording, model, resample, faults, place, rate):
     return [(caption, figure)]
 
 
-def _timeline(windows, model, rate):
+def _timeline(windows, rate):
     """Probability of each condition over the recording."""
-    columns = [name for name in windows if name.startswith("probability of ")] or ["score"]
+    columns = [name for name in windows if name.startswith("probability of ")]
+    columns = columns or ["score"]
     time, unit = windows["start"], "samples"
     if rate is not None:
         time, unit = time / rate, "s"

@@ -3,6 +3,8 @@
 import io
 import json
 import os
+import shutil
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,7 +19,10 @@ from .errors import CommandError, UsageError, printable
 #: Found in every file of results, so that a later run may replace it.
 MARK = "skarxlag results 1"
 SUFFIXES = (".csv", ".json", ".parquet", ".html")
-_HEADS = (b"recording,verdict,confidence,", b"recording,start,verdict,alarm,")
+_HEADS = (b"recording,verdict,probability,alarm,", b"recording,start,verdict,alarm,")
+#: First characters of a text that a spreadsheet would run as a formula.
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+_SHORTEST_NAME = 12
 
 
 def result_paths(output: Path) -> list[Path]:
@@ -87,35 +92,56 @@ def is_result_file(path: Path) -> bool:
     return start.startswith(_HEADS) or MARK.encode() in start or MARK.encode() in end
 
 
-def recording_rows(recordings: list[ListedRecording], diagnoses: list[Diagnosis]) -> pd.DataFrame:
-    """One row for each recording.
+def recording_rows(
+    recordings: list[ListedRecording], diagnoses: list[Diagnosis], healthy: str | None
+) -> pd.DataFrame:
+    """Return one row for each recording.
 
     Parameters
     ----------
     recordings : list
-        What was diagnosed.
+        The recordings.
     diagnoses : list of Diagnosis
-        What came of it.
+        Their results.
+    healthy : str or None
+        The healthy condition.
 
     Returns
     -------
     DataFrame
-        ``recording``; the entries of its verdict; ``remark``; ``error``; and what the table of
-        recordings states of it.
+        ``recording``; the entries of its verdict, ``healthy``, ``remark`` and ``error``; and facts
+        of the recording that its table states. Names of columns have no blanks.
     """
     rows = [
         {"recording": printable(recording.name)}
         | diagnosis.verdict
-        | {"remark": " ".join(diagnosis.remarks), "error": printable(diagnosis.error or "")}
+        | {"healthy": healthy, "remark": " ".join(diagnosis.remarks)}
+        | {"error": printable(diagnosis.error or "")}
         | stated_columns(recording)
         for recording, diagnosis in zip(recordings, diagnoses, strict=True)
     ]
+    first = ["recording", "verdict", "probability", "alarm", "p-value", "windows", "no signal"]
     table = pd.DataFrame(rows)
-    first = ["recording", "verdict", "confidence", "windows", "no signal", "alarms"]
-    first += [name for name in ("p-value", "none of these") if name in table]
     table = table.reindex(columns=[*first, *(name for name in table if name not in first)])
-    types = {"windows": "Int64", "no signal": "Int64", "none of these": "boolean"}
-    return table.astype({name: kind for name, kind in types.items() if name in table})
+    table["alarm"] = table["alarm"].fillna("-")
+    return machine_names(table.astype({"windows": "Int64", "no signal": "Int64"}))
+
+
+def machine_names(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table whose column names have no blanks and are unique.
+
+    Examples
+    --------
+    >>> list(machine_names(pd.DataFrame(columns=["p-value", "share of a b", "share of a_b"])))
+    ['p_value', 'share_of_a_b', 'share_of_a_b_2']
+    """
+    names = []
+    for name in map(str, table.columns):
+        stem = "_".join(name.replace("p-value", "p_value").split())
+        number = 1 + sum(each == stem or each.startswith(f"{stem}_") for each in names)
+        taken = stem in names
+        names.append(f"{stem}_{number}" if taken else stem)
+    return table.set_axis(names, axis=1)
 
 
 def stated_columns(recording: ListedRecording) -> dict[str, Any]:
@@ -126,15 +152,15 @@ def stated_columns(recording: ListedRecording) -> dict[str, Any]:
 
 
 def window_rows(recordings: list[ListedRecording], diagnoses: list[Diagnosis]) -> pd.DataFrame:
-    """One row for each window of the recordings that did not fail."""
+    """Return one row for each window; the index is the position of its recording."""
     frames = []
-    for recording, diagnosis in zip(recordings, diagnoses, strict=True):
+    for place, (recording, diagnosis) in enumerate(zip(recordings, diagnoses, strict=True)):
         if diagnosis.windows is not None:
-            windows = diagnosis.windows.copy()
+            windows = diagnosis.windows.set_axis([place] * len(diagnosis.windows))
             windows.insert(0, "recording", printable(recording.name))
             frames.append(windows)
     columns = ["recording", "start", "verdict", "alarm", "quality"]
-    return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=columns)
+    return machine_names(pd.concat(frames) if frames else pd.DataFrame(columns=columns))
 
 
 def write_tables(
@@ -145,11 +171,13 @@ def write_tables(
     Parameters
     ----------
     output : Path
-        Its suffix tells the format.
-    recordings, windows : DataFrame
-        Of `recording_rows` and `window_rows`.
+        Its suffix determines the format.
+    recordings : DataFrame
+        Of `recording_rows`.
+    windows : DataFrame
+        Of `window_rows`; its index is the position of the recording.
     head : dict
-        What a json file states of the model.
+        Facts of the model for a json file.
 
     Raises
     ------
@@ -162,15 +190,26 @@ def write_tables(
     if suffix == ".json":
         return write_atomically(output, _json(recordings, windows, head))
     for path, frame in zip(result_paths(output), (recordings, windows), strict=True):
-        content = frame.to_csv(index=False).encode() if suffix == ".csv" else _parquet(frame)
-        write_atomically(path, content)
+        write_atomically(path, _csv(frame) if suffix == ".csv" else _parquet(frame))
+
+
+def _csv(frame):
+    """Text that no spreadsheet runs: an apostrophe stands before the first sign of a formula."""
+    texts = frame.select_dtypes(["object", "string"])
+    safe = frame.assign(**{name: texts[name].map(_inert) for name in texts})
+    return safe.rename(columns=_inert).to_csv(index=False).encode()
+
+
+def _inert(value):
+    is_formula = isinstance(value, str) and len(value) > 1 and value.startswith(_FORMULA)
+    return f"'{value}" if is_formula else value
 
 
 def _json(recordings, windows, head):
-    by_recording = dict(iter(windows.drop(columns="recording").groupby(windows["recording"])))
+    by_place = dict(iter(windows.drop(columns="recording").groupby(level=0)))
     rows = [
-        row | {"window_rows": _records(by_recording.get(row["recording"]))}
-        for row in _records(recordings)
+        row | {"window_rows": _records(by_place.get(place))}
+        for place, row in enumerate(_records(recordings))
     ]
     return (json.dumps({"format": MARK} | head | {"recordings": rows}) + "\n").encode()
 
@@ -193,3 +232,56 @@ def _parquet(frame):
     table = table.replace_schema_metadata((table.schema.metadata or {}) | {"kind": MARK})
     parquet.write_table(table, file)
     return file.getvalue()
+
+
+def verdict_table(rows: pd.DataFrame, *, width: int | None = None) -> str:
+    """Return one line of text for each recording: verdict, probability, alarm.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        Of `recording_rows`.
+    width : int or None, default=None
+        Characters in a line. None: those of the terminal, or no limit if there is no terminal. If
+        the lines are longer, the names of the recordings are cut at the front.
+
+    Returns
+    -------
+    str
+        The lines under a heading.
+
+    Examples
+    --------
+    >>> rows = pd.DataFrame({
+    ...     "recording": ["a/long/path/to/run_1.npy"], "verdict": ["good"], "probability": [0.5],
+    ...     "alarm": ["no"], "p_value": [0.25],
+    ... })
+    >>> print(verdict_table(rows, width=54))
+                          verdict probability        alarm
+    …ng/path/to/run_1.npy    good       50.0%  no (p 0.25)
+    """
+    if width is None:
+        width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 10**6
+    stated = [name for name in ("condition", "rpm") if name in rows and rows[name].notna().any()]
+    table = rows.set_index("recording").rename_axis(None)[[*stated, "verdict"]]
+    table["probability"] = rows["probability"].map("{:.1%}".format, na_action="ignore").array
+    if table["probability"].isna().all():
+        table = table.drop(columns="probability")
+    table["alarm"] = [
+        alarm if pd.isna(p) else f"{alarm} (p {p:.2g})"
+        for alarm, p in zip(rows["alarm"], rows["p_value"], strict=True)
+    ]
+    if "rpm" in table:
+        table["rpm"] = table["rpm"].map("{:g}".format, na_action="ignore")
+    table = table.astype(object).where(table.notna(), "-")
+    excess = _width(table) - width
+    if excess > 0:
+        longest = max(max(map(len, table.index)) - excess, _SHORTEST_NAME)
+        table.index = [
+            name if len(name) <= longest else "…" + name[1 - longest :] for name in table.index
+        ]
+    return table.to_string()
+
+
+def _width(table):
+    return max(map(len, table.to_string().splitlines()))

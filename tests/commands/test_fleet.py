@@ -78,7 +78,7 @@ def diagnose(run, fleet, tmp_path):
             "diagnose", fleet / "m.skops", "--table", table, "-o", output, *options
         )
         assert code == 1 and f"{n_failed} of 21 recordings failed" in err and "lost.npy" in err
-        assert not list(tmp_path.glob("*.partial"))
+        assert not list(tmp_path.glob("*-journal"))
         windows = output.with_name(f"{output.stem}_windows.csv")
         return output.read_bytes(), windows.read_bytes(), out.replace(output.stem, "")
 
@@ -261,7 +261,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(run, fleet, tmp_path, monke
     monkeypatch.setattr(Journal, "add", add_and_interrupt)
     code, out, err = run(*arguments, "--n-jobs", "1")
     assert code == 130 and not out and not output.exists()
-    partial = tmp_path / "out.csv.partial"
+    partial = tmp_path / "out.csv.skarxlag-journal"
     assert f"{partial}: the same command goes on from here" in err and "interrupted" in err
     assert len(partial.read_text().splitlines()) == 8
     # A line that was being written when the machine went down, and a file that has changed since.

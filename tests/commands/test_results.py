@@ -8,7 +8,9 @@ import pytest
 from scipy.signal import lfilter
 
 from skarxlag import make_alpio, save_diagnoser
-from skarxlag.commands.terminal import verdict_table
+from skarxlag.commands import diagnosis
+from skarxlag.commands.journal import Journal
+from skarxlag.commands.results import verdict_table
 
 WINDOW = 200
 
@@ -51,9 +53,10 @@ def test_a_row_for_each_recording_and_one_for_each_window(run, plant, suffix):
     assert rows["recording"].tolist() == ["good.npy", "worn.npy", "dead.npy", "lost.npy"]
     assert rows["verdict"].iloc[:3].tolist() == ["good", "worn", "no signal"]
     assert rows["condition"].tolist() == ["good", "worn", "dead", "worn"]
-    assert rows["windows"].iloc[:3].tolist() == [5, 4, 3] and rows["no signal"].iloc[2] == 3
-    assert rows["verdict"].isna().tolist() == [False, False, False, True]
+    assert rows["windows"].iloc[:3].tolist() == [5, 4, 3] and rows["no_signal"].iloc[2] == 3
+    assert re.fullmatch("no verdict: .*lost.npy: no such file", rows["verdict"].iloc[3])
     assert "no such file" in rows["error"].iloc[3] and "constant: 3" in rows["remark"].iloc[2]
+    assert set(rows["healthy"]) == {"good"} and not any(" " in name for name in rows)
     windows = READERS[suffix](plant / f"out_windows{suffix}")
     assert windows["recording"].value_counts().to_dict() == {
         "good.npy": 5, "worn.npy": 4, "dead.npy": 3
@@ -72,9 +75,11 @@ def test_json_holds_the_windows_of_each_recording(run, plant):
     assert content["model"]["conditions"] == ["good", "worn"]
     rows = content["recordings"]
     assert [len(row["window_rows"]) for row in rows] == [5, 4, 3, 0]
-    assert [row["verdict"] for row in rows] == ["good", "worn", "no signal", None]
-    assert rows[2]["window_rows"][0]["probability of good"] is None
-    assert {window["alarm"] for row in rows for window in row["window_rows"]} <= {True, False}
+    assert [row["verdict"] for row in rows][:3] == ["good", "worn", "no signal"]
+    assert content["model"]["healthy"] == "good"
+    assert not any(" " in name for row in rows for name in (*row, *row["window_rows"][:1]))
+    assert rows[2]["window_rows"][0]["probability_of_good"] is None
+    assert {window["alarm"] for row in rows for window in row["window_rows"]} <= {True, False, None}
     assert run(*arguments)[0] == 1
 
 
@@ -126,13 +131,13 @@ def test_outputs_that_cannot_be_are_refused_before_anything_is_read(run, plant, 
 
 def test_scripts_learn_of_an_alarm_by_the_exit_status(run, plant):
     model, alarm = plant / "bearing.skops", ("--fail-on", "alarm")
-    files = {name: plant / f"{name}.npy" for name in ("good", "worn", "dead")}
-    assert run("diagnose", model, files["good"], files["dead"], *alarm)[0] == 0
+    files = {name: plant / f"{name}.npy" for name in ("good", "worn", "dead", "lost")}
+    assert run("diagnose", model, files["good"], *alarm)[0] == 0
     assert run("diagnose", model, files["good"], files["worn"])[0] == 0
-    assert run("diagnose", model, files["good"], files["worn"], *alarm)[0] == 3
-    # What failed does not hide what was found.
-    assert run("diagnose", model, plant / "lost.npy", files["worn"], *alarm)[0] == 3
-    assert run("diagnose", model, plant / "lost.npy", files["good"], *alarm)[0] == 1
+    # A fault, a dead sensor and a file that cannot be read are not healthy.
+    for name in ("worn", "dead", "lost"):
+        assert run("diagnose", model, files["good"], files[name], *alarm)[0] == 3
+    assert run("diagnose", model, files["lost"], files["good"])[0] == 1
 
 
 def test_progress_is_told_and_can_be_silenced(run, plant):
@@ -141,11 +146,13 @@ def test_progress_is_told_and_can_be_silenced(run, plant):
     assert [line[:5] for line in err.splitlines()] == ["[1/2]", "[2/2]"]
     assert err.splitlines()[0].endswith("good.npy: good")
     code, quiet_out, err = run(*arguments, "-q")
-    assert (code, quiet_out, err) == (0, out, "")
+    # The verdicts alone.
+    assert (code, err) == (0, "") and len(quiet_out.splitlines()) == 3
+    assert all(name in quiet_out for name in ("good.npy", "worn.npy", "alarm"))
     code, more_out, err = run(*arguments, plant / "dead.npy", "-v", "--n-jobs", "1")
     assert more_out.startswith(out.splitlines()[0])
     lines = err.splitlines()
-    assert re.search(r"good \(\d+ windows, confidence \d+%, alarms \d+%, ", lines[0])
+    assert re.search(r"good \(\d+ windows, probability \d+%, alarm \S+, ", lines[0])
     assert re.search(r"no signal \((\d+) windows, \1 without a signal, ", lines[2])
     assert re.fullmatch(r"3 recordings in \d+\.\d s", lines[3])
     assert run(*arguments, "-v", "-q")[0] == 2
@@ -163,18 +170,101 @@ def test_names_that_are_no_utf8_reach_every_format(run, plant):
 def test_the_table_fits_the_width_of_a_terminal():
     rows = pd.DataFrame({
         "recording": ["hall 7/gear box 3/non-drive end/run_0001.npy", "b.npy"],
-        "verdict": ["inner race", "good"], "confidence": [0.5, 0.9], "windows": [9, 12],
-        "no signal": [0, 1], "alarms": [1.0, 0.0],
-        "share of good": [0.1, 0.9], "share of inner race": [0.9, 0.1],
-        "remark": ["long text", ""], "error": ["", ""], "condition": ["good", "good"],
+        "verdict": ["inner race", "good"], "probability": [0.5, 0.9], "alarm": ["yes", "-"],
+        "p_value": [0.002, np.nan], "share_of_good": [0.1, 0.9], "condition": ["good", "good"],
     })  # fmt: skip
     wide = verdict_table(rows, width=200)
-    assert "share of inner race" in wide and "run_0001" in wide
-    for width in (100, 80, 72):
+    assert "hall 7" in wide and "share" not in wide and "yes (p 0.002)" in wide
+    for width in (80, 72, 64):
         text = verdict_table(rows, width=width)
         assert max(map(len, text.splitlines())) <= width
-        assert "run_0001.npy" in text and "inner race" in text and "share of" not in text
-    rows = rows.assign(**{"p-value": [0.002, 1.0], "none of these": [True, False]})
-    assert "0.002, none of these" in verdict_table(rows, width=200)
-    narrow = verdict_table(rows, width=90)
-    assert "0.002, none\n" in narrow and max(map(len, narrow.splitlines())) <= 90
+        assert "run_0001.npy" in text and "inner race" in text and "yes (p 0.002)" in text
+
+
+def test_a_spreadsheet_runs_no_text_of_a_csv(run, plant):
+    formula = plant / "=1+1.npy"
+    formula.write_bytes((plant / "good.npy").read_bytes())
+    table = plant / "odd.csv"
+    table.write_text("path,name,sampling_rate,+note\n=1+1.npy,x,5e3,@SUM(A1)\ngood.npy,y,5e3,-2\n")
+    for suffix in (".csv", ".json"):
+        output = plant / f"safe{suffix}"
+        run("diagnose", plant / "bearing.skops", "--table", table, "-o", output)
+    rows = pd.read_csv(plant / "safe.csv", dtype=str, keep_default_na=False)
+    cells = [str(cell) for cell in [*rows, *rows.to_numpy().ravel()] if len(str(cell)) > 1]
+    assert not any(cell.startswith(("=", "+", "-", "@")) for cell in cells)
+    assert {"'=1+1.npy", "'@SUM(A1)"} <= set(cells)
+    # A program reads what was meant.
+    first = json.loads((plant / "safe.json").read_text())["recordings"][0]
+    assert first["recording"] == "=1+1.npy" and first["stated_+note"] == "@SUM(A1)"
+
+
+def test_recordings_of_one_name_keep_their_windows(run, plant):
+    output, file = plant / "out.json", plant / "good.npy"
+    run("diagnose", plant / "bearing.skops", file, plant / "worn.npy", file, "-o", output)
+    rows = json.loads(output.read_text())["recordings"]
+    assert [len(row["window_rows"]) for row in rows] == [5, 4, 5]
+
+
+def test_results_may_lie_in_the_folder_of_the_recordings(run, plant):
+    folder = plant / "runs"
+    folder.mkdir()
+    for name in ("good", "worn"):
+        (folder / f"{name}.npy").write_bytes((plant / f"{name}.npy").read_bytes())
+    arguments = ("diagnose", plant / "bearing.skops", folder, "-o", folder / "out.csv")
+    for _ in range(2):
+        code, _, err = run(*arguments)
+        assert code == 0 and "[2/2]" in err
+    assert len(pd.read_csv(folder / "out.csv")) == 2
+
+
+@pytest.mark.parametrize("kind", ["file", "link", "folder"])
+def test_a_journal_replaces_nothing_that_is_foreign(run, plant, kind):
+    output = plant / "out.csv"
+    foreign, precious = plant / "out.csv.skarxlag-journal", plant / "notes.txt"
+    precious.write_text("what I saw")
+    if kind == "file":
+        foreign.write_text("what I saw")
+    elif kind == "link":
+        foreign.symlink_to(precious)
+    else:
+        foreign.mkdir()
+    code, _, err = run("diagnose", plant / "bearing.skops", plant / "good.npy", "-o", output)
+    assert code == 1 and f"{foreign}: exists and is no journal of this command" in err
+    assert precious.read_text() == "what I saw" and os.path.lexists(foreign)
+    assert not output.exists()
+
+
+def test_a_file_called_partial_is_left_alone(run, plant):
+    (plant / "out.csv.partial").write_text("mine")
+    code, _, _ = run(
+        "diagnose", plant / "bearing.skops", plant / "good.npy", "-o", plant / "out.csv"
+    )
+    assert code == 0 and (plant / "out.csv.partial").read_text() == "mine"
+
+
+def test_a_second_run_on_one_output_is_refused(run, plant):
+    output = plant / "out.csv"
+    with Journal(output, plant / "bearing.skops", []):
+        code, _, err = run("diagnose", plant / "bearing.skops", plant / "good.npy", "-o", output)
+        assert code == 1 and "another run is writing these results" in err
+    assert run("diagnose", plant / "bearing.skops", plant / "good.npy", "-o", output)[0] == 0
+
+
+def test_a_file_that_changes_while_it_is_read_has_no_verdict(run, plant, monkeypatch):
+    path, diagnose = plant / "good.npy", diagnosis.diagnose_recording
+
+    def replaced(recording, *arguments):
+        found = diagnose(recording, *arguments)
+        if recording.path == path:
+            os.utime(path, ns=(1, 1))
+        if recording.path.name == "dead.npy":
+            recording.path.unlink()
+        return found
+
+    monkeypatch.setattr(diagnosis, "diagnose_recording", replaced)
+    files = (path, plant / "dead.npy", plant / "worn.npy")
+    code, _, err = run("diagnose", plant / "bearing.skops", *files, "-o", plant / "out.csv")
+    assert code == 1 and f"{path}: the file changed while it was read" in err
+    assert "dead.npy" in err.partition("2 of 3 recordings failed")[2]
+    rows = pd.read_csv(plant / "out.csv")
+    assert rows["verdict"].str.startswith("no verdict").tolist() == [True, True, False]
