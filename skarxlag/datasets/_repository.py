@@ -14,6 +14,7 @@ from urllib.parse import quote
 from zipfile import BadZipFile
 
 import numpy as np
+from scipy.io import loadmat
 from sklearn.datasets import fetch_file, get_data_home
 from sklearn.utils import Bunch
 
@@ -22,6 +23,16 @@ from skarxlag.recordings.windows import stack_windows
 
 #: The array of samples in the converted files that a data home may hold.
 CONVERTED = "acceleration"
+
+
+class Repository(NamedTuple):
+    """Source of a rig: folder in the data home, URL, rate in Hz, description, bearing."""
+
+    folder: str
+    url: str
+    sampling_rate: float
+    description: str
+    bearing: BearingGeometry | None = None
 
 
 class Recording(NamedTuple):
@@ -89,52 +100,36 @@ def checksums(rig: str) -> dict[str, str]:
 
     The lists have the format of the program ``sha256sum``.
     """
-    text = (files("skarxlag.datasets") / "checksums" / f"{rig}.sha256").read_text("utf-8")
-    return {path: sha256 for sha256, path in (line.split("  ", 1) for line in text.splitlines())}
+    lines = _text(f"checksums/{rig}.sha256").splitlines()
+    return {path: sha256 for sha256, path in (line.split("  ", 1) for line in lines)}
 
 
 def fetch_rig(
+    repository: Repository,
     recordings: Sequence[Recording],
     read_signal: Callable[[Path], Any],
     download: Download,
-    *,
-    folder: str,
-    url: str,
-    sampling_rate: float,
-    description: str,
-    bearing: BearingGeometry | None,
-    return_X_y: bool,
-    window_length: int,
+    windows: tuple[int, bool],
 ) -> Bunch | tuple[Any, ...]:
     """Fetch the recordings of a rig and cut them into windows.
 
     Parameters
     ----------
+    repository : Repository
+        The source of the rig.
     recordings : sequence of Recording
         The recordings. The healthy condition comes first.
     read_signal : callable
         Function that returns the samples in an original file.
     download : Download
         Options of the download.
-    folder : str
-        Folder of the rig in the data home.
-    url : str
-        URL of the root of the repository.
-    sampling_rate : float
-        Sampling rate in Hz.
-    description : str
-        Name of the description of the rig in ``descr``.
-    bearing : BearingGeometry or None
-        Dimensions of the bearing, or None if they are unknown.
-    return_X_y : bool
-        If True, return only the windows and their conditions.
-    window_length : int
-        Samples in a window.
+    windows : tuple of int and bool
+        Samples in a window; whether to return only the windows and their conditions.
 
     Returns
     -------
     Bunch, or tuple of ndarray
-        The rig as a Bunch, or its windows and their conditions if `return_X_y` is True.
+        The rig as a Bunch, or its windows and their conditions.
 
     Raises
     ------
@@ -149,11 +144,12 @@ def fetch_rig(
             paths.append(converted)
             signals.append(_read_converted(converted))
             continue
-        path = download.home / folder / recording.path
+        path = download.home / repository.folder / recording.path
         counter = f"[{number}/{len(recordings)}]"
-        _fetch(path, download.mirror or url, recording, download, counter)
+        _fetch(path, download.mirror or repository.url, recording, download, counter)
         paths.append(path)
         signals.append(np.ravel(read_signal(path)))
+    window_length, return_X_y = windows
     names = [str(path) for path in paths]
     data, source, start = stack_windows(signals, names, window_length)
     conditions = [recording.condition for recording in recordings]
@@ -167,11 +163,15 @@ def fetch_rig(
         rpm=np.array([recording.rpm for recording in recordings], dtype=float)[source],
         recording=np.array([recording.name for recording in recordings])[source],
         start=start,
-        sampling_rate=float(sampling_rate),
-        bearing=bearing,
+        sampling_rate=repository.sampling_rate,
+        bearing=repository.bearing,
         filenames=names,
-        DESCR=(files("skarxlag.datasets") / "descr" / f"{description}.rst").read_text("utf-8"),
+        DESCR=_text(f"descr/{repository.description}.rst"),
     )
+
+
+def _text(path):
+    return files("skarxlag.datasets").joinpath(path).read_text("utf-8")
 
 
 def _read_converted(path):
@@ -216,14 +216,14 @@ def _is_intact(path, sha256):
         return hashlib.file_digest(file, "sha256").hexdigest() == sha256
 
 
-def only_signal(content: dict[str, Any]) -> Any:
-    """Return the only array of numbers in the content of a MATLAB file.
+def read_only_signal(path: Path) -> Any:
+    """Read the only array of numbers in a MATLAB file.
 
     Its name differs between files. All other values are single numbers or strings.
     """
     (signal,) = (
         values
-        for values in content.values()
+        for values in loadmat(path).values()
         if isinstance(values, np.ndarray) and values.dtype.kind == "f" and values.size > 1
     )
     return signal

@@ -9,6 +9,7 @@ from skarxlag.bearings import SKF_6205, BearingGeometry
 from skarxlag.datasets._repository import (
     Download,
     Recording,
+    Repository,
     checksums,
     fetch_rig,
     shared_parameters,
@@ -147,15 +148,5 @@ def fetch_cwru(
         return content.get(own, next((v for k, v in content.items() if k.endswith(own[4:])), None))
 
     download = Download(data_home, download_if_missing, mirror, n_retries, delay, verbose)
-    return fetch_rig(
-        recordings,
-        read_signal,
-        download,
-        folder="cwru",
-        url=URL,
-        sampling_rate=SAMPLING_RATE,
-        description="cwru",
-        bearing=bearing,
-        return_X_y=return_X_y,
-        window_length=window_length,
-    )
+    repository = Repository("cwru", URL, SAMPLING_RATE, "cwru", bearing)
+    return fetch_rig(repository, recordings, read_signal, download, (window_length, return_X_y))

@@ -4,15 +4,14 @@ import os
 from pathlib import Path
 from typing import Any
 
-from scipy.io import loadmat
-
 from skarxlag.bearings import SKF_6205
 from skarxlag.datasets._repository import (
     Download,
     Recording,
+    Repository,
     checksums,
     fetch_rig,
-    only_signal,
+    read_only_signal,
     shared_parameters,
 )
 
@@ -126,15 +125,7 @@ def fetch_hit_sm(
             condition, rpm = Path(path).stem.split("_")
             recordings.append(Recording(path, condition, float(rpm), sha256, Path(path).stem))
     download = Download(data_home, download_if_missing, mirror, n_retries, delay, verbose)
+    repository = Repository("hit_sm", URL, SAMPLING_RATE, f"hit_sm_{rig}", bearing)
     return fetch_rig(
-        recordings,
-        lambda path: only_signal(loadmat(path)),
-        download,
-        folder="hit_sm",
-        url=URL,
-        sampling_rate=SAMPLING_RATE,
-        description=f"hit_sm_{rig}",
-        bearing=bearing,
-        return_X_y=return_X_y,
-        window_length=window_length,
+        repository, recordings, read_only_signal, download, (window_length, return_X_y)
     )

@@ -6,7 +6,13 @@ from typing import Any
 from scipy.io import loadmat
 
 from skarxlag.bearings import BearingGeometry
-from skarxlag.datasets._repository import Download, Recording, fetch_rig, shared_parameters
+from skarxlag.datasets._repository import (
+    Download,
+    Recording,
+    Repository,
+    fetch_rig,
+    shared_parameters,
+)
 
 URL = (
     "https://raw.githubusercontent.com/mathworks/RollingElementBearingFaultDiagnosis-Data/"
@@ -113,18 +119,8 @@ def fetch_mfpt(
             name = f"{condition}_load{load}"
             recordings.append(Recording(path, condition, RPM, None, name, f"mfpt/{name}.npz"))
     download = Download(data_home, download_if_missing, mirror, n_retries, delay, verbose)
-    return fetch_rig(
-        recordings,
-        _read_signal,
-        download,
-        folder="mfpt",
-        url=URL,
-        sampling_rate=SAMPLING_RATE,
-        description="mfpt",
-        bearing=NICE,
-        return_X_y=return_X_y,
-        window_length=window_length,
-    )
+    repository = Repository("mfpt", URL, SAMPLING_RATE, "mfpt", NICE)
+    return fetch_rig(repository, recordings, _read_signal, download, (window_length, return_X_y))
 
 
 def _read_signal(path):

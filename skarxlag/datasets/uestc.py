@@ -4,14 +4,13 @@ import os
 from pathlib import Path
 from typing import Any
 
-from scipy.io import loadmat
-
 from skarxlag.datasets._repository import (
     Download,
     Recording,
+    Repository,
     checksums,
     fetch_rig,
-    only_signal,
+    read_only_signal,
     shared_parameters,
 )
 
@@ -112,15 +111,7 @@ def fetch_uestc(
         condition, rpm, _ = Path(path).stem.split("_")
         recordings.append(Recording(path, condition, float(rpm), sha256, Path(path).stem))
     download = Download(data_home, download_if_missing, mirror, n_retries, delay, verbose)
+    repository = Repository("uestc", URL, SAMPLING_RATE, "uestc")
     return fetch_rig(
-        recordings,
-        lambda path: only_signal(loadmat(path)),
-        download,
-        folder="uestc",
-        url=URL,
-        sampling_rate=SAMPLING_RATE,
-        description="uestc",
-        bearing=None,
-        return_X_y=return_X_y,
-        window_length=window_length,
+        repository, recordings, read_only_signal, download, (window_length, return_X_y)
     )
