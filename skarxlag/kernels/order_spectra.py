@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from .scaling import centred
-from .steadiness import windowed_segments
+from .short_time import windowed_segments
 
 #: Share of a signal's power that is added to the power of each of its frequencies, so that
 #: frequencies which hold nothing but rounding errors do not count.

@@ -12,16 +12,15 @@ from scipy import fft
 
 from .linear_prediction import predictors
 from .scaling import largest
-from .steadiness import mean_and_median, windowed_segments
+from .short_time import band_levels
 
 #: Cells of (0, pi) on which the log spectrum of a window is taken.
 LOG_SPECTRUM_CELLS = 256
+#: Share of the power of a segment that stays in an empty band in single precision.
+_ROUNDING = 1e-12
 #: Least number of samples for each coefficient of a signal's own model: with fewer it describes the
 #: noise of the signal rather than its spectrum.
 _SAMPLES_A_COEFFICIENT = 8
-#: Samples whose short-time spectra, each an eighth of a segment after the one before, are worked on
-#: together: they fit the second cache.
-_SAMPLES_IN_CACHE = 20_000
 
 
 def frequency_grid(n_frequencies: int) -> NDArray[Any]:
@@ -90,21 +89,15 @@ def short_time_log_spectra(
         They are 0 for a signal of zeros, and if a segment is shorter than 4 samples.
     """
     n_bands = max(segment // 2 - 1, 1)
-    levels = np.zeros((2, len(signals), n_bands))
     if segment < 4:
-        return levels[0], levels[1]
+        return np.zeros((len(signals), n_bands)), np.zeros((len(signals), n_bands))
     unit = _unit_peak(signals)
     window = np.hanning(segment + 2)[1:-1]
     # A band without power is steady: what rounding leaves in it must not count.
-    floor = 1e-14 * segment * np.mean(unit**2, axis=1)
+    floor = _ROUNDING * segment / unit.shape[1] * np.einsum("wk,wk->w", unit, unit)
     floor[floor == 0] = 1.0
-    n_together = max(_SAMPLES_IN_CACHE // unit.shape[1], 1)
-    for first in range(0, len(unit), n_together):
-        some = slice(first, first + n_together)
-        bands = fft.rfft(windowed_segments(unit[some], window, hop))[..., 1 : n_bands + 1]
-        levels[:, some] = mean_and_median(bands, floor[some])
-    mean, median = np.log(levels)
-    return mean, median
+    mean, median = band_levels(unit, window, hop, floor)
+    return np.log(mean, dtype=np.float64), np.log(median, dtype=np.float64)
 
 
 def _unit_peak(signals):

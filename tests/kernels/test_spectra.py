@@ -89,7 +89,7 @@ def test_steadiness_against_the_literal_short_time_spectrum():
     power = np.array([np.abs(np.fft.fft(window * samples[s : s + 32] / rms)) ** 2 for s in starts])
     literal = np.log(np.median(power, axis=0) / power.mean(axis=0))[1:16]
     computed = band_steadiness(samples[np.newaxis], 32, 5)[0]
-    np.testing.assert_allclose(computed, literal, rtol=1e-9)
+    np.testing.assert_allclose(computed, literal, atol=1e-5)
 
 
 @pytest.mark.parametrize("n_samples", [1, 2, 3, 4, 7])
@@ -181,20 +181,20 @@ def test_bands_that_hold_nothing_but_rounding_are_steady():
     np.testing.assert_allclose(median - mean, 0, atol=0.05)
 
 
-def test_floor_of_the_power_is_1e_14_of_the_power_of_the_signal():
+def test_floor_of_the_power_is_1e_12_of_the_power_of_the_signal():
     # More than half of the segments hold noise that is about as weak as the floor.
-    weak = 1e-7 * np.random.default_rng(8).normal(size=(1, 3200))
-    weak[0, 1920:] *= 6e6
+    weak = 1e-6 * np.random.default_rng(8).normal(size=(1, 3200))
+    weak[0, 1920:] *= 6e5
     mean, median = spectra.short_time_log_spectra(weak, 32, 32)
     unit = weak[0] / np.abs(weak).max()
     window = np.sin(np.pi * np.arange(1, 33) / 33) ** 2
     power = np.abs(np.fft.fft(unit.reshape(100, 32) * window)[:, 1:16]) ** 2
     quiet = np.arange(100) < 60
-    floor = 1e-14 * 32 * np.mean(unit**2)
+    floor = 1e-12 * 32 * np.mean(unit**2)
     assert 0.1 < power[quiet].mean() / floor < 10
     literal = np.sort(power + floor, axis=0)
-    np.testing.assert_allclose(mean[0], np.log(literal.mean(axis=0)), rtol=1e-9)
-    np.testing.assert_allclose(median[0], np.log(literal[49:51].mean(axis=0)), rtol=1e-9)
+    np.testing.assert_allclose(mean[0], np.log(literal.mean(axis=0)), atol=1e-5)
+    np.testing.assert_allclose(median[0], np.log(literal[49:51].mean(axis=0)), atol=1e-5)
 
 
 def test_segments_of_four_samples_by_hand():
@@ -206,7 +206,7 @@ def test_segments_of_four_samples_by_hand():
     power = (x[:, 0] - x[:, 2]) ** 2 + (x[:, 1] - x[:, 3]) ** 2
     assert mean.shape == median.shape == (1, 1)
     expected = np.log(np.median(power) / power.mean())
-    np.testing.assert_allclose((median - mean)[0, 0], expected, rtol=1e-9)
+    np.testing.assert_allclose((median - mean)[0, 0], expected, rtol=1e-6)
 
 
 def test_signals_of_zeros_have_levels_of_0():
