@@ -30,7 +30,7 @@ from .kernels.group_means import group_means
 from .kernels.spectra import cepstrum
 from .kernels.speed_drift import along_axes, drift_factor, group_speeds, joint_axes
 from .kernels.speed_references import drift_learned, mean_by_speed, references_at, speeds_to_try
-from .speeds import log_speeds
+from .speeds import log_speeds, with_plausible_speeds
 
 #: No power of double precision has a larger logarithm: a value above it is no logarithm.
 _LARGEST = 1e4
@@ -352,9 +352,16 @@ class SpectralDistance(StretchTransformer):
         Raises
         ------
         ValueError
-            If a speed is not above 0, or `rpm` is given and was not in `fit`.
+            If `rpm` is given and was not in `fit`.
+
+        Warns
+        -----
+        UserWarning
+            If a speed is not above 0, or farther than a factor of 5 outside the speeds of `fit`.
+            The residuals of such a window are 1 for all conditions.
         """
         X, _ = self._validate(X, reset=False)
+        rpm, is_plausible = with_plausible_speeds(rpm, len(X), self.speeds_)
         log_speed, cepstra = self._log_speeds(rpm, len(X)), _cepstra(X)
         parts = [
             (along_axes(_joined(cepstra[:, chosen]), axes), variances, references)
@@ -371,6 +378,8 @@ class SpectralDistance(StretchTransformer):
                 ],
                 axis=0,
             )
+        # Equal residuals name no condition.
+        residuals[~is_plausible] = 1.0
         return residuals.astype(X.dtype, copy=False)
 
     def _residuals(self, parts, log_speed, known, factor=None):

@@ -39,9 +39,12 @@ from .kernels.healthy_limits import (
 from .kernels.healthy_rows import Rows, measure_rows, number_of_cepstra
 from .kernels.ladder import rows_that_hold
 from .kernels.speed_drift import SAME_SPEED, UNIT_DISTANCE, group_speeds
+from .speeds import with_plausible_speeds
 
 #: Samples that a spectrum takes at least.
 _SHORTEST_SPECTRUM = 8
+#: Log p-value of a row without a plausible speed: the p-value is the smallest above 0.
+_LEAST_LOG_P = float(np.log(np.finfo(np.float32).tiny))
 
 
 class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
@@ -405,12 +408,14 @@ class FaultDetector(RowOutlierDetector):
         Raises
         ------
         ValueError
-            If a speed is not above 0, or `fit` had speeds and there are none here.
+            If `fit` had speeds and there are none here.
 
         Warns
         -----
         UserWarning
-            If rows lie more than the factor 1.3 outside the speeds of `fit`.
+            If a speed is not above 0, or farther than a factor of 5 outside the speeds of `fit`:
+            the p-value is then nearly 0. If rows lie more than the factor 1.3 outside the speeds of
+            `fit`.
         """
         return np.exp(self.score_samples(X, rpm))
 
@@ -431,10 +436,15 @@ class FaultDetector(RowOutlierDetector):
             Finite, at most 0; lower is more abnormal.
         """
         X, _ = validate_innovations(self, X, reset=False)
+        rpm, is_plausible = self._usable_speeds(rpm, len(X))
         log_speed = self._distant_speeds(rpm, len(X))
         with_level = self.means_.shape[1] > 1
         rows = _measure(X, self.n_windows_, with_level=with_level, n_jobs=self.n_jobs)
-        return self._log_p_values_of(rows, log_speed)
+        return np.where(is_plausible, self._log_p_values_of(rows, log_speed), _LEAST_LOG_P)
+
+    def _usable_speeds(self, rpm, n_rows):
+        """Speeds of rows, and which of them are plausible. They are not used if fit had none."""
+        return with_plausible_speeds(rpm if len(self.speeds_) > 0 else None, n_rows, self.speeds_)
 
     @uses_fitted
     @one_thread
@@ -723,10 +733,11 @@ class KnownConditions(RowOutlierDetector):
         ndarray of shape (n_rows, n_conditions)
             In (0, 1], in the order of `classes_`.
 
-        Raises
-        ------
-        ValueError
-            If a speed is not above 0.
+        Warns
+        -----
+        UserWarning
+            If a speed is not above 0, or farther than a factor of 5 outside the speeds of `fit`:
+            the p-values are then nearly 0.
         """
         return np.exp(self._log_p_values(X, rpm))
 
@@ -750,6 +761,8 @@ class KnownConditions(RowOutlierDetector):
     @uses_fitted
     def _log_p_values(self, X, rpm):
         X, _ = validate_innovations(self, X, reset=False)
+        speeds = np.unique(np.concatenate([each.speeds_ for each in self.detectors_]))
+        rpm, is_plausible = with_plausible_speeds(rpm, len(X), speeds)
         log_speed = _log_speeds(rpm, len(X))
         first = self.detectors_[0]
         rows = _measure(
@@ -759,7 +772,7 @@ class KnownConditions(RowOutlierDetector):
             detector._log_p_values_of(rows, log_speed, two_sided=True)
             for detector in self.detectors_
         ]
-        return np.stack(found, axis=1)
+        return np.where(is_plausible[:, np.newaxis], np.stack(found, axis=1), _LEAST_LOG_P)
 
     def _answers(self):
         speeds = np.unique(np.concatenate([each.speeds_.round(6) for each in self.detectors_]))

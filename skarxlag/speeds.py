@@ -118,9 +118,42 @@ def plausible_speeds(
         warnings.warn(
             f"{np.sum(~is_plausible)} of {n_rows} rows are treated as rows without a signal: "
             f"{errors[~is_plausible][0]}. rpm must be in revolutions per minute.",
-            stacklevel=3,
+            stacklevel=5,
         )
     return is_plausible
+
+
+def with_plausible_speeds(
+    rpm: ArrayLike | None, n_rows: int, train_rpm: Sequence[float] = ()
+) -> tuple[Any, NDArray[np.bool_]]:
+    """Replace implausible speeds by a training speed, and warn once of these rows.
+
+    Parameters
+    ----------
+    rpm, n_rows, train_rpm
+        As in `speed_errors`; `rpm` may be None.
+
+    Returns
+    -------
+    rpm : ndarray of shape (n_rows,) or (n_rows, n_samples), or None
+        Speeds, with the first training speed for rows without a plausible one.
+    is_plausible : ndarray of bool of shape (n_rows,)
+        Rows whose speed was not replaced.
+
+    Examples
+    --------
+    >>> with_plausible_speeds(None, 2)
+    (None, array([ True,  True]))
+    """
+    if rpm is None:
+        return None, np.ones(n_rows, dtype=bool)
+    is_plausible = plausible_speeds(rpm, n_rows, train_rpm)
+    if is_plausible.all():
+        return rpm, is_plausible
+    speeds = np.array(rpm, dtype=np.float64)
+    speeds = np.full(n_rows, speeds) if speeds.ndim == 0 else speeds
+    speeds[~is_plausible] = train_rpm[0] if len(train_rpm) > 0 else 1.0
+    return speeds, is_plausible
 
 
 def samples_a_turn(

@@ -391,3 +391,16 @@ def test_verdicts_through_measures_and_ladder():
     residuals = SpectralDistance().fit_transform(LogSpectra().fit_transform(X[:30]), y[:30])
     assert ThresholdLadder().fit(residuals, y[:30]).score(residuals, y[:30]) == 1.0
     assert make_extended_state_pio().fit(X[:30], y[:30]).score(X[30:], y[30:]) > 0.9
+
+
+@pytest.mark.parametrize("rpm", [0.0, -900.0, np.nan, 15.0, 1e9])
+def test_windows_at_an_implausible_speed_name_no_condition(rpm):
+    rng = np.random.default_rng(0)
+    X, y = rng.normal(size=(40, 1, 12)), np.repeat(["a", "b"], 20)
+    X[20:, :, 3] += 2.0
+    distance = SpectralDistance().fit(X, y, rpm=np.tile([900.0, 1200.0], 20))
+    with pytest.warns(UserWarning, match="1 of 3 rows are treated as rows without a") as caught:
+        found = distance.transform(X[:3], rpm=[900.0, rpm, 1200.0])
+    assert len(caught) == 1
+    np.testing.assert_array_equal(found[1], 1.0)
+    np.testing.assert_array_equal(found[[0, 2]], distance.transform(X[[0, 2]], rpm=[900.0, 1200.0]))

@@ -225,9 +225,23 @@ def test_speeds_are_needed_where_fit_had_them(fitted):
 def test_bad_speeds_are_named(fitted, rpm, message):
     X = healthy(3, 1000, 0)
     with pytest.raises(ValueError, match=message):
-        fitted.predict(X, rpm=rpm)
-    with pytest.raises(ValueError, match=message):
         FaultDetector().fit(X, rpm=rpm)
+    if "holds" not in message or isinstance(rpm, str):
+        with pytest.raises(ValueError, match="rpm (must hold|has shape)"):
+            fitted.predict(X, rpm=rpm)
+
+
+@pytest.mark.parametrize("rpm", [0.0, -1000.0, np.nan, np.inf, 1000 / 60, 1e9])
+def test_rows_at_an_implausible_speed_are_flagged_with_one_warning(fitted, rpm):
+    X, speeds = healthy(3, 1000, 0), np.array([1000.0, rpm, 1000.0])
+    expected = fitted.p_values(X, rpm=1000)
+    with pytest.warns(UserWarning, match="1 of 3 rows are treated as rows without a") as caught:
+        p_values = fitted.p_values(X, rpm=speeds)
+    assert len(caught) == 1
+    np.testing.assert_array_equal(p_values[[0, 2]], expected[[0, 2]])
+    assert 0 < p_values[1] < 1e-30
+    with pytest.warns(UserWarning, match="rows without a signal"):
+        assert fitted.predict(X, rpm=speeds)[1] == -1
 
 
 @pytest.mark.parametrize(

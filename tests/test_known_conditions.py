@@ -183,8 +183,11 @@ def test_bad_input_is_named(fitted):
         KnownConditions(window_length=0).fit(X, y)
     with pytest.raises(ValueError, match="rpm holds -1 for row 0"):
         KnownConditions().fit(X, y, rpm=-1)
-    with pytest.raises(ValueError, match="rpm holds 0 for row 0"):
-        fitted.predict(X, rpm=0)
+    with pytest.warns(UserWarning, match="8 of 8 rows are treated as rows without a signal"):
+        p_values = fitted.p_values(X, rpm=0)
+    assert np.all(p_values < 1e-30) and np.all(p_values > 0)
+    with pytest.warns(UserWarning, match="rows without a signal"):
+        assert np.all(fitted.predict(X, rpm=0) == -1)
     with pytest.raises(ValueError, match="texts and labels that are numbers"):
         KnownConditions().fit(X, ["a", 1] * 4)
 

@@ -3,6 +3,7 @@ import pytest
 
 from skarxlag import estimate_shaft_speed, rpm_from_tacho
 from skarxlag.kernels.comb import comb_frequency
+from skarxlag.speeds import speed_errors
 
 RATE = 10_000
 
@@ -139,3 +140,21 @@ def test_tacho_by_hand():
 def test_tacho_that_states_no_speed(tacho, options, message):
     with pytest.raises(ValueError, match=message):
         rpm_from_tacho(tacho, **({"sampling_rate": 100} | options))
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.0, 5.0])
+def test_plausible_speeds_are_within_the_factor(factor):
+    trained = [600.0, 1200.0]
+    rpm = np.array([600 / factor, 599.9 / factor, 1200 * factor, 1200.1 * factor])
+    errors = speed_errors(rpm, 4, trained, factor)
+    assert (errors == "").tolist() == [True, False, True, False]
+    assert (speed_errors(rpm, 4) == "").all()
+    # Every sample of a row must be plausible.
+    rows = np.array([[600.0, 700.0], [600.0, 1.0], [np.nan, 600.0]])
+    assert (speed_errors(rows, 3, trained) == "").tolist() == [True, False, False]
+    with pytest.raises(ValueError, match="speed_factor"):
+        speed_errors(rpm, 4, trained, 0.9)
+    with pytest.raises(ValueError, match=r"rpm has shape \(4,\)"):
+        speed_errors(rpm, 3, trained)
+    with pytest.raises(ValueError, match="rpm must hold numbers, got 'fast'"):
+        speed_errors("fast", 3)
