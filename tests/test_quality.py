@@ -1,3 +1,6 @@
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -5,9 +8,12 @@ from skarxlag import (
     make_alpio,
     make_diagnoser,
     make_stretch_diagnoser,
+    make_windows,
+    read_recording,
     signal_quality,
     window_verdicts,
 )
+from skarxlag.datasets import simulate_rig
 
 rng = np.random.default_rng(0)
 NOISE = rng.normal(size=(6, 1200))
@@ -38,14 +44,21 @@ def test_dead_sensor(value):
 
 
 def test_range_of_the_largest_numbers():
-    assert one(1.7e308 * np.sign(NOISE[0]) * rng.uniform(0.5, 1, size=1200)) == "good"
+    assert one(1.7e308 * NOISE[0] / np.abs(NOISE[0]).max()) == "good"
 
 
 def test_dropouts_are_tolerated_up_to_the_stated_share():
     window = NOISE[0].copy()
-    window[100:500] = 0.0
+    window.reshape(-1, 12)[:, :4] = 0.0
     assert one(window) == "good"
-    assert one(window, held_share=0.3) == "held"
+    assert one(window, held_share=0.2) == "held"
+
+
+def test_a_stuck_part_is_tolerated_up_to_the_stated_share():
+    window = NOISE[0].copy()
+    window[100:200] = 0.0
+    assert one(window) == "good"
+    assert one(window, stuck_share=0.08) == "stuck"
 
 
 def test_clipping_is_tolerated_up_to_the_stated_share():
@@ -108,6 +121,9 @@ def test_good_windows_are_what_a_diagnoser_can_be_asked_about():
     [
         (NOISE, {"clipped_share": 0.0}, "clipped_share == 0"),
         (NOISE, {"held_share": 1.5}, r"held_share == 1\.5"),
+        (NOISE, {"stuck_share": 0.0}, "stuck_share == 0"),
+        (NOISE, {"hum_share": 2.0}, r"hum_share == 2\.0"),
+        (NOISE, {"sampling_rate": 0.0}, "sampling_rate == 0"),
         (NOISE[0], {}, "Expected 2D array"),
         (NOISE[np.newaxis, np.newaxis], {}, r"X has shape \(1, 1, 6, 1200\)"),
     ],
@@ -115,6 +131,139 @@ def test_good_windows_are_what_a_diagnoser_can_be_asked_about():
 def test_errors_name_what_is_wrong(X, arguments, message):
     with pytest.raises(ValueError, match=message):
         signal_quality(X, **arguments)
+
+
+DATA = os.environ.get("SKARXLAG_DATA")
+REAL = {
+    "uestc": ("uestc/Data/I_1200/I_1200_1.mat", 20_000.0),
+    "uestc, healthy": ("uestc/Data/N_800/N_800_1.mat", 20_000.0),
+    "hit_sm": ("hit_sm/Self-built dataset/OR5_1200.mat", 51_200.0),
+    "cwru": ("cwru_drive_end/inner007_1797.npz", 12_000.0),
+}
+LENGTH = 4800
+
+
+@pytest.fixture(scope="module", params=["simulated", *REAL])
+def recorded(request):
+    """Windows that carry a signal, and their sampling rate."""
+    if request.param == "simulated":
+        n = 4 * LENGTH  # Three periods of 50 Hz and more.
+        rig = simulate_rig(rpm=500, crack_mm=3, n_samples=4 * n, window_length=n)
+        return rig.data[:, 0], rig.sampling_rate
+    if DATA is None:
+        pytest.skip("SKARXLAG_DATA is not set")
+    name, sampling_rate = REAL[request.param]
+    path = Path(DATA) / name
+    channel = "acceleration" if path.suffix == ".npz" else 0
+    signal, _ = read_recording(path, channel=channel)
+    return make_windows(signal[: 20 * LENGTH], LENGTH), sampling_rate
+
+
+def wrapped(windows, overshoot):
+    """As int16 of which so many of the largest values are out of range."""
+    full = np.quantile(np.abs(windows), 1 - overshoot, axis=1, keepdims=True)
+    return np.round(32768 * windows / full).astype(np.int64).astype(np.int16)
+
+
+def with_hum(windows, sampling_rate, frequency, decibel):
+    seconds = np.arange(windows.shape[1]) / sampling_rate
+    amplitude = np.sqrt(2) * windows.std(axis=1, keepdims=True) * 10 ** (decibel / 20)
+    return windows + amplitude * np.sin(2 * np.pi * frequency * seconds + 1)
+
+
+def without_decade(windows, low):
+    """Without the frequencies from a share of the highest one to ten times that."""
+    spectra = np.fft.rfft(windows, axis=1)
+    n_bins = windows.shape[1] // 2
+    spectra[:, int(low * n_bins) : int(10 * low * n_bins) + 1] = 0
+    return np.fft.irfft(spectra, windows.shape[1], axis=1)
+
+
+def share_of(windows, kind, least=0.9, **arguments):
+    """Mean share of the windows of a kind, which must be nearly all."""
+    quality, share = signal_quality(windows, return_share=True, **arguments)
+    assert np.mean(quality == kind) > least, np.unique(quality, return_counts=True)
+    return share[quality == kind].mean()
+
+
+def test_recorded_windows_are_good(recorded):
+    windows, sampling_rate = recorded
+    windows = windows - windows.mean(axis=1, keepdims=True)
+    for scale in (1, 1e-6, 3000):
+        quality = signal_quality(scale * windows, sampling_rate=sampling_rate)
+        assert np.all(quality == "good")
+    quality, share = signal_quality(np.round(200 * windows / windows.std()), return_share=True)
+    assert np.all(quality == "good") and np.all(share == 0)
+
+
+@pytest.mark.parametrize("overshoot", [0.03, 0.06])
+def test_integers_that_wrapped_round(recorded, overshoot):
+    windows = recorded[0] - recorded[0].mean(axis=1, keepdims=True)
+    assert 0 < share_of(wrapped(windows, overshoot), "wrapped", least=0.75) < 3 * overshoot
+
+
+@pytest.mark.parametrize("n_samples", [400, 1200, 4800])
+def test_noise_did_not_wrap_round(n_samples):
+    noise = np.random.default_rng(2).normal(size=(2000, n_samples))
+    assert np.all(signal_quality(noise) == "good")
+
+
+def test_clipping_of_a_recording(recorded):
+    windows = recorded[0] - recorded[0].mean(axis=1, keepdims=True)
+    full = np.quantile(np.abs(windows), 0.95, axis=1, keepdims=True)
+    assert share_of(windows.clip(-full, full), "clipped") == pytest.approx(0.05, abs=0.005)
+
+
+def test_quantisation_of_a_recording(recorded):
+    windows = recorded[0] - recorded[0].mean(axis=1, keepdims=True)
+    steps = np.round(windows / np.ptp(windows, axis=1, keepdims=True) * 6)
+    quality, share = signal_quality(steps, held_share=1.0, stuck_share=1.0, return_share=True)
+    assert set(quality) == {"coarse"} and np.all(share >= 1 / 7)
+
+
+@pytest.mark.parametrize("low", [0.02, 0.1])
+def test_a_missing_decade_of_a_recording(recorded, low):
+    windows = recorded[0] - recorded[0].mean(axis=1, keepdims=True)
+    windows *= np.hanning(windows.shape[1])
+    share = share_of(without_decade(windows, low), "band missing")
+    assert share == pytest.approx(9 * low, rel=0.6)
+
+
+def test_a_stuck_part_of_a_recording(recorded):
+    windows = recorded[0].copy()
+    n = windows.shape[1]
+    windows[:, 1000 : 1000 + n // 5] = windows[:, 1000:1001]
+    assert share_of(windows, "stuck") == pytest.approx(0.2, abs=0.001)
+
+
+@pytest.mark.parametrize("frequency", [49.8, 50, 60, 60.2])
+def test_hum_of_a_recording(recorded, frequency):
+    windows, sampling_rate = recorded
+    windows = windows - windows.mean(axis=1, keepdims=True)
+    humming = with_hum(windows, sampling_rate, frequency, 40)
+    assert share_of(humming, "hum", sampling_rate=sampling_rate) > 0.999
+    assert np.all(signal_quality(humming) == "good")
+    # Of 10 dB, nine tenths of the energy are hum.
+    faint = with_hum(windows, sampling_rate, frequency, 10)
+    assert np.all(signal_quality(faint, sampling_rate=sampling_rate) == "good")
+    arguments = {"sampling_rate": sampling_rate, "hum_share": 0.8}
+    assert share_of(faint, "hum", **arguments) == pytest.approx(10 / 11, abs=0.03)
+
+
+def test_a_window_shorter_than_three_periods_has_no_hum():
+    humming = with_hum(NOISE, 50e3, 50, 40)
+    assert np.all(signal_quality(humming, sampling_rate=50e3) == "good")
+    assert np.all(signal_quality(humming[:, ::20], sampling_rate=2500.0) == "good")
+
+
+def test_shares_of_the_other_kinds():
+    windows = NOISE.copy()
+    windows[1] = 4.0
+    windows[2, :3] = np.nan
+    windows[3].reshape(-1, 10)[:, :7] = 0.0
+    quality, share = signal_quality(windows, return_share=True)
+    assert quality[:4].tolist() == ["good", "constant", "not finite", "held"]
+    np.testing.assert_allclose(share[:4], [0, 1, 3 / 1200, 0.6], atol=1e-3)
 
 
 def silent_windows():
