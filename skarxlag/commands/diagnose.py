@@ -9,7 +9,7 @@ from pathlib import Path
 from .._files import write_atomically
 from .._version import __version__
 from ..bearings import fault_orders
-from ..recordings.table import list_recordings
+from ..recordings.listing import list_recordings
 from ..stretches import order_comparison
 from .arguments import add_execution_arguments, bearing
 from .batch import diagnose_all

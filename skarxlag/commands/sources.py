@@ -6,8 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..recordings.listing import ListedRecording, is_file_source, list_files
-from ..recordings.table import list_recordings
+from ..recordings.listing import ListedRecording, is_file_source, list_files, list_recordings
 from .arguments import positive_number
 from .errors import UsageError
 

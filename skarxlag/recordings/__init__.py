@@ -1,8 +1,7 @@
 """Recordings: from files and tables of files to windows."""
 
-from .collection import read_recording_table
 from .files import iter_windows, list_channels, read_recording
-from .rig import load_recordings
+from .rig import load_recordings, read_recording_table
 from .windows import make_windows
 
 __all__ = [

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .formats import error_of, find_format
 from .formats._contents import choose_channel
+from .formats._facts import names_speed
 from .formats._isolation import isolated_blocks, isolated_description
 from .formats._signals import describe_channels, signal_blocks
 from .windows import block_length, cut_blocks
@@ -167,8 +168,8 @@ def list_channels(path: str | os.PathLike[str], *, dtype: str | None = None) -> 
     -------
     pandas.DataFrame
         One row for each channel, in the order of the file, with the columns ``channel`` (the
-        name), ``sampling_rate`` (in Hz, NaN where it is not stated) and ``unit`` (None where it is
-        not stated).
+        name), ``sampling_rate`` (in Hz, NaN if it is not stated), ``unit`` (None if it is not
+        stated) and ``rpm`` (shaft speed in rev/min, NaN if no number named ``rpm`` states it).
 
     Raises
     ------
@@ -183,13 +184,13 @@ def list_channels(path: str | os.PathLike[str], *, dtype: str | None = None) -> 
     ...     path = pathlib.Path(folder, "run.csv")
     ...     _ = path.write_text("time;vibration\ns;g\n0,000;1,5\n0,001;-2\n")
     ...     list_channels(path)
-         channel  sampling_rate unit
-    0       time            NaN    s
-    1  vibration         1000.0    g
+         channel  sampling_rate unit  rpm
+    0       time            NaN    s  NaN
+    1  vibration         1000.0    g  NaN
     """
     rows = _described(path, dtype)
-    table = pd.DataFrame(rows, columns=["channel", "sampling_rate", "unit"], dtype=object)
-    return table.astype({"sampling_rate": float})
+    table = pd.DataFrame(rows, columns=["channel", "sampling_rate", "unit", "rpm"], dtype=object)
+    return table.astype({"sampling_rate": float, "rpm": float})
 
 
 def _described(path, dtype):
@@ -202,8 +203,42 @@ def _described(path, dtype):
         raise error_of(path, error, module) from error
 
 
+def recording_speed(path: Any, *, channel: Any = None, dtype: Any = None) -> float | None:
+    """Return the shaft speed that the file states.
+
+    It is a number such as ``rpm`` or ``X105RPM``: a variable, an attribute or a property. Or it is
+    the mean of a channel that is called ``rpm`` or has the unit rpm.
+
+    Parameters
+    ----------
+    path, channel, dtype
+        As in :func:`read_recording`; of several channels the first counts.
+
+    Returns
+    -------
+    float or None
+        In rev/min; None if the file does not state it.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError, ImportError
+        As in :func:`read_recording`.
+    """
+    rows = {row["channel"]: row for row in _described(path, dtype)}
+    stated = {row["rpm"] for row in _first(rows, channel)} - {None}
+    if stated:
+        return stated.pop() if len(stated) == 1 else None
+    held = [name for name, row in rows.items() if names_speed(name, row["unit"])]
+    if not held:
+        return None
+    total = n_samples = 0
+    for speeds, _ in recording_blocks(path, 2**20, channel=held[0], dtype=dtype):
+        total, n_samples = total + speeds.sum(), n_samples + len(speeds)
+    return float(total / n_samples)
+
+
 def recording_start(path: Any, *, channel: Any = None, dtype: Any = None) -> float | None:
-    """Date of the first sample, where the file states one.
+    """Return the date of the first sample, if the file states one.
 
     Parameters
     ----------
@@ -220,11 +255,17 @@ def recording_start(path: Any, *, channel: Any = None, dtype: Any = None) -> flo
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`.
     """
-    starts = {row["channel"]: row["start"] for row in _described(path, dtype)}
+    rows = {row["channel"]: row for row in _described(path, dtype)}
+    starts = (row["start"] for row in _first(rows, channel))
+    return next((start for start in starts if start is not None), None)
+
+
+def _first(rows, channel):
+    """The descriptions of the first of the channels, or of all if none is chosen."""
     if channel is None:
-        return next((start for start in starts.values() if start is not None), None)
+        return list(rows.values())
     first = channel if isinstance(channel, str | Integral) else channel[0]
-    return starts[choose_channel(list(starts), first)]
+    return [rows[choose_channel(list(rows), first)]]
 
 
 def recording_blocks(

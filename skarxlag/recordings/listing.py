@@ -1,21 +1,26 @@
-"""Recordings that are listed, of which nothing has been read: folders, globs, lines of a table."""
+"""Lists of recordings: tables, folders and globs. Nothing of the recordings is read."""
 
+import difflib
 import os
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from glob import glob
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
+import pandas as pd
 from numpy.typing import NDArray
 
-from .files import recording_blocks
+from .files import recording_blocks, recording_speed
 from .formats import FORMATS
+from .formats.text import read_csv_frame
 from .rates import rates_agree
 
-#: What a table or a file name can tell of a recording; anything else is kept as it is.
+#: Facts of a recording in a table or a file name; anything else is kept as it is.
 FACTS = ("condition", "rpm", "sampling_rate", "channel", "dtype")
+_COLUMNS = ("path", *FACTS)
 
 
 @dataclass(frozen=True)
@@ -25,15 +30,15 @@ class ListedRecording:
     Parameters
     ----------
     where : str or None
-        What an error calls its entry, such as the line of a table. None: the path says enough.
+        Entry that error messages name, such as the line of a table. None: they name the path.
     name : str
-        What results call it.
+        Its name in results.
     path : Path
         The file.
     channel : str, list of str or None
         As in :func:`read_recording`.
     sampling_rate : float or None
-        In Hz, if it was stated beside the file.
+        In Hz, if it was stated outside the file.
     condition : str or None
         State of the machine, if known.
     rpm : float or None
@@ -41,7 +46,7 @@ class ListedRecording:
     dtype : str or None
         As in :func:`read_recording`.
     further : dict of str to str
-        What else the table or the file name says, by the name of the column or the group.
+        Other facts in the table or the file name, by the name of the column or the group.
     """
 
     where: str | None
@@ -54,8 +59,22 @@ class ListedRecording:
     dtype: str | None = None
     further: dict[str, Any] = field(default_factory=dict)
 
+    def with_speed(self) -> Self:
+        """Return the recording with the shaft speed of its file, if none was stated beside it.
+
+        Raises
+        ------
+        FileNotFoundError, ImportError, ValueError
+            As `recording_speed` does. The message names the entry.
+        """
+        if self.rpm is not None:
+            return self
+        with self._named():
+            rpm = recording_speed(self.path, channel=self.channel, dtype=self.dtype)
+        return replace(self, rpm=rpm)
+
     def blocks(self, n_samples: int | None = None) -> Iterator[tuple[NDArray[Any], float | None]]:
-        """Blocks of the recording and its sampling rate, as `recording_blocks` yields them.
+        """Yield blocks of the recording and its sampling rate, like `recording_blocks`.
 
         Parameters
         ----------
@@ -68,28 +87,31 @@ class ListedRecording:
             As there; if the stated rate differs from the rate in the file; and, for an entry of a
             table, if neither is stated. The message names the entry.
         """
+        stated = self.sampling_rate
+        with self._named():
+            read = recording_blocks(self.path, n_samples, channel=self.channel, dtype=self.dtype)
+            for signal, known in read:
+                if stated is None and known is None and self.where is not None:
+                    raise ValueError(f"sampling_rate is missing and {self.path} does not state it")
+                if not rates_agree(stated, known):
+                    raise ValueError(
+                        f"{self.path}: sampling_rate is {stated:g} Hz but the file states "
+                        f"{known:g} Hz"
+                    )
+                yield signal, known if stated is None else stated
+
+    @contextmanager
+    def _named(self):
         try:
-            yield from self._agreed_blocks(n_samples)
+            yield
         except (FileNotFoundError, ImportError, ValueError) as error:
             if self.where is None:
                 raise
             raise type(error)(f"{self.where}: {error}") from error
 
-    def _agreed_blocks(self, n_samples):
-        read = recording_blocks(self.path, n_samples, channel=self.channel, dtype=self.dtype)
-        for signal, known in read:
-            stated = self.sampling_rate
-            if stated is None and known is None and self.where is not None:
-                raise ValueError(f"sampling_rate is missing and {self.path} does not state it")
-            if not rates_agree(stated, known):
-                raise ValueError(
-                    f"{self.path}: sampling_rate is {stated:g} Hz but the file states {known:g} Hz"
-                )
-            yield signal, known if stated is None else stated
-
 
 def is_file_source(source: str | os.PathLike[str]) -> bool:
-    """Whether a path is a folder or a glob, and not one file such as a table."""
+    """Return whether a path is a folder or a glob, not one file such as a table."""
     path = Path(source)
     return path.is_dir() or (not path.exists() and any(sign in str(source) for sign in "*?["))
 
@@ -144,7 +166,7 @@ def list_files(
 
 
 def positive(where: str, name: str, text: str) -> float:
-    """A number above zero from a text, or an error that names the place."""
+    """Return a number above zero from a text, or raise an error that names the place."""
     try:
         value = float(text.replace(",", "."))
     except ValueError:
@@ -157,13 +179,7 @@ def positive(where: str, name: str, text: str) -> float:
 def _found(source):
     folder = Path(source)
     if folder.is_dir():
-        suffixes = tuple(suffix for module in FORMATS for suffix in module.SUFFIXES)
-        paths = [
-            path
-            for path in folder.rglob("*")
-            if path.is_file() and path.name.lower().endswith(suffixes)
-        ]
-        found = [(path.relative_to(folder).as_posix(), path) for path in paths]
+        found = [(path.relative_to(folder).as_posix(), path) for path in _files_below(folder)]
         expected = f"a recording with a known suffix in {source}"
     elif folder.exists():
         return [(str(source), folder)]
@@ -174,6 +190,22 @@ def _found(source):
     if not found:
         raise FileNotFoundError(f"{source}: no such file, expected {expected}")
     return sorted(found)
+
+
+def _files_below(folder):
+    """Files with a known suffix, also in folders behind links; each folder once."""
+    suffixes = tuple(suffix for module in FORMATS for suffix in module.SUFFIXES)
+    seen = {folder.resolve()}
+    for parent, folders, names in os.walk(folder, followlinks=True):
+        inner = [Path(parent, name) for name in sorted(folders)]
+        folders.clear()
+        # A link may lead to a folder that is listed anyway, or back to one above it.
+        for path in sorted(inner, key=Path.is_symlink):
+            if path.resolve() not in seen:
+                seen.add(path.resolve())
+                folders.append(path.name)
+        paths = (Path(parent, name) for name in names if name.lower().endswith(suffixes))
+        yield from (path for path in paths if path.is_file())
 
 
 def _compiled(pattern):
@@ -191,3 +223,115 @@ def _facts_in_name(name, expression):
     if match is None:
         raise ValueError(f"{name}: does not fit the pattern {expression.pattern!r}")
     return {key: text for key, text in match.groupdict().items() if text is not None}
+
+
+def list_recordings(
+    path: str | os.PathLike[str],
+    *,
+    pattern: str | None = None,
+    channel: str | int | Sequence[str | int] | None = None,
+    sampling_rate: float | None = None,
+    dtype: str | None = None,
+) -> list[ListedRecording]:
+    """List the lines of a table or the files of a folder or glob.
+
+    Parameters
+    ----------
+    path, pattern, channel, sampling_rate, dtype
+        As in `read_recording_table`.
+
+    Returns
+    -------
+    list of ListedRecording
+        In the order of the table or of the paths.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        As in `read_recording_table`, if the list itself is wrong.
+    """
+    options = dict(pattern=pattern, channel=channel, sampling_rate=sampling_rate, dtype=dtype)
+    if is_file_source(path):
+        return list_files(path, **options)
+    for name, value in options.items():
+        if value is not None:
+            raise ValueError(
+                f"{name}={value!r} is for a folder or a glob; {path} is a table, which has a "
+                f"column for it"
+            )
+    path = Path(path)
+    table = _read_table(path)
+    known = table.columns.intersection(_COLUMNS)
+    repeated = table["path"].duplicated(keep=False)
+    listed = []
+    for line, row in table.iterrows():
+        where = f"{path}, line {line}"
+        channels = [name.strip() for name in row["channel"].split(";")] if row["channel"] else []
+        rate, rpm = row["sampling_rate"], row.get("rpm")
+        listed.append(
+            ListedRecording(
+                where=where,
+                name=f"{row['path']}:{row['channel']}" if repeated[line] else row["path"],
+                path=path.parent / row["path"],
+                channel=channels if len(channels) > 1 else next(iter(channels), None),
+                sampling_rate=positive(where, "sampling_rate", rate) if rate else None,
+                condition=row.get("condition"),
+                rpm=None if rpm is None else positive(where, "rpm", rpm),
+                dtype=row["dtype"] or None,
+                further=row.drop(known).to_dict(),
+            )
+        )
+    return listed
+
+
+def _read_table(path):
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    try:
+        with path.open(encoding="utf-8-sig") as file:
+            head = file.readline()
+        separator = max(",;\t", key=head.count)
+        table = read_csv_frame(
+            path, dtype=str, keep_default_na=False, encoding="utf-8-sig", sep=separator
+        )
+    except (ValueError, pd.errors.ParserWarning) as error:
+        raise ValueError(f"{path}: cannot be read as a csv table ({error})") from error
+    table = table.rename(columns=_column_name).apply(lambda column: column.str.strip())
+    _check_columns(path, list(table.columns))
+    # Rows bear the number of their line, the header being the first, for error messages.
+    table.index += 2
+    table = table[(table != "").any(axis=1)]
+    if table.empty:
+        raise ValueError(f"{path}: lists no recording")
+    for name in table.columns.intersection(["path", "condition", "rpm"]):
+        empty = table.index[table[name] == ""]
+        if len(empty):
+            raise ValueError(f"{path}, line {empty[0]}: {name} is empty")
+    optional = ("sampling_rate", "channel", "dtype")
+    table = table.assign(**{name: "" for name in optional if name not in table.columns})
+    twice = table.index[table.duplicated(["path", "channel"])]
+    if len(twice):
+        row = table.loc[twice[0]]
+        raise ValueError(f"{path}, line {twice[0]}: {row['path']} is listed a second time")
+    return table
+
+
+def _column_name(name):
+    """Name of a known column, however it is spelt; any other as it is."""
+    plain = re.sub(r"[\s_-]+", "_", name.strip().lower())
+    return plain if plain in _COLUMNS else name.strip()
+
+
+def _check_columns(path, names):
+    listed = f"{path}: columns {names}, expected 'path' and any of {_COLUMNS[1:]}"
+    if "path" not in names:
+        raise ValueError(listed)
+    for name in names:
+        # pandas numbers a name that stands a second time.
+        first = _column_name(name.rpartition(".")[0] if name[-1:].isdigit() else name)
+        if first in _COLUMNS and (name != first or names.count(name) > 1):
+            raise ValueError(f"{listed}; {first!r} stands there twice")
+        missing = [each for each in _COLUMNS if each not in names]
+        close = difflib.get_close_matches(name.lower(), missing, n=1, cutoff=0.8)
+        if close:
+            raise ValueError(f"{listed}; is {name!r} meant to be {close[0]!r}?")

@@ -197,7 +197,7 @@ def cut_blocks(
     if n_windows == 0:
         raise ValueError(
             f"{name}: recording has {rest.shape[-1]} samples, fewer than "
-            f"window_length={window_length}"
+            f"window_length={window_length}; choose a shorter window (--window-length)"
         )
 
 

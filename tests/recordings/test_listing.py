@@ -1,11 +1,12 @@
 """Folders and globs in place of a table, and facts in the names of files."""
 
+import os
+
 import numpy as np
 import pytest
 
 from skarxlag.recordings import load_recordings, read_recording_table
-from skarxlag.recordings.listing import list_files
-from skarxlag.recordings.table import list_recordings
+from skarxlag.recordings.listing import list_files, list_recordings
 
 PATTERN = r"(?P<condition>[A-Z]+)_(?P<rpm>\d+)_(?P<sensor>\w+)"
 
@@ -86,3 +87,20 @@ def test_options_of_folders_do_not_go_with_a_table(tmp_path):
     (tmp_path / "table.csv").write_text("path\na.npy\n")
     with pytest.raises(ValueError, match=r"channel='y' is for a folder or a glob; .*table.csv is"):
         list_recordings(tmp_path / "table.csv", channel="y")
+
+
+@pytest.mark.skipif(not hasattr(os, "symlink"), reason="links")
+def test_folders_behind_links(folder, tmp_path_factory):
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    np.save(elsewhere / "OR_600_c.npy", np.zeros(10))
+    (folder / "linked").symlink_to(elsewhere)
+    (folder / "sub" / "up").symlink_to(folder)
+    (folder / "again").symlink_to(folder / "sub")
+    names = [each.name for each in list_files(folder)]
+    assert "linked/OR_600_c.npy" in names and len(names) == 4
+    assert sum(name.endswith("N_300_a.npy") for name in names) == 1
+
+
+def test_recordings_shorter_than_a_window_name_the_option(folder):
+    with pytest.raises(ValueError, match=r"has 10 samples, .*shorter window \(--window-length\)"):
+        load_recordings(folder, window_length=11, sampling_rate=1000)

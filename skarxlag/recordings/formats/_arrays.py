@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager
 from typing import Any
 
 from ._contents import Contents, common_length, slices
-from ._facts import stated_rates
+from ._facts import stated_rates, stated_speeds
 
 
 class NamedArrays:
@@ -19,7 +19,7 @@ class NamedArrays:
     Attributes
     ----------
     scalars : dict of str to number
-        Single numbers by name, of which some state sampling rates.
+        Single numbers by name, of which some state sampling rates and speeds.
     """
 
     def __init__(self, separator: str = ".") -> None:
@@ -86,11 +86,9 @@ class NamedArrays:
             Returns a context manager of a function from keys to arrays, which are sliced.
         """
         channel_at = {place: channel for channel, place in self._places.items()}
-        rates = stated_rates(
-            {place: self._lengths[channel] for place, channel in channel_at.items()},
-            self.scalars,
-            self._separator,
-        )
+        lengths = {place: self._lengths[channel] for place, channel in channel_at.items()}
+        rates = stated_rates(lengths, self.scalars, self._separator)
+        speeds = stated_speeds(lengths, self.scalars, self._separator)
 
         def read(names, n_samples):
             n_total = common_length(self._lengths, names)
@@ -108,4 +106,5 @@ class NamedArrays:
             self._units,
             self._lengths,
             self._refused,
+            speeds={channel_at[place]: speed for place, speed in speeds.items()},
         )

@@ -40,6 +40,8 @@ class Contents:
         Arrays that are not channels, such as square matrices, and the reason.
     starts : mapping of str to float
         Seconds since 1970 at the first sample, by channel, if the file states a date.
+    speeds : mapping of str to float
+        Shaft speed in rev/min, by channel, if the file states it.
     """
 
     channels: Sequence[str]
@@ -49,6 +51,7 @@ class Contents:
     lengths: Mapping[str, int] | None = None
     refused: Mapping[str, str] = field(default_factory=dict)
     starts: Mapping[str, float] = field(default_factory=dict)
+    speeds: Mapping[str, float] = field(default_factory=dict)
 
 
 def choose_channel(names: list[str], channel: str | int) -> str:

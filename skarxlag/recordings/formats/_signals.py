@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._contents import ContentError, Contents, choose_channel, listed
-from ._facts import find_time_axis
+from ._facts import find_time_axis, names_speed
 
 
 def signal_blocks(
@@ -56,7 +56,7 @@ def signal_blocks(
 
 
 def describe_channels(contents: Contents) -> list[dict[str, Any]]:
-    """Return name, sampling rate, unit and date of the start of every channel."""
+    """Return name, sampling rate, unit, shaft speed and date of the start of every channel."""
     axis = find_time_axis(contents)
     rows = []
     for name in contents.channels:
@@ -64,8 +64,9 @@ def describe_channels(contents: Contents) -> list[dict[str, Any]]:
         if axis is not None and axis.covers(contents, [name]):
             rate = axis.sampling_rate if rate is None else rate
             start = axis.start if start is None else start
-        unit = contents.units.get(name)
-        rows.append({"channel": name, "sampling_rate": rate, "unit": unit, "start": start})
+        unit, rpm = contents.units.get(name), contents.speeds.get(name)
+        row = {"channel": name, "sampling_rate": rate, "unit": unit, "rpm": rpm, "start": start}
+        rows.append(row)
     return rows
 
 
@@ -76,6 +77,9 @@ def _chosen_names(contents, channel, axis):
     if channel is None:
         signals = [name for name in names if axis is None or name != axis.name]
         if len(signals) > 1:
+            units = contents.units
+            signals = [name for name in signals if not names_speed(name, units.get(name))]
+        if len(signals) != 1:
             raise ContentError(f"several channels and none chosen; available: {listed(names)}")
         return signals, True
     if isinstance(channel, str | Integral):

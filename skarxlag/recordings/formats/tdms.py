@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ._contents import ContentError, Contents, common_length, is_numeric, joined_streams
-from ._facts import letters, stated_rates
+from ._facts import letters, stated_rates, stated_speeds
 
 TITLE = "NI TDMS"
 SUFFIXES = (".tdms",)
@@ -50,7 +50,10 @@ def contents(path: Path) -> Contents:
             _SEPARATOR.join((channel.group_name, name, "")): name for name, channel in nodes.items()
         }
     by_place = {place: lengths[name] for place, name in places.items()}
-    rates = stated_rates(by_place, scalars, _SEPARATOR)
+    rates, speeds = (
+        {places[place]: value for place, value in find(by_place, scalars, _SEPARATOR).items()}
+        for find in (stated_rates, stated_speeds)
+    )
 
     def read(names, n_samples):
         n_total = common_length(lengths, names)
@@ -68,8 +71,7 @@ def contents(path: Path) -> Contents:
         if n_read != n_total:
             raise ValueError(f"{n_read} samples of {n_total}")
 
-    rates = {places[place]: rate for place, rate in rates.items()}
-    return Contents(list(nodes), read, rates, units, lengths, starts=starts)
+    return Contents(list(nodes), read, rates, units, lengths, starts=starts, speeds=speeds)
 
 
 def _by_name(file):
