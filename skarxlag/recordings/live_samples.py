@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -9,56 +10,57 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .formats._contents import ContentError, choose_channel
-from .formats._facts import names_times
+from .formats._facts import names_speed, names_times
 from .formats.raw import frame_type
 from .formats.text import is_number, text_layout
 from .live_times import StreamTimes
 
-#: Lines from which the layout of a text is told: names, units, and two of samples.
+#: Lines from which the layout of a text is inferred: names, units, and two of samples.
 _HEAD_LINES = 4
-#: Bytes beyond which a line is none.
+#: Longest line, in bytes.
 _LONGEST_LINE = 2**20
 #: Some loggers end each line with a separator.
 _AT_LINE_END = re.compile(rb"[;,][ \t\r]*(\n|$)")
 
 
 def chosen_channels(names: list[str], channel: str | Sequence[str] | None) -> list[str]:
-    """Names of the channels that are asked for.
+    """Return the names of the chosen channels.
 
     Parameters
     ----------
     names : list of str
-        What there is.
+        All channels.
     channel : str, list of str, or None
-        As in `read_recording`; None takes all but the times.
+        As in `read_recording`; None takes all but those of times and of shaft speeds.
 
     Examples
     --------
     >>> chosen_channels(["time", "DE_time", "FE_time"], ["FE*", "1"])
     ['FE_time', 'DE_time']
-    >>> chosen_channels(["time", "acc"], None)
+    >>> chosen_channels(["time", "acc", "rpm"], None)
     ['acc']
     """
     if channel is None:
-        return [name for name in names if not names_times(name) or len(names) == 1]
+        signals = [name for name in names if not names_times(name) and not names_speed(name)]
+        return signals if len(names) > 1 else names
     wanted = [channel] if isinstance(channel, str) else channel
     return [choose_channel(names, each) for each in wanted]
 
 
 class RawSamples:
-    """Interleaved binary samples of a stated type.
+    """Parser of interleaved binary samples.
 
     Parameters
     ----------
     dtype : str
         Type of one sample of all channels, such as ``<i2``, or ``(4,)<f4`` for four channels.
     channel : str, list of str, or None
-        Channels that are wanted, in their order; None for all.
+        Chosen channels, in their order; None for all.
 
     Attributes
     ----------
     n_cut : int
-        Bytes at the end that are no whole sample.
+        Bytes at the end that do not make a whole sample.
     """
 
     n_cut: int
@@ -72,46 +74,41 @@ class RawSamples:
         self.begin()
 
     def begin(self, head: bytes = b"") -> None:
-        """Forget what waits for its rest: a source begins."""
+        """Prepare for the first bytes of a source."""
         self._rest = b""
 
     @property
     def n_pending(self) -> int:
-        """Bytes that wait for the rest."""
+        """Bytes of a sample that has not arrived in whole."""
         return len(self._rest)
 
-    def parse(self, data: bytes, *, is_end: bool = False) -> NDArray[Any]:
-        """Samples of shape (n_channels, n_samples); a sample that is not whole yet waits."""
+    def parts(
+        self, data: bytes, *, is_end: bool = False
+    ) -> Iterator[tuple[NDArray[Any], float | None]]:
+        """Yield samples of shape (n_channels, n_samples), and None for their time."""
         data = self._rest + data
         n_whole = len(data) // self._frame.itemsize * self._frame.itemsize
         self._rest = data[n_whole:]
         self.n_cut = len(self._rest) if is_end else 0
         frames = np.frombuffer(data[:n_whole], self._frame)
         with np.errstate(invalid="ignore"):
-            return np.stack([frames[name].astype(np.float64) for name in self._names])
-
-    def parts(
-        self, data: bytes, *, is_end: bool = False
-    ) -> Iterator[tuple[NDArray[Any], float | None]]:
-        """Samples, and None for their time, which raw samples do not state."""
-        yield self.parse(data, is_end=is_end), None
+            yield np.stack([frames[name].astype(np.float64) for name in self._names]), None
 
 
 class TextSamples:
-    """Lines of numbers, one for each moment.
+    """Parser of lines of numbers, one line for each moment.
 
-    Separator, names and units are told from the first lines, as `read_recording` tells them. Where
-    the comma does not separate, it may be the decimal sign. A later line that cannot be read
-    becomes a missing sample, so that the time goes on. Names and units that come again are left
-    out, and names in another order move the columns. A first line of which the beginning is
-    missing is left out, too.
+    Separator, names and units are inferred from the first lines, as in `read_recording`. If the
+    comma does not separate, it may be the decimal sign. A later line that cannot be read becomes a
+    missing sample, so that time goes on. Names and units that come again are left out; names in
+    another order move the columns. A cut first line is left out, too.
 
     Parameters
     ----------
     channel : str, list of str, or None
-        Columns that are wanted, in their order; None for all but that of times.
+        Chosen columns, in their order; None for all but those of times and shaft speeds.
     times : StreamTimes or None
-        Reads the column of times; None where there shall be none.
+        Parser of the column of times; None does not look for one.
 
     Attributes
     ----------
@@ -133,14 +130,14 @@ class TextSamples:
         return 0 if self._times is None else self._times.n_bad
 
     def begin(self, head: bytes = b"") -> None:
-        """Forget what waits and what is known: a source begins.
+        """Prepare for the first bytes of a source.
 
         Parameters
         ----------
         head : bytes
-            The beginning of the source, where only what comes behind it will be parsed.
+            The beginning of the source, if parsing starts after it.
         """
-        self._rest, self._layout, self._is_in_long_line = b"", None, False
+        self._rest, self._layout, self._time, self._is_in_long_line = b"", None, None, False
         if self._times is not None:
             self._times.begin()
         if head and self._learn(head):
@@ -148,70 +145,70 @@ class TextSamples:
 
     @property
     def n_pending(self) -> int:
-        """Bytes that wait for the rest."""
+        """Bytes of a line that has not arrived in whole."""
         return len(self._rest)
 
     def parts(
         self, data: bytes, *, is_end: bool = False
     ) -> Iterator[tuple[NDArray[Any], float | None]]:
-        """Samples, cut where the time of the first one has to be told, and that time.
+        """Yield samples, in parts that begin at a known time.
 
         Parameters
         ----------
         data : bytes
-            What has come.
+            The next bytes.
         is_end : bool
-            Whether nothing will come any more.
+            Whether they are the last.
 
         Yields
         ------
         samples : ndarray of shape (n_channels, n_samples)
             The next samples.
         time : float or None
-            Seconds at which the first was taken; None where it follows what came before.
+            Seconds at the first sample; None if it follows the sample before.
 
         Raises
         ------
         ContentError
-            If the stream is no text with lines of numbers, lacks a column, or has the times of
+            If the stream is not text with lines of numbers, lacks a column, or has the times of
             another sampling rate.
         """
-        rows = self._rows(data, is_end)
+        lines = self._lines(data, is_end)
+        if self._layout is None:
+            return
+        rows = [self._row(text) for text in map(_text, lines) if text]
+        rows = np.array([row for row in rows if row is not None], dtype=np.float64)
+        rows = rows.reshape(-1, len(self._positions) + (self._time is not None))
         if self._time is None:
             yield rows.T, None
         else:
             yield from self._times.cut(rows[:, :-1].T, rows[:, -1])
 
-    def parse(self, data: bytes, *, is_end: bool = False) -> NDArray[Any]:
-        """Samples of shape (n_channels, n_samples); a line that is not whole yet waits."""
-        return np.concatenate([part for part, _ in self.parts(data, is_end=is_end)], axis=1)
-
-    def _rows(self, data, is_end):
+    def _lines(self, data, is_end):
+        """Whole lines after the header; none as long as the layout is unknown."""
         data = self._rest + data
         if self._layout is None and not self._learn(data, is_end):
-            self._rest, self._time = data, None
+            self._rest = data
             if len(data) > _LONGEST_LINE:
                 raise ContentError(
                     f"{len(data)} bytes without lines of numbers, expected csv lines; raw samples "
                     "need --dtype"
                 )
-            return np.empty((0, 0))
+            return []
         *lines, self._rest = data.split(b"\n")
         if is_end and self._rest:
             lines, self._rest = [*lines, self._rest], b""
         if self._is_in_long_line and lines:
             lines, self._is_in_long_line = lines[1:], False
         if len(self._rest) > _LONGEST_LINE:
-            # What a logger has lost: it must not fill the memory.
+            # A line without an end must not fill the memory.
             self.n_bad += not self._is_in_long_line
             self._rest, self._is_in_long_line = b"", True
-        lines, self._n_to_skip = lines[self._n_to_skip :], max(self._n_to_skip - len(lines), 0)
-        rows = [self._row(text) for text in map(_text, lines) if text]
-        rows = [row for row in rows if row is not None]
-        n_columns = len(self._positions) + (self._time is not None)
-        return np.array(rows, dtype=np.float64).reshape(len(rows), n_columns)
+        n_skipped, self._n_to_skip = self._n_to_skip, max(self._n_to_skip - len(lines), 0)
+        return lines[n_skipped:]
 
     def _learn(self, head, is_end=False):
+        """Infer the layout; return whether there are enough lines."""
         *lines, rest = head.split(b"\n")
         lines += [rest] if is_end and rest else []
         telling = [i for i, line in enumerate(lines) if line.strip() and line[:1] not in b"#%"]
@@ -226,16 +223,15 @@ class TextSamples:
             raise ContentError("the text is UTF-16, expected UTF-8")
         self.n_bad += self._layout.n_ignored
         self._n_to_skip = self._layout.n_head_lines
-        texts = [_text(line) for line in lines]
-        self._head_rows = [sorted(self._names(text)) for text in texts[: self._n_to_skip] if text]
-        self._place_columns([self._fields(text) for text in texts[self._n_to_skip :] if text])
+        rows = [self._fields(_text(line)) for line in lines]
+        self._head_rows = [sorted(row) for row in rows[: self._n_to_skip] if row]
+        self._place_columns([row for row in rows[self._n_to_skip :] if row])
         return True
 
     def _place_columns(self, rows):
         """Find the columns, and make sure that they hold numbers."""
         names, units, decimal = self._layout.names, self._layout.units, self._layout.decimal
         self._positions = [names.index(name) for name in chosen_channels(names, self._channel)]
-        self._time = None
         if self._times is not None:
             self._time = self._times.find(names, units, rows, self._positions)
         if self._time in self._positions and self._channel is None:
@@ -252,42 +248,38 @@ class TextSamples:
 
     def _fields(self, text):
         separator = self._layout.separator
-        fields = text.split(None if separator == r"\s+" else separator)
+        fields = text.split(None if separator == r"\s+" else separator) if text else []
         if len(fields) == len(self._layout.names) + 1 and not fields[-1].strip():
             fields.pop()
-        return fields
+        return [field.strip().strip('"') for field in fields]
 
     def _row(self, text):
-        fields = self._fields(text)
-        time = [] if self._time is None else [np.nan]
-        try:
-            # Python takes 1_000 for a number.
-            if len(fields) != len(self._layout.names) or "_" in text:
-                raise ValueError
-            if self._time is not None:
-                time = [self._times.seconds(fields[self._time])]
-            if self._layout.separator != ",":
-                return [float(fields[i].replace(",", ".")) for i in self._positions] + time
-            return [float(fields[i]) for i in self._positions] + time
-        except ValueError:
-            if self._comes_again(text):
+        """Values and time of a line; None if it holds names or units."""
+        fields, values, time = self._fields(text), None, []
+        # Python takes 1_000 for a number.
+        if len(fields) == len(self._layout.names) and "_" not in text:
+            with suppress(ValueError):
+                values = [float(fields[i].replace(",", ".")) for i in self._positions]
+        if values is None:
+            if self._comes_again(fields):
                 return None
             self.n_bad += 1
-            return [np.nan] * len(self._positions) + time
+            values = [np.nan] * len(self._positions)
+        if self._time is not None:
+            is_whole = len(fields) == len(self._layout.names)
+            time = [self._times.seconds(fields[self._time]) if is_whole else np.nan]
+        return values + time
 
-    def _comes_again(self, text):
+    def _comes_again(self, fields):
         """Whether a line holds names or units; names in another order move the columns."""
-        names, before = self._names(text), self._layout.names
-        used = [before[i] for i in (*self._positions, self._time) if i is not None]
-        if self._layout.has_header and set(used) <= set(names):
-            self._layout = replace(self._layout, names=names)
-            self._positions = [names.index(before[i]) for i in self._positions]
-            self._time = None if self._time is None else names.index(before[self._time])
-            return True
-        return sorted(names) in self._head_rows
-
-    def _names(self, text):
-        return [field.strip().strip('"') for field in self._fields(text)]
+        before = self._layout.names
+        used = {before[i] for i in (*self._positions, self._time) if i is not None}
+        if not self._layout.has_header or not used <= set(fields):
+            return sorted(fields) in self._head_rows
+        self._layout = replace(self._layout, names=fields)
+        self._positions = [fields.index(before[i]) for i in self._positions]
+        self._time = None if self._time is None else fields.index(before[self._time])
+        return True
 
 
 def _text(line):

@@ -25,7 +25,16 @@ from skarxlag.recordings.live import (
     from_growing_file,
 )
 from skarxlag.recordings.live_samples import RawSamples, TextSamples
-from tests.commands.watching import IDLE, RATE, WINDOW, expected, lines_of, sound, verdicts_of
+from tests.commands.watching import (
+    IDLE,
+    RATE,
+    WINDOW,
+    expected,
+    lines_of,
+    parsed,
+    sound,
+    verdicts_of,
+)
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 
@@ -356,18 +365,18 @@ def test_a_line_a_second_for_people(run, models, piped, monkeypatch):
 def test_lines_come_in_any_pieces():
     signal = np.array([[1.5, 2.5, -3.0, 0.0, 7.0], [4.0, 5.0, 6.0, 1e-5, 8.0]])
     data = b"# from the logger\n" + lines_of(signal, "\t")
-    whole = TextSamples().parse(data)
+    whole = parsed(TextSamples(), data)
     assert whole.tolist() == signal.tolist()
     pieces = TextSamples()
-    parts = [pieces.parse(data[i : i + 1]) for i in range(len(data))]
+    parts = [parsed(pieces, data[i : i + 1]) for i in range(len(data))]
     np.testing.assert_array_equal(np.concatenate([p for p in parts if p.size], axis=1), whole)
     unfinished = TextSamples("1")
-    assert unfinished.parse(b"1 2\n3 4\n5 6\n7 8\n9 1").tolist() == [[2.0, 4.0, 6.0, 8.0]]
+    assert parsed(unfinished, b"1 2\n3 4\n5 6\n7 8\n9 1").tolist() == [[2.0, 4.0, 6.0, 8.0]]
     assert unfinished.n_pending == 3
-    assert unfinished.parse(b"", is_end=True).tolist() == [[1.0]]
+    assert parsed(unfinished, b"", is_end=True).tolist() == [[1.0]]
     few = TextSamples()
-    assert few.parse(b"1,2,\n3,4,\n").size == 0 and few.n_pending == 10
-    assert few.parse(b"", is_end=True).tolist() == [[1.0, 3.0], [2.0, 4.0]]
+    assert parsed(few, b"1,2,\n3,4,\n").size == 0 and few.n_pending == 10
+    assert parsed(few, b"", is_end=True).tolist() == [[1.0, 3.0], [2.0, 4.0]]
 
 
 @pytest.mark.parametrize(

@@ -31,3 +31,9 @@ def expected(fitted, signal, **settings):
 def lines_of(signal, separator=","):
     columns = np.atleast_2d(signal).T
     return "".join(separator.join(map(repr, row)) + "\n" for row in columns.tolist()).encode()
+
+
+def parsed(parser, data, *, is_end=False):
+    """All samples that a parser yields of some bytes."""
+    parts = [samples for samples, _ in parser.parts(data, is_end=is_end)]
+    return np.concatenate(parts, axis=1) if parts else np.empty((0, 0))

@@ -161,7 +161,7 @@ def test_dead_missing_and_clipped_windows_are_counted_and_give_no_opinion(make):
     monitor = make()
     verdicts = monitor.update(signal)
     assert monitor.counts["windows"] == {
-        "good": 34, "not finite": 2, "constant": 3, "clipped": 1,
+        "good": 33, "not finite": 2, "constant": 3, "clipped": 1, "stuck": 1,
     }  # fmt: skip
     for verdict in verdicts:
         assert (verdict.window_verdict is None) == (verdict.quality != "good")
