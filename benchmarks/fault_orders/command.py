@@ -35,7 +35,13 @@ _SETTINGS = list(
 
 def parse(arguments):
     parser = page_parser(__doc__, "fault_orders")
-    parser.add_argument("--rig", nargs="+", choices=list(RIGS), default=list(RIGS))
+    parser.add_argument(
+        "--rig",
+        nargs="*",
+        choices=list(RIGS),
+        default=list(RIGS),
+        help="none: only print and write the results of earlier runs",
+    )
     parser.add_argument(
         "--method",
         nargs="+",

@@ -150,6 +150,18 @@ PARTS = {
         {"docs/stretches.md": ("stretch constants",)},
         tables=("stretch constants",),
     ),
+    "fault-orders": Part(
+        "-m benchmarks.fault_orders --method 'openconmo, envelope' 'openconmo, prewhitening' "
+        "predictive-maintenance-mcp pyBearing && -m benchmarks.fault_orders --settings "
+        "--write docs/fault_orders.md",
+        {
+            "docs/fault_orders.md": tuple(
+                f"fault orders {name}"
+                for name in ("named", "stretches", "reference", "methods", "settings")
+            )
+        },
+        downloads=True,
+    ),
     "speed": Part(
         "-m benchmarks.speed --write benchmarks/README.md",
         {"benchmarks/README.md": ("speed",)},

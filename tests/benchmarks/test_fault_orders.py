@@ -1,0 +1,82 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmarks.fault_orders.command import (
+    area_under_curve,
+    compared,
+    counted,
+    settings_left_out,
+    stretches,
+    whole,
+    with_reference,
+)
+from benchmarks.fault_orders.methods import largest_peaks
+from benchmarks.fault_orders.rigs import Recording
+from skarxlag import envelope_spectrum
+from skarxlag.bearings import SKF_6205, bearing_orders
+
+RATE = 10_000
+
+
+def recording(place, seed, seconds=3):
+    rng = np.random.default_rng(seed)
+    signal = rng.normal(size=seconds * RATE)
+    if place != "healthy":
+        interval = RATE / (15 * bearing_orders(SKF_6205)[place])
+        strikes = np.cumsum(interval * rng.normal(1, 0.01, size=int(len(signal) / interval)))
+        signal[strikes[strikes < len(signal)].astype(int)] += 10
+    return Recording("rig", f"{place}{seed}", place, 900.0, float(RATE), SKF_6205, signal)
+
+
+@pytest.fixture(scope="module")
+def rig():
+    places = ("healthy", "inner", "outer")
+    return [recording(place, seed) for seed, place in enumerate(places)]
+
+
+def test_tables_of_a_rig(rig):
+    methods = ["FaultOrderClassifier", "largest peaks at the orders"]
+    rows = pd.DataFrame(whole(rig, methods)).assign(rig="rig")
+    table = counted(rows[rows["method"] == methods[0]])
+    assert table["right"].tolist() == [1, 1, 1] and not table["wrong"].any()
+    by_method = compared(rows).set_index("method")
+    assert by_method.loc[methods[0], "mean of rigs"] == 1
+    assert by_method["races right and above every healthy recording"].max() == 1
+    seconds = pd.DataFrame(stretches(rig)).assign(rig="rig")
+    assert len(seconds) == 9
+    reference = with_reference(seconds)
+    assert reference["races detected"].tolist() == [1]
+    assert reference["area under the curve"].tolist() == [1]
+
+
+def test_wrong_names_and_abstaining_are_counted():
+    rows = pd.DataFrame(
+        {
+            "rig": "a",
+            "place": ["inner", "inner", "outer", "healthy"],
+            "ball": 0.0,
+            "inner": [3.0, 1.0, 4.0, 3.0],
+            "outer": [1.0, 0.5, 1.0, 2.95],
+        }
+    )
+    table = counted(rows).set_index("place")
+    assert table.loc["inner", ["right", "wrong", "abstained"]].tolist() == [1, 0, 1]
+    assert table.loc["outer", ["right", "wrong", "abstained"]].tolist() == [0, 1, 0]
+    assert table.loc["healthy", ["right", "wrong", "abstained"]].tolist() == [0, 0, 1]
+    assert table["right without abstaining"].tolist() == ["1.00", "0.00", ""]
+
+
+def test_settings_are_chosen_without_the_rig(rig):
+    found = settings_left_out({"one": rig, "other": rig})
+    assert found["right"].tolist() == [1, 1]
+
+
+def test_area_under_the_curve():
+    assert area_under_curve([5, 6], [1, 2]) == 1
+    assert area_under_curve([1.0], [1.0]) == 0.5
+
+
+def test_largest_peaks_find_the_race(rig):
+    spectrum = envelope_spectrum(rig[2].samples, RATE, prewhiten=False)
+    assert np.argmax(largest_peaks(*spectrum, rig[2])) == 2
