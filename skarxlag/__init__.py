@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from .diagnosers import make_fault_order_classifier as make_fault_order_classifier
     from .diagnosers import make_known_conditions as make_known_conditions
     from .diagnosers import make_single_observer_pio as make_single_observer_pio
-    from .diagnosers import make_stretch_diagnoser as make_stretch_diagnoser
     from .fault_places import FaultOrderClassifier as FaultOrderClassifier
     from .fault_places import envelope_spectrum as envelope_spectrum
     from .identification import ARXLaguerre as ARXLaguerre
@@ -95,7 +94,6 @@ _MODULES = {
     "make_fault_order_classifier": "diagnosers",
     "make_known_conditions": "diagnosers",
     "make_single_observer_pio": "diagnosers",
-    "make_stretch_diagnoser": "diagnosers",
     "make_windows": "recordings",
     "read_recording": "recordings",
     "read_recording_table": "recordings",

@@ -96,8 +96,8 @@ def answers(model: Any) -> Answers:
     own = _declared(decision)
     found |= {name: own[name] for name in own.keys() & _OF_THE_DECISION}
     found["takes_rpm"] = (
-        any(_requests_rpm(step, "transform") for step in before)
-        or _requests_rpm(decision, "predict")
+        any(requests(step, "transform", "rpm") for step in before)
+        or requests(decision, "predict", "rpm")
     ) and all(fields.get("takes_rpm", True) for fields in declared)
     if is_classifier(decision):
         found["conditions"] = tuple(np.asarray(decision.classes_).tolist())
@@ -113,6 +113,11 @@ def answers(model: Any) -> Answers:
 def offers(estimator: Any, method: str) -> bool:
     """Whether an estimator, fitted or not, has a method."""
     return callable(getattr(estimator, method, None))
+
+
+def requests(estimator: Any, method: str, name: str) -> bool:
+    """Whether a method of an estimator takes a piece of metadata, by its name."""
+    return bool(get_routing_for_object(estimator).consumes(method, [name]))
 
 
 def unfolded_steps(model: Any) -> list[tuple[str, Any]]:
@@ -168,7 +173,3 @@ def _rows_of(first):
         }
     length = getattr(first, "n_features_in_", None)
     return {"window_length": None if length is None else int(length)}
-
-
-def _requests_rpm(step, method):
-    return bool(get_routing_for_object(step).consumes(method, ["rpm"]))

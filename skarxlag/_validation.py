@@ -373,6 +373,11 @@ class Labels(NamedTuple):
     number: Callable[..., int] | None = None
 
 
+#: Training speeds in revolutions per minute.
+SPEEDS = Values(
+    (None,),
+    (lambda v, e: np.all(v > 0) and np.all(np.diff(v) > 0), "speeds above 0, ascending"),
+)
 #: Fitted attributes of estimators whose rows are plain.
 TABLE: dict[str, Values | Labels] = {"n_features_in_": Values((), AT_LEAST_1, "i")}
 #: Fitted attributes of estimators whose rows are windows.

@@ -14,6 +14,7 @@ from ._parallel import one_thread
 from ._validation import (
     MODERATE,
     NOT_NEGATIVE,
+    SPEEDS,
     WINDOWS,
     Labels,
     Values,
@@ -167,10 +168,7 @@ class SpectralDistance(StretchTransformer):
 
     _state = WINDOWS | {
         "classes_": Labels(),
-        "speeds_": Values(
-            (None,),
-            (lambda v, e: np.all(v > 0) and np.all(np.diff(v) > 0), "speeds above 0, ascending"),
-        ),
+        "speeds_": SPEEDS,
         "recorded_": Values(
             lambda e: (e._n_speeds(), len(e.classes_)),
             (

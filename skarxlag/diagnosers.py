@@ -11,7 +11,6 @@ from .observer_bank import ExtendedStatePIObserverBank
 from .observers import ExtendedStatePIObserver, PIObserver
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
-from .spectra import LogSpectra
 from .stretches import StretchResidual, window_comparison
 
 
@@ -148,38 +147,51 @@ def make_single_observer_pio(
 
 def make_diagnoser(
     *,
+    sampling_rate: float | None = None,
     healthy: Any = None,
     memory: Any = None,
     n_jobs: int | None = None,
     verbose: bool = False,
 ) -> DiagnosisPipeline:
-    """What we recommend: log spectra of what one model of all conditions leaves.
+    """The recommended diagnoser, for windows and for stretches of a second.
 
-    The model takes out what all conditions share, and what measured inputs explain. `LogSpectra`
-    measures the rest by its colour, its floor between strikes and its steadiness.
-    `SpectralDistance` compares these three groups with those of each condition and discounts what a
-    change of speed does to them: the product of the three distances counts as much as the joint
-    distance of colour and steadiness.
+    One model of all conditions takes out what they share, and what measured inputs explain.
+    `LogSpectra` measures the innovations by their colour, their floor between impacts and their
+    steadiness. `SpectralDistance` compares these three groups with those of each condition and
+    discounts what a change of speed does to them: the product of the three distances counts as much
+    as the joint distance of colour and steadiness.
 
-    It tells which condition a window is of. Whether a machine is healthy at all is better left to
-    `make_detector`: the threshold in here holds at the training speed only.
+    With a sampling rate, a row may be longer than a window of 4800 samples: its windows are
+    compared one by one. Rows of three turns of the shaft and more are compared by `OrderResidual`,
+    too, that is by the orders of the shaft at which impacts come.
+
+    Speeds are optional metadata: ``fit(X, y, rpm=rpm)`` and ``predict(X, rpm=rpm)``, one number of
+    revolutions per minute for each row, or one for each of its samples. They may be wrong by 5 to
+    10 %. Without `rpm` in `predict` the speed is searched; without `rpm` in `fit`, all training
+    rows count alike.
+
+    Use `make_detector` instead to find out whether a machine is healthy: the detection threshold of
+    this diagnoser holds at the training speed only.
 
     Parameters
     ----------
+    sampling_rate : float or None, default=None
+        In Hz. None: rows are compared as one window each, and orders are not compared.
     healthy : label or None, default=None
         The healthy condition, for the detection threshold.
     memory : str, joblib.Memory or None, default=None
         Where a search over later steps keeps the identification, as in
         `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
-        Threads that work on windows.
+        Threads that work on rows.
     verbose : bool, default=False
         Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
 
     Returns
     -------
     DiagnosisPipeline
-        Steps "identify", "measure", "compare" and "decide".
+        Steps "identify", "measure", "compare" and "decide"; with a sampling rate "identify",
+        "compare" and "decide".
 
     Examples
     --------
@@ -192,76 +204,28 @@ def make_diagnoser(
     >>> y = np.repeat(["healthy", "worn"], 20)
     >>> make_diagnoser().fit(X, y).predict(1e6 * X[[0, 39]])
     array(['healthy', 'worn'], dtype='<U7')
-    """
-    steps = [
-        ("identify", ARXLaguerre(bank=False, n_jobs=n_jobs)),
-        *window_comparison(n_jobs).steps,
-        ("decide", ThresholdLadder(healthy=healthy)),
-    ]
-    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)
 
+    Stretches of two seconds, in which order 3.6 of the shaft strikes:
 
-def make_stretch_diagnoser(
-    *,
-    sampling_rate: float | None = None,
-    healthy: Any = None,
-    memory: Any = None,
-    n_jobs: int | None = None,
-    verbose: bool = False,
-) -> DiagnosisPipeline:
-    """What we recommend for stretches of half a second and more, with their nominal speeds.
-
-    A stretch is a row that holds several turns of the shaft. `LogSpectra` measures the windows in
-    it, and `SpectralDistance` compares them; the residual is multiplied with that of
-    `OrderResidual`, which compares the orders of the shaft at which strikes come.
-
-    Speeds are given as metadata: ``fit(X, y, rpm=rpm)`` and ``predict(X, rpm=rpm)``, one number of
-    revolutions per minute for each stretch, or one for each of its samples. They may be wrong by
-    5 to 10 %. Without `rpm` in `predict` any speed is tried that is between 0.4 and 2.5 times that
-    of `fit`; `rpm` may also be left out of both.
-
-    Parameters
-    ----------
-    sampling_rate : float or None, default=None
-        In Hz. It is needed when `rpm` is given.
-    healthy : label or None, default=None
-        The healthy condition, for the detection threshold.
-    memory : str, joblib.Memory or None, default=None
-        Where a search over later steps keeps the identification, as in
-        `sklearn.pipeline.Pipeline`.
-    n_jobs : int or None, default=None
-        Threads that work on stretches.
-    verbose : bool, default=False
-        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
-
-    Returns
-    -------
-    DiagnosisPipeline
-        Steps "identify", "compare" and "decide".
-
-    Examples
-    --------
-    >>> import numpy as np
     >>> rng = np.random.default_rng(0)
     >>> X = rng.normal(size=(12, 20_000))
     >>> X[6:, ::278] += 20                           # order 3.6 of 600 rpm
     >>> y = np.repeat(["healthy", "worn"], 6)
-    >>> diagnoser = make_stretch_diagnoser(sampling_rate=10_000).fit(X, y, rpm=600)
+    >>> diagnoser = make_diagnoser(sampling_rate=10_000).fit(X, y, rpm=600)
     >>> X_500 = rng.normal(size=(2, 20_000))
     >>> X_500[1, ::333] += 20
     >>> diagnoser.predict(X_500, rpm=[500, 500])
     array(['healthy', 'worn'], dtype='<U7')
     """
-    compare = StretchResidual(
-        window_residual=DiagnosisPipeline(
-            [("measure", LogSpectra(n_jobs=n_jobs)), ("compare", SpectralDistance())],
-            n_jobs=n_jobs,
-        ),
-        order_residual=OrderResidual(sampling_rate=sampling_rate, n_jobs=n_jobs),
-    )
+    windows = window_comparison(n_jobs)
+    if sampling_rate is None:
+        compare = windows.steps
+    else:
+        orders = OrderResidual(sampling_rate=sampling_rate, n_jobs=n_jobs)
+        compare = [("compare", StretchResidual(window_residual=windows, order_residual=orders))]
     steps = [
-        ("identify", ARXLaguerre(order=8, bank=False, n_jobs=n_jobs)),
-        ("compare", compare),
+        ("identify", ARXLaguerre(bank=False, n_jobs=n_jobs)),
+        *compare,
         ("decide", ThresholdLadder(healthy=healthy)),
     ]
     return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)

@@ -14,7 +14,9 @@ from ._parallel import map_batches
 from ._validation import (
     INNOVATIONS,
     MODERATE,
+    NOT_NEGATIVE,
     POSITIVE,
+    SPEEDS,
     Labels,
     Values,
     check_real,
@@ -25,7 +27,8 @@ from ._validation import (
 )
 from .kernels.group_means import group_means
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
-from .speeds import LEAST_TURNS, samples_a_turn
+from .kernels.speed_drift import drift_factor, group_speeds, speed_distance
+from .speeds import LEAST_TURNS, log_speeds, samples_a_turn
 
 #: Lowest order, and the step from one order to the next.
 _LOWEST_ORDER, _ORDER_STEP = 0.3, 0.1
@@ -53,14 +56,16 @@ class OrderResidual(StretchTransformer):
     .. math::
 
         r_c^2 = \min_s \frac{1}{\dim z} \sum_i
-        \frac{(z_{s,i} - \bar z_{c,i})^2}{\sigma_i^2 + v} +
+        \frac{(z_{s,i} - \bar z_{c,i})^2}{\sigma_i^2 + f v} +
         \frac{1}{50} \Bigl(\frac{\ln s}{\tau}\Bigr)^2
 
     with :math:`\bar z_c` the mean over the training stretches of c, :math:`\sigma_i^2` the
     variance of the training stretches about these means, and v the variance `drift`, which a
-    change of speed may add. The factor covers errors of the nominal speed and slip of the rolling
-    elements. It is taken to be log-normally distributed with the standard deviation :math:`\tau`;
-    the first term counts as 50 independent values.
+    change of speed may add. Its factor f follows from the distance of the speed from the training
+    speeds as in `SpectralDistance`: it is 1 at a distance of 0.4 in the logarithm of the speed, and
+    where the speed is not given. The factor s covers errors of the nominal speed and slip of the
+    rolling elements. It is taken to be log-normally distributed with the standard deviation
+    :math:`\tau`; the first term counts as 50 independent values.
 
     A row of X is a stretch: a part of a recording that holds several turns of the shaft. Speeds
     come as the metadata `rpm` of scikit-learn's metadata routing, which this estimator requests.
@@ -107,11 +112,12 @@ class OrderResidual(StretchTransformer):
     references_ : ndarray of shape (n_classes, n_bands, n_orders)
         Mean order spectra :math:`\bar z_c`, in nepers of power.
     variances_ : ndarray of shape (n_bands, n_orders)
-        :math:`\sigma_i^2 + v`.
+        The variances :math:`\sigma_i^2`.
     samples_a_turn_ : float
         Samples in a turn of the shaft, the geometric mean over the training stretches.
-    speed_known_ : bool
-        Whether `fit` was given `rpm`.
+    speeds_ : ndarray of shape (n_speeds,)
+        Training speeds in revolutions per minute, ascending; speeds within 2 % count as one. Empty
+        without `rpm`.
     window_shape_ : ndarray of int
         Shape of one training stretch.
     n_models_ : int
@@ -152,17 +158,17 @@ class OrderResidual(StretchTransformer):
     references_: NDArray[Any]
     variances_: NDArray[Any]
     samples_a_turn_: float
-    speed_known_: bool
+    speeds_: NDArray[Any]
 
     _suffix = "orders"
 
     _state = INNOVATIONS | {
         "classes_": Labels(),
         "orders_": Values(lambda e: (e._n_orders(),), POSITIVE),
-        "variances_": Values(lambda e: (e.n_bands, e._n_orders()), POSITIVE),
+        "variances_": Values(lambda e: (e.n_bands, e._n_orders()), NOT_NEGATIVE),
         "references_": Values(lambda e: (len(e.classes_), e.n_bands, e._n_orders()), MODERATE),
         "samples_a_turn_": Values((), POSITIVE),
-        "speed_known_": Values((), kind="b"),
+        "speeds_": SPEEDS,
     }
 
     def __init__(
@@ -233,11 +239,11 @@ class OrderResidual(StretchTransformer):
                 f"{n_classes} conditions in y."
             )
         self.orders_ = _LOWEST_ORDER + _ORDER_STEP * np.arange(self._n_orders())
-        self.speed_known_ = rpm is not None
         if rpm is None:
-            turns = np.full(len(X), X.shape[-1] / _SUPPOSED_TURNS)
+            turns, self.speeds_ = np.full(len(X), X.shape[-1] / _SUPPOSED_TURNS), np.empty(0)
         else:
             turns = samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])
+            self.speeds_ = np.exp(group_speeds(log_speeds(rpm, len(X), X.shape[-1])[rows])[0])
         mean_of_row = np.log(turns[rows]).reshape(len(rows), -1).mean(axis=1)
         self.samples_a_turn_ = float(np.exp(np.average(mean_of_row, weights=weights)))
 
@@ -250,7 +256,7 @@ class OrderResidual(StretchTransformer):
         found = np.stack(map_batches(of_batch, len(rows), self.n_jobs, batch_size=1))
         self.references_ = group_means(found, target, weights)
         scatter = (found - self.references_[target]) ** 2
-        self.variances_ = np.average(scatter, axis=0, weights=weights) + self.drift
+        self.variances_ = np.average(scatter, axis=0, weights=weights)
         remember_parameters(self)
         return self
 
@@ -298,17 +304,23 @@ class OrderResidual(StretchTransformer):
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
         turns = self._samples_a_turn(rpm, X)
-        deviation = self.speed_tolerance if rpm is not None else np.log(self.speed_range) / 2
+        if rpm is None:
+            deviation, factors = np.log(self.speed_range) / 2, np.ones(len(X))
+        else:
+            known = np.log(self.speeds_)
+            at = speed_distance(log_speeds(rpm, len(X), X.shape[-1]), known)
+            deviation, factors = self.speed_tolerance, drift_factor(at.variance)
 
         def of_batch(batch):
             row = batch.start
-            return self._match_one(X[row], turns[row], deviation)
+            variances = self.variances_ + self.drift * factors[row]
+            return self._match_one(X[row], turns[row], deviation, variances)
 
         found = map_batches(of_batch, len(X), self.n_jobs, batch_size=1)
         residuals, factors, spectra = map(np.stack, zip(*found, strict=True))
         return Bunch(residuals=residuals.astype(X.dtype), factors=factors, spectra=spectra)
 
-    def _match_one(self, models, turn, deviation):
+    def _match_one(self, models, turn, deviation, variances):
         """Residual, factor and order spectra of one stretch for each condition."""
         parts = []
         for model, samples in enumerate(models):
@@ -320,7 +332,7 @@ class OrderResidual(StretchTransformer):
                     self.orders_,
                     deviation,
                     self.references_[mine],
-                    self.variances_,
+                    variances,
                 )
             )
         return tuple(map(np.concatenate, zip(*parts, strict=True)))
@@ -332,7 +344,7 @@ class OrderResidual(StretchTransformer):
         """Samples in a turn for each stretch, or for each of its samples."""
         if rpm is None:
             return np.full(len(X), self.samples_a_turn_)
-        if not self.speed_known_:
+        if len(self.speeds_) == 0:
             raise ValueError("rpm was given, but not in fit; expected it in both or in neither.")
         return samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])
 
@@ -349,7 +361,8 @@ class OrderResidual(StretchTransformer):
 
     def _answers(self):
         return {
-            "takes_rpm": self.speed_known_,
+            "takes_rpm": len(self.speeds_) > 0,
+            "speeds": tuple(self.speeds_.round(6).tolist()),
             "is_stretch": True,
             "sampling_rate": self.sampling_rate,
         }

@@ -247,7 +247,9 @@ def check_speeds(rpm: ArrayLike, n_stretches: int, n_samples: int) -> NDArray[An
     return speeds if speeds.ndim == 1 else speeds[:, speeds.shape[1] - n_samples :]
 
 
-def log_speeds(rpm: ArrayLike | None, n_rows: int) -> NDArray[Any] | None:
+def log_speeds(
+    rpm: ArrayLike | None, n_rows: int, n_samples: int | None = None
+) -> NDArray[Any] | None:
     """Return the natural logarithm of the mean speed of each row.
 
     Parameters
@@ -256,6 +258,8 @@ def log_speeds(rpm: ArrayLike | None, n_rows: int) -> NDArray[Any] | None:
         Revolutions per minute.
     n_rows : int
         Number of rows.
+    n_samples : int or None, default=None
+        Samples of a row, as in `check_speeds`. None: as many as `rpm` has.
 
     Returns
     -------
@@ -274,7 +278,8 @@ def log_speeds(rpm: ArrayLike | None, n_rows: int) -> NDArray[Any] | None:
     """
     if rpm is None:
         return None
-    n_samples = np.shape(rpm)[1] if np.ndim(rpm) == 2 else 1
+    if n_samples is None:
+        n_samples = np.shape(rpm)[1] if np.ndim(rpm) == 2 else 1
     speeds = check_speeds(rpm, n_rows, n_samples)
     return np.log(speeds if speeds.ndim == 1 else speeds.mean(axis=1))
 

@@ -1,4 +1,4 @@
-"""Residuals of stretches: the colour of the windows in them, times the orders of the shaft."""
+"""Residuals of rows of any length: spectra of the windows in a row, and orders of the shaft."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ from sklearn.base import clone
 from sklearn.pipeline import Pipeline
 from sklearn.utils import check_scalar
 
+from ._answers import requests
 from ._base import StretchTransformer
 from ._validation import (
     INNOVATIONS,
     Labels,
+    Values,
+    check_real,
     remember_parameters,
     uses_fitted,
     validate_innovations,
@@ -24,6 +27,11 @@ from .comparison import SpectralDistance
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
 from .spectra import LogSpectra
+from .speeds import LEAST_TURNS, log_speeds
+
+#: Speed of the shaft in revolutions per minute by which rows are long enough for orders, where
+#: `fit` is not given their speeds.
+_SUPPOSED_RPM = 600
 
 
 def window_comparison(n_jobs: int | None = None) -> DiagnosisPipeline:
@@ -67,7 +75,7 @@ def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidua
         If no step compares order spectra.
     """
     for place, (_, step) in enumerate(diagnoser.steps):
-        residual = getattr(step, "order_residual_", step)
+        residual = step.order_residual_ if isinstance(step, StretchResidual) else step
         if isinstance(residual, OrderResidual):
             return diagnoser[:place] if place > 0 else None, residual
     raise ValueError(
@@ -77,35 +85,37 @@ def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidua
 
 
 class StretchResidual(StretchTransformer):
-    r"""Residual of a stretch: that of its windows times that of its order spectra.
+    r"""Residual of a row of any length: that of its windows, and that of its order spectra.
 
-    A stretch is a part of a recording that holds several turns of the shaft. Two things tell its
-    condition, and a change of speed does not disturb both alike: the colour and the steadiness of
-    the innovations, which a residual of *windows* compares with those of each condition, and the
-    orders of the shaft at which strikes come, which `OrderResidual` compares. The residual of
-    condition c is
+    Two things identify the condition, and a change of speed does not disturb both alike: the colour
+    and the steadiness of the innovations, which a residual of *windows* compares with those of each
+    condition, and the orders of the shaft at which impacts come, which `OrderResidual` compares.
+    The residual of condition c is
 
     .. math::
 
         r_c = \Bigl(\prod_{w=1}^{m} r_{c,w}\Bigr)^{1/m} (r_c^{\mathrm{orders}})^q
 
-    with :math:`r_{c,w}` the residual of window w of the m windows that fit into the stretch. The
-    exponent q is 1 where the speed is given and 1/2 where it is not, since a pattern of strikes
-    that is known only up to its scale tells less.
+    with :math:`r_{c,w}` the residual of window w of the m windows that fit into the row. Rows of
+    less than three turns of the shaft have no order spectra, and q is 0 for them. Where `fit` is
+    not given speeds, these are rows of less than 0.3 s, three turns at 600 rpm.
 
-    The speed of each stretch comes as the metadata `rpm`, which this estimator requests; see
-    `OrderResidual` for what happens without it.
+    The speed of each row comes as the metadata `rpm`, which this estimator requests; see
+    `SpectralDistance` and `OrderResidual` for what happens without it. Use `OrderResidual` instead
+    to compare orders alone.
 
     Parameters
     ----------
     window_residual : estimator or None, default=None
-        Gives a residual for each window and condition, and may have a method `adapt`. None stands
-        for `LogSpectra` and `SpectralDistance` as `make_diagnoser` has them.
+        Computes a residual for each window and condition, and may have a method `adapt`. None
+        stands for `LogSpectra` and `SpectralDistance` as `make_diagnoser` has them.
     order_residual : OrderResidual or None, default=None
-        None stands for ``OrderResidual()``, which knows no sampling rate, so that `rpm` cannot be
-        given.
+        None stands for ``OrderResidual()``, which has no sampling rate: orders are compared only
+        without `rpm`.
+    order_weight : float, default=0.5
+        The exponent q, at least 0.
     window_length : int, default=4800
-        Samples in a window, at least 1. A stretch that is shorter is one window.
+        Samples in a window, at least 1. A shorter row is one window.
 
     Attributes
     ----------
@@ -113,14 +123,16 @@ class StretchResidual(StretchTransformer):
         Conditions, sorted.
     window_residual_ : estimator
         The fitted residual of windows.
-    order_residual_ : OrderResidual
-        The fitted residual of order spectra.
+    order_residual_ : OrderResidual or None
+        The fitted residual of order spectra. None if a training row has less than three turns.
+    speed_known_ : bool
+        Whether `fit` was given `rpm`.
     window_shape_ : ndarray of int
-        Shape of one training stretch.
+        Shape of one training row.
     n_models_ : int
-        Models that the innovations came from; 0 for plain stretches.
+        Models that the innovations came from; 0 for plain rows.
     n_features_in_ : int
-        Number of models, or samples in a plain stretch.
+        Number of models, or samples in a plain row.
     feature_names_in_ : ndarray of str
         Column names, when fitted on a table.
 
@@ -129,7 +141,7 @@ class StretchResidual(StretchTransformer):
     >>> import numpy as np
     >>> rng = np.random.default_rng(0)
     >>> X = rng.normal(size=(12, 20_000))
-    >>> X[6:, ::1_000] += 20                          # a strike every tenth of a second
+    >>> X[6:, ::1_000] += 20                          # an impact every tenth of a second
     >>> y = np.repeat(["good", "worn"], 6)
     >>> residual = StretchResidual(order_residual=OrderResidual(sampling_rate=10_000))
     >>> residual.fit(X, y, rpm=600).transform(X, rpm=600).argmin(axis=1)
@@ -138,21 +150,24 @@ class StretchResidual(StretchTransformer):
 
     classes_: NDArray[Any]
     window_residual_: Any
-    order_residual_: OrderResidual
+    order_residual_: OrderResidual | None
+    speed_known_: bool
 
     _suffix = "stretch"
 
-    _state = INNOVATIONS | {"classes_": Labels()}
+    _state = INNOVATIONS | {"classes_": Labels(), "speed_known_": Values((), kind="b")}
 
     def __init__(
         self,
         *,
         window_residual: Any = None,
         order_residual: OrderResidual | None = None,
+        order_weight: float = 0.5,
         window_length: int = 4800,
     ) -> None:
         self.window_residual = window_residual
         self.order_residual = order_residual
+        self.order_weight = order_weight
         self.window_length = window_length
 
     def fit(
@@ -166,16 +181,16 @@ class StretchResidual(StretchTransformer):
 
         Parameters
         ----------
-        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
+        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
             Innovations of one model, or of one model for each condition in `y`, sorted; or plain
-            stretches.
-        y : array-like of shape (n_stretches,)
-            Condition of each stretch.
-        rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
+            rows.
+        y : array-like of shape (n_rows,)
+            Condition of each row.
+        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
             Nominal speed in revolutions per minute.
-        sample_weight : array-like of shape (n_stretches,) or None, default=None
-            How many stretches each one stands for, at least 0; its windows count as often. None:
-            one each. A residual of windows that is given must take weights, too.
+        sample_weight : array-like of shape (n_rows,) or None, default=None
+            How many rows each one stands for, at least 0; its windows count as often. None: one
+            each. A given residual of windows must take weights, too.
 
         Returns
         -------
@@ -190,60 +205,75 @@ class StretchResidual(StretchTransformer):
         X, y = validate_innovations(self, X, y, reset=True)
         self._check_parameters()
         self.classes_ = np.unique(weighted_windows(y, None, sample_weight)[0])
+        self.speed_known_ = rpm is not None
         orders = OrderResidual() if self.order_residual is None else self.order_residual
-        self.order_residual_ = clone(orders).fit(X, y, rpm=rpm, sample_weight=sample_weight)
+        self.order_residual_ = None
+        if _turns(X, rpm, orders.sampling_rate).min() >= LEAST_TURNS:
+            self.order_residual_ = clone(orders).fit(X, y, rpm=rpm, sample_weight=sample_weight)
         windows = self._windows(X)
         n_windows = len(windows) // len(X)
-        # A residual of windows that knows no weights serves where there are none.
-        metadata = {}
+        of_windows = self.window_residual or window_comparison()
+        # A residual of windows that takes no weights serves where there are none.
+        metadata = _of_windows(of_windows, "fit", rpm, len(X), n_windows)
         if sample_weight is not None:
             metadata["sample_weight"] = np.repeat(np.asarray(sample_weight), n_windows)
-        of_windows = self.window_residual or window_comparison()
         self.window_residual_ = clone(of_windows).fit(windows, np.repeat(y, n_windows), **metadata)
         remember_parameters(self)
         return self
 
     @uses_fitted
     def transform(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """One residual for each stretch and condition.
+        """Compute one residual for each row and condition.
 
         Parameters
         ----------
-        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
-            Innovations, or plain stretches.
-        rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
+        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
+            Innovations, or plain rows.
+        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
             Nominal speed in revolutions per minute.
 
         Returns
         -------
-        ndarray of shape (n_stretches, n_classes)
+        ndarray of shape (n_rows, n_classes)
             Products of both residuals.
 
         Raises
         ------
         ValueError
-            As in `OrderResidual.transform`.
+            As in `OrderResidual.transform`; also if `rpm` is given and was not in `fit`.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
+        if rpm is not None and not self.speed_known_:
+            raise ValueError("rpm was given, but not in fit; expected it in both or in neither.")
         windows = self._windows(X)
-        of_windows = np.asarray(self.window_residual_.transform(windows))
+        n_windows = len(windows) // len(X)
+        metadata = _of_windows(self.window_residual_, "transform", rpm, len(X), n_windows)
+        of_windows = np.asarray(self.window_residual_.transform(windows, **metadata))
         of_windows = of_windows.reshape(len(X), -1, len(self.classes_))
         with np.errstate(divide="ignore"):
-            mean = np.exp(np.log(of_windows).mean(axis=1))
-        of_orders = np.asarray(self.order_residual_.transform(X, rpm=rpm))
-        return mean * (of_orders if rpm is not None else np.sqrt(of_orders))
+            residuals = np.exp(np.log(of_windows).mean(axis=1))
+        if self.order_residual_ is not None:
+            turns = _turns(X, rpm, self.order_residual_.sampling_rate)
+            rows = np.flatnonzero(turns >= LEAST_TURNS)
+            if len(rows) > 0:
+                own = None if rpm is None else np.broadcast_to(rpm, _shape(rpm, len(X)))[rows]
+                of_orders = self.order_residual_.transform(X[rows], rpm=own)
+                residuals[rows] *= np.asarray(of_orders) ** self.order_weight
+        return residuals
 
-    def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
-        """Move the references of the windows by what stretches of a new speed show.
+    def adapt(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
+        """Move the references of the windows by what rows of a new speed show.
 
         Orders do not move with speed.
 
         Parameters
         ----------
-        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
+        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
             Innovations at the new speed.
-        y : array-like of shape (n_stretches,)
+        y : array-like of shape (n_rows,)
             Their conditions, among `classes_`; commonly all healthy.
+        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
+            The new speed, as in `fit`.
 
         Returns
         -------
@@ -257,35 +287,35 @@ class StretchResidual(StretchTransformer):
         """
         X, y = validate_innovations(self, X, y, reset=False, any_length=True)
         windows = self._windows(X)
-        self.window_residual_.adapt(windows, np.repeat(y, len(windows) // len(X)))
+        n_windows = len(windows) // len(X)
+        metadata = _of_windows(self.window_residual_, "transform", rpm, len(X), n_windows)
+        self.window_residual_.adapt(windows, np.repeat(y, n_windows), **metadata)
         return self
 
-    @property
-    def speed_known_(self) -> bool:
-        """Whether `fit` was given `rpm`."""
-        return self.order_residual_.speed_known_
-
     def _windows(self, X):
-        """Windows of all stretches, those of a stretch one after another."""
-        n_stretches, n_models, n_samples = X.shape
+        """Windows of all rows, those of a row one after another."""
+        n_rows, n_models, n_samples = X.shape
         length = min(self.window_length, n_samples)
         count = n_samples // length
-        cut = X[..., : count * length].reshape(n_stretches, n_models, count, length)
+        cut = X[..., : count * length].reshape(n_rows, n_models, count, length)
         return np.swapaxes(cut, 1, 2).reshape(-1, n_models, length)
 
     def _check_parameters(self):
+        check_real(self.order_weight, "order_weight", min_val=0)
         check_scalar(self.window_length, "window_length", Integral, min_val=1)
 
     def _answers(self):
         return {
             "takes_rpm": self.speed_known_,
-            "is_stretch": True,
-            "sampling_rate": self.order_residual_.sampling_rate,
+            "is_stretch": self.order_residual_ is not None,
+            "sampling_rate": self.order_residual.sampling_rate if self.order_residual else None,
         }
 
     def _check_relations(self):
         for name in ("window_residual_", "order_residual_"):
             part = vars(self).get(name)
+            if part is None and name == "order_residual_":
+                continue
             try:
                 agrees = np.array_equal(part.classes_, self.classes_)
             except AttributeError:
@@ -295,3 +325,26 @@ class StretchResidual(StretchTransformer):
                     f"{name} == {part!r}, expected a fitted residual of the conditions "
                     f"{self.classes_.tolist()}."
                 )
+
+
+def _of_windows(residual, method, rpm, n_rows, n_windows):
+    """Metadata of the windows: the mean speed of their row, for residuals that request it."""
+    if rpm is None or not requests(residual, method, "rpm"):
+        return {}
+    return {"rpm": np.repeat(np.exp(log_speeds(rpm, n_rows)), n_windows)}
+
+
+def _turns(X, rpm, sampling_rate):
+    """Turns of the shaft in each row. Infinite where neither rate nor speed is known."""
+    if sampling_rate is None:
+        return np.full(len(X), np.inf if rpm is None else 0.0)
+    speeds = (
+        np.full(len(X), _SUPPOSED_RPM)
+        if rpm is None
+        else np.exp(log_speeds(rpm, len(X), X.shape[-1]))
+    )
+    return X.shape[-1] * speeds / (60 * sampling_rate)
+
+
+def _shape(rpm, n_rows):
+    return (n_rows,) if np.ndim(rpm) == 0 else np.shape(rpm)

@@ -18,7 +18,6 @@ from skarxlag import (
     make_extended_state_pio,
     make_known_conditions,
     make_single_observer_pio,
-    make_stretch_diagnoser,
     save_diagnoser,
 )
 
@@ -36,7 +35,7 @@ Y = np.repeat(["good", "worn"], 6)
         make_extended_state_pio,
         make_known_conditions,
         make_single_observer_pio,
-        make_stretch_diagnoser,
+        make_diagnoser,
     ],
 )
 @pytest.mark.filterwarnings("ignore:.* rows of condition .* are too few:UserWarning")

@@ -44,7 +44,7 @@ from skarxlag import (
     make_extended_state_pio,
     make_known_conditions,
     make_single_observer_pio,
-    make_stretch_diagnoser,
+    make_diagnoser,
 )
 from skarxlag._archive import read_members, write_members
 from skarxlag.persistence import (
@@ -215,7 +215,7 @@ def test_detector_and_known_conditions_are_saved_with_the_diagnoser(tmp_path):
     ],
 )
 def test_parameter_out_of_its_range_is_refused_at_load(step, name, value, tmp_path):
-    diagnoser = make_stretch_diagnoser(sampling_rate=10_000).fit(X, Y)
+    diagnoser = make_diagnoser(sampling_rate=10_000).fit(X, Y)
     part = diagnoser[step] if step != "compare" else diagnoser[step].order_residual_
     part._fitted_parameters[name] = value
     setattr(part, name, value)

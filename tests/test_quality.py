@@ -7,7 +7,6 @@ import pytest
 from skarxlag import (
     make_alpio,
     make_diagnoser,
-    make_stretch_diagnoser,
     make_windows,
     read_recording,
     signal_quality,
@@ -276,7 +275,7 @@ def silent_windows():
     return silent
 
 
-@pytest.mark.parametrize("make", [make_alpio, make_diagnoser, make_stretch_diagnoser])
+@pytest.mark.parametrize("make", [make_alpio, make_diagnoser])
 def test_window_without_a_signal_gets_no_verdict(make):
     rng = np.random.default_rng(0)
     X = rng.normal(size=(12, 1200))

@@ -26,7 +26,6 @@ from skarxlag import (
     make_diagnoser,
     make_extended_state_pio,
     make_single_observer_pio,
-    make_stretch_diagnoser,
 )
 from skarxlag.kernels.ladder import false_alarm_threshold, weighted_median
 
@@ -211,7 +210,7 @@ def test_a_pipeline_hands_weights_to_its_steps_by_name_and_by_routing(windows, c
         make_alpio,
         make_extended_state_pio,
         make_single_observer_pio,
-        make_stretch_diagnoser,
+        make_diagnoser,
     ],
 )
 def test_weights_reach_every_step_of_a_diagnoser(windows, conditions, make):
@@ -226,7 +225,7 @@ def test_weights_reach_every_step_of_a_diagnoser(windows, conditions, make):
 
 def test_weights_and_speeds_travel_together(windows, conditions):
     metadata = {"rpm": np.linspace(500, 700, 12), "sample_weight": WEIGHTS}
-    diagnoser = make_stretch_diagnoser(sampling_rate=100).fit(windows, conditions, **metadata)
+    diagnoser = make_diagnoser(sampling_rate=100).fit(windows, conditions, **metadata)
     right = diagnoser.predict(windows, rpm=metadata["rpm"]) == conditions
     expected = np.average(right, weights=WEIGHTS)
     assert diagnoser.score(windows, conditions, **metadata) == pytest.approx(expected)

@@ -10,7 +10,7 @@ from skarxlag import (
     OrderResidual,
     StretchResidual,
     load_diagnoser,
-    make_stretch_diagnoser,
+    make_diagnoser,
     save_diagnoser,
 )
 from skarxlag._validation import check_model_state
@@ -26,7 +26,7 @@ def data():
 
 @pytest.fixture(scope="module")
 def diagnoser(data):
-    return make_stretch_diagnoser(sampling_rate=RATE).fit(*data, rpm=900)
+    return make_diagnoser(sampling_rate=RATE).fit(*data, rpm=900)
 
 
 @pytest.mark.parametrize("enabled", [False, True])
@@ -44,7 +44,7 @@ def test_diagnoser_at_another_speed(diagnoser, enabled):
 
 def test_diagnoser_without_any_speed():
     X, y = stretches(900, seed=1)
-    diagnoser = make_stretch_diagnoser().fit(*stretches(1200))
+    diagnoser = make_diagnoser(sampling_rate=RATE).fit(*stretches(1200))
     assert np.mean(diagnoser.predict(X) == y) > 0.8
 
 
@@ -53,7 +53,7 @@ def test_diagnoser_in_cross_validation(data):
     rpm = np.repeat([900, 700], 8)
     cv = StratifiedKFold(2, shuffle=True, random_state=0)
     with sklearn.config_context(enable_metadata_routing=True):
-        diagnoser = make_stretch_diagnoser(sampling_rate=RATE)
+        diagnoser = make_diagnoser(sampling_rate=RATE)
         scores = cross_val_score(diagnoser, X, y, cv=cv, params={"rpm": rpm})
     np.testing.assert_array_equal(scores, 1)
 
@@ -64,7 +64,7 @@ def test_batches_order_and_threads_change_no_bit(diagnoser, data):
     expected = diagnoser[:-1].transform(X, rpm=rpm)
     rows = [diagnoser[:-1].transform(X[i : i + 1], rpm=rpm[i : i + 1]) for i in range(len(X))]
     np.testing.assert_array_equal(np.concatenate(rows), expected)
-    threads = make_stretch_diagnoser(sampling_rate=RATE, n_jobs=2).fit(*data, rpm=900)
+    threads = make_diagnoser(sampling_rate=RATE, n_jobs=2).fit(*data, rpm=900)
     np.testing.assert_array_equal(threads.diagnose(X, rpm=rpm).levels, expected)
     names = [name for name in threads.get_params() if name.endswith("n_jobs")]
     assert len(names) >= 5 and all(threads.get_params()[name] == 2 for name in names)
@@ -74,27 +74,53 @@ def test_residual_is_the_product_of_its_parts(data):
     X, y = data
     X = X[:, np.newaxis]
     residual = StretchResidual(
-        order_residual=OrderResidual(sampling_rate=RATE), window_length=3000
+        order_residual=OrderResidual(sampling_rate=RATE), window_length=3000, order_weight=0.7
     ).fit(X, y, rpm=900)
     windows = X[..., :6000].reshape(-1, 1, 3000)
+    of_windows = window_comparison().fit(windows, np.repeat(y, 2), rpm=900)
+    by_hand = of_windows.transform(windows, rpm=1000)
+    orders = OrderResidual(sampling_rate=RATE).fit(X, y, rpm=900).transform(X, rpm=1000)
+    expected = np.sqrt(by_hand[::2] * by_hand[1::2]) * orders**0.7
+    np.testing.assert_allclose(residual.transform(X, rpm=1000), expected)
+    unknown = clone(residual).set_params(order_residual=None).fit(X, y)
     by_hand = window_comparison().fit(windows, np.repeat(y, 2)).transform(windows)
-    orders = OrderResidual(sampling_rate=RATE).fit(X, y, rpm=900).transform(X, rpm=900)
-    expected = np.sqrt(by_hand[::2] * by_hand[1::2]) * orders
-    np.testing.assert_allclose(residual.transform(X, rpm=900), expected)
-    unknown = clone(residual).fit(X, y)
+    orders = OrderResidual().fit(X, y).transform(X)
     np.testing.assert_allclose(
-        unknown.transform(X),
-        np.sqrt(by_hand[::2] * by_hand[1::2] * OrderResidual().fit(X, y).transform(X)),
+        unknown.transform(X), np.sqrt(by_hand[::2] * by_hand[1::2]) * orders**0.7
     )
     fresh = clone(residual)
     np.testing.assert_array_equal(fresh.fit_transform(X, y, rpm=900), residual.transform(X, 900))
-    whole = clone(residual).set_params(window_length=10**6).fit(X, y, rpm=900)
-    of_whole = window_comparison().fit(X, y).transform(X)
-    np.testing.assert_allclose(whole.transform(X, rpm=900), of_whole * orders)
+    whole = clone(residual).set_params(window_length=10**6, order_weight=0.0).fit(X, y, rpm=900)
+    of_whole = window_comparison().fit(X, y, rpm=900).transform(X, rpm=900)
+    np.testing.assert_allclose(whole.transform(X, rpm=900), of_whole)
     # Stretches of another length, where there is an axis of models.
     assert residual.transform(X[..., :5000], rpm=900).shape == (8, 2)
     with pytest.raises(ValueError, match="window_length"):
         StretchResidual(window_length=0).fit(X, y)
+    with pytest.raises(ValueError, match="order_weight"):
+        StretchResidual(order_weight=-1.0).fit(X, y)
+
+
+def test_rows_of_less_than_three_turns_are_compared_by_their_windows_alone(data):
+    X, y = data[0][:, np.newaxis], data[1]
+    residual = StretchResidual(order_residual=OrderResidual(sampling_rate=RATE))
+    fitted = clone(residual).fit(X, y, rpm=900)
+    windows = fitted.window_residual_
+    slow = 2.9 * 60 * RATE / X.shape[-1]
+    alone, mixed = fitted.transform(X, rpm=slow), fitted.transform(X, rpm=[slow] * 4 + [900.0] * 4)
+    first = X[..., : fitted.window_length]
+    if X.shape[-1] < 2 * fitted.window_length:
+        np.testing.assert_allclose(alone, windows.transform(first, rpm=slow))
+    np.testing.assert_allclose(mixed[:4], alone[:4])
+    np.testing.assert_allclose(mixed[4:], fitted.transform(X[4:], rpm=900))
+    # Fitted on such rows, also where their speed is not known.
+    assert clone(residual).fit(X, y, rpm=slow).order_residual_ is None
+    short = X[..., : int(0.29 * RATE)]
+    without = clone(residual).fit(short, y)
+    assert without.order_residual_ is None
+    assert without.transform(short).shape == (8, 2)
+    with pytest.raises(ValueError, match="rpm was given, but not in fit"):
+        without.transform(short, rpm=900)
 
 
 def test_windows_of_a_bank_keep_their_models():
@@ -129,13 +155,8 @@ def test_saved_and_loaded(diagnoser, tmp_path):
 
 def test_healthy_chooses_the_condition_that_gamma_is_for(data):
     for place, name in enumerate(sorted(ORDERS)):
-        fitted = make_stretch_diagnoser(sampling_rate=RATE, healthy=name).fit(*data, rpm=900)
+        fitted = make_diagnoser(sampling_rate=RATE, healthy=name).fit(*data, rpm=900)
         assert fitted["decide"].healthy_index_ == place
-
-
-def test_stretch_without_enough_turns_is_refused_with_the_length_that_would_do(data):
-    with pytest.raises(ValueError, match=r"expected at least 3 turns, 14400 samples"):
-        make_stretch_diagnoser(sampling_rate=RATE).fit(*data, rpm=100)
 
 
 def test_state_of_the_parts_is_checked(diagnoser):

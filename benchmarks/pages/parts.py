@@ -140,7 +140,7 @@ PARTS = {
     ),
     "stretches-simulated": Part(
         "-m benchmarks.stretches --rig simulated --seconds 1 2 --seed 21 22 23 24 "
-        "--method 'make_stretch_diagnoser, nominal rpm' 'no rpm' "
+        "--method 'make_diagnoser, nominal rpm' 'no rpm' "
         "'make_diagnoser, windows of 4800 vote' --output skarxlag-results/stretches-simulated "
         "--write docs/stretches.md",
         {"docs/stretches.md": ("stretches simulated",)},

@@ -18,7 +18,7 @@ from benchmarks.paper.printed_tables import load_tables
 from benchmarks.paper.protocol import run_protocol
 from benchmarks.paper.report import paper_report
 from benchmarks.paper.tables_plot import averages_figure
-from skarxlag import make_alpio, make_single_observer_pio, make_stretch_diagnoser
+from skarxlag import make_alpio, make_diagnoser, make_single_observer_pio
 from skarxlag.bearings import SKF_6205, strike_rate
 from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import LOCATIONS
@@ -85,7 +85,7 @@ def with_parameters(makers, **parameters):
 
 def stretch_diagnoser(healthy):
     """The diagnoser of stretches for the sampling rate of the simulated rig."""
-    return make_stretch_diagnoser(sampling_rate=PAPER["sampling_rate_hz"], healthy=healthy)
+    return make_diagnoser(sampling_rate=PAPER["sampling_rate_hz"], healthy=healthy)
 
 
 def runs(window_length, n_samples, long_length, long_samples, stretch_length, stretch_samples):
@@ -104,7 +104,7 @@ def runs(window_length, n_samples, long_length, long_samples, stretch_length, st
     -------
     dict of str to (callable, dict)
         What ``run_protocol`` takes. The runs of `SHOWN` come first, the others are variants of the
-        first two. In the run of stretches "Diagnoser" is `make_stretch_diagnoser`.
+        first two. In the run of stretches "Diagnoser" is `make_diagnoser`.
     """
     bank, single = LADDERS["bank"], LADDERS["single"]
     observers = dict(zip(single, (make_alpio, make_single_observer_pio), strict=True))

@@ -25,7 +25,7 @@ import pandas as pd
 from benchmarks.cross_speed.protocol import first_and_second_half
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.recipe.random_rigs import VIBRATION, random_rig
-from skarxlag import make_stretch_diagnoser
+from skarxlag import make_diagnoser
 from skarxlag.commands.training import join_windows
 from skarxlag.kernels import order_spectra
 from skarxlag.orders import OrderResidual
@@ -142,7 +142,7 @@ def accuracy(rig, settings):
     for rpm in np.unique(rig.rpm):
         train, test = first & (rig.rpm == rpm), second & (rig.rpm != rpm)
         y, truth = rig.target[train], rig.target[test]
-        diagnoser = make_stretch_diagnoser(sampling_rate=rig.sampling_rate)
+        diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate)
         X = diagnoser["identify"].fit_transform(rig.data[train], y)
         X_test = diagnoser["identify"].transform(rig.data[test])
         known = {}

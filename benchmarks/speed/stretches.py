@@ -3,7 +3,7 @@
 import numpy as np
 
 from benchmarks.speed.timing import take_turns
-from skarxlag import make_stretch_diagnoser
+from skarxlag import make_diagnoser
 
 _RATE, _RPM = 51_200, 900
 #: Orders of the shaft at which the conditions are struck; the first is healthy.
@@ -32,7 +32,7 @@ def stretches(n_rounds=9, n_stretches=20, n_samples=_RATE):
         )
 
     y = np.repeat(["healthy", "outer", "ball", "inner"], 4)
-    diagnoser = make_stretch_diagnoser(sampling_rate=_RATE).fit(rows(_RPM, 4, 0), y, rpm=_RPM)
+    diagnoser = make_diagnoser(sampling_rate=_RATE).fit(rows(_RPM, 4, 0), y, rpm=_RPM)
     X = rows(700, -(-n_stretches // len(_ORDERS)), 1)[:n_stretches]
     rpm = np.full(len(X), 700.0)
     orders, innovations = diagnoser["compare"].order_residual_, diagnoser[:1].transform(X)
@@ -47,7 +47,7 @@ def stretches(n_rounds=9, n_stretches=20, n_samples=_RATE):
         n_rounds,
     )
     length = f"{n_samples / _RATE:g} s at {_RATE / 1e3:g} kHz"
-    predict = "`make_stretch_diagnoser().predict`"
+    predict = "`make_diagnoser().predict`"
     what = {
         "several": f"{predict}, {len(X)} stretches of {length}: ms a stretch",
         "one": "the same, one stretch",

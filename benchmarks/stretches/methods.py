@@ -11,7 +11,7 @@ from scipy.signal import hilbert, welch
 
 from benchmarks.cross_speed.peers import minirocket, multirocket_hydra
 from benchmarks.cross_speed.protocol import log_evidence
-from skarxlag import make_diagnoser, make_stretch_diagnoser
+from skarxlag import make_diagnoser
 
 #: Places of faults that the rules look for, with the multiples of their orders that they add up.
 _PLACES = {"outer": (1, 2, 3), "inner": (1, 2, 3), "ball": (1, 2)}
@@ -27,7 +27,7 @@ def output(X):
 
 
 class Stretches:
-    """`make_stretch_diagnoser` with nominal speeds that are off by a share, or without speeds.
+    """`make_diagnoser` with nominal speeds that are off by a share, or without speeds.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class Stretches:
     """
 
     def __init__(self, sampling_rate, error=0.0):
-        self.diagnoser = make_stretch_diagnoser(sampling_rate=sampling_rate)
+        self.diagnoser = make_diagnoser(sampling_rate=sampling_rate)
         self.error = error
 
     def fit(self, X, y, rpm):
@@ -56,7 +56,7 @@ class Stretches:
 
 
 class FewStretches(Stretches):
-    """`make_stretch_diagnoser`, trained on the first few stretches of each condition only.
+    """`make_diagnoser`, trained on the first few stretches of each condition only.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ class PyBearing(_FaultOrders):
 
 #: Methods that tell all conditions: functions of the sampling rate.
 CONDITIONS = {
-    "make_stretch_diagnoser, nominal rpm": Stretches,
+    "make_diagnoser, nominal rpm": Stretches,
     "rpm wrong by 3 %": lambda rate: Stretches(rate, 0.03),
     "rpm wrong by 5 %": lambda rate: Stretches(rate, 0.05),
     "rpm wrong by 10 %": lambda rate: Stretches(rate, 0.10),

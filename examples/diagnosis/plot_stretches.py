@@ -10,7 +10,7 @@ with a nominal speed that is wrong by 5 %. All results come from a simulation.
 import matplotlib.pyplot as plt
 import numpy as np
 
-from skarxlag import fault_orders, make_diagnoser, make_stretch_diagnoser, recording_verdicts
+from skarxlag import fault_orders, make_diagnoser, recording_verdicts
 from skarxlag.bearings import SKF_6205
 from skarxlag.datasets import simulate_rig
 from skarxlag.plotting import OrderSpectrumDisplay
@@ -38,7 +38,7 @@ print("orders:", {name: round(order, 3) for name, order in orders.items()})
 # %%
 # The speed is metadata of `fit` and `predict`. The nominal speed of the test is wrong on purpose:
 # 315 rpm instead of 300 rpm.
-diagnoser = make_stretch_diagnoser(sampling_rate=rig.sampling_rate, healthy="Normal")
+diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, healthy="Normal")
 diagnoser.fit(rig.data[at_500], rig.target[at_500], rpm=500)
 verdicts = diagnoser.predict(rig.data[at_300], rpm=np.full(at_300.sum(), 315))
 print(f"stretches at 300 rpm, nominal 315 rpm: {np.mean(verdicts == rig.target[at_300]):.2f} right")

@@ -10,8 +10,8 @@ from time import perf_counter
 
 import numpy as np
 
-from .._answers import answers
-from ..diagnosers import make_detector, make_stretch_diagnoser
+from .._answers import answers, requests
+from ..diagnosers import make_detector, make_diagnoser
 from ..persistence import save_diagnoser
 from ..verdicts import check_condition_names
 from .arguments import (
@@ -156,7 +156,8 @@ def run(args: argparse.Namespace) -> int:
     own = [recording if y is None else recording[y == name] for name in conditions]
     n_windows, n_recordings = [len(each) for each in own], [len(np.unique(each)) for each in own]
     with as_command_error():
-        notes = fit_quietly(diagnoser, X, y, rpm if kind in (STRETCHES, DETECTOR) else None, args)
+        takes_rpm = requests(diagnoser, "fit", "rpm")
+        notes = fit_quietly(diagnoser, X, y, rpm if takes_rpm else None, args)
     known, known_line = None, None
     if kind != DETECTOR and not args.no_p_values:
         known, known_line = fit_known_conditions(X, y, rpm, args)
@@ -199,7 +200,7 @@ def _make(args, kind, healthy, sampling_rate):
     if kind == DETECTOR:
         return make_detector(fixed_gain=args.fixed_gain)
     if kind == STRETCHES:
-        return make_stretch_diagnoser(sampling_rate=sampling_rate, healthy=healthy)
+        return make_diagnoser(sampling_rate=sampling_rate, healthy=healthy)
     return DIAGNOSERS[kind][1](healthy=healthy)
 
 

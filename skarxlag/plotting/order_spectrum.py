@@ -60,12 +60,12 @@ class OrderSpectrumDisplay:
     Examples
     --------
     >>> import numpy as np
-    >>> from skarxlag import make_stretch_diagnoser
+    >>> from skarxlag import make_diagnoser
     >>> rng = np.random.default_rng(0)
     >>> X = rng.normal(size=(12, 20_000))
     >>> X[6:, ::278] += 20                           # order 3.6 of 600 rpm
     >>> y = np.repeat(["healthy", "worn"], 6)
-    >>> diagnoser = make_stretch_diagnoser(sampling_rate=10_000).fit(X, y, rpm=600)
+    >>> diagnoser = make_diagnoser(sampling_rate=10_000).fit(X, y, rpm=600)
     >>> display = OrderSpectrumDisplay.from_estimator(diagnoser, X[11], rpm=600)
     >>> list(display.spectra)
     ['worn', 'healthy']
@@ -98,7 +98,7 @@ class OrderSpectrumDisplay:
         ----------
         estimator : Pipeline
             Fitted pipeline with a step `StretchResidual` or `OrderResidual`, such as
-            `make_stretch_diagnoser` returns.
+            `make_diagnoser` returns.
         stretch : array-like of shape (n_samples,) or (n_channels, n_samples)
             The stretch.
         rpm : float, array-like of shape (n_samples,) or None, default=None

@@ -9,7 +9,6 @@ from skarxlag import (
     ThresholdLadder,
     make_alpio,
     make_diagnoser,
-    make_stretch_diagnoser,
     window_verdicts,
 )
 from skarxlag.commands.diagnosers import set_threads
@@ -26,7 +25,7 @@ def test_threads_are_set_in_the_pipeline_and_in_its_steps():
 
 def test_threads_are_set_in_what_a_step_has_fitted():
     X = np.random.default_rng(0).normal(size=(8, 2000))
-    diagnoser = make_stretch_diagnoser(n_jobs=3).fit(X, np.repeat(["a", "b"], 4))
+    diagnoser = make_diagnoser(n_jobs=3).fit(X, np.repeat(["a", "b"], 4))
     compare = diagnoser["compare"]
     parts = [
         compare.order_residual_,

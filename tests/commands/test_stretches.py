@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from skarxlag import fault_orders, make_stretch_diagnoser
+from skarxlag import fault_orders, make_diagnoser
 from skarxlag.bearings import SKF_6205
 from skarxlag.persistence import load_diagnoser
 
@@ -100,7 +100,7 @@ def test_more_than_memory_shall_hold_is_sampled(run, workshop, monkeypatch):
     stretches = load_diagnoser(workshop / "sampled.skops")[0]
     X = [np.load(workshop / f"{name}_900.npy")[: 4 * 7200].reshape(4, -1)[::2] for name in ORDERS]
     y = np.repeat(list(ORDERS), 2)
-    by_hand = make_stretch_diagnoser(sampling_rate=RATE, healthy="inner")
+    by_hand = make_diagnoser(sampling_rate=RATE, healthy="inner")
     by_hand.fit(np.concatenate(X), y, rpm=np.full(4, 900.0))
     np.testing.assert_array_equal(
         stretches.predict_proba(X[0], rpm=900), by_hand.predict_proba(X[0], rpm=900)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from skarxlag import fault_orders, make_alpio, make_stretch_diagnoser
+from skarxlag import fault_orders, make_alpio, make_diagnoser
 from skarxlag.bearings import SKF_6205
 from skarxlag.plotting import OrderSpectrumDisplay
 
@@ -10,7 +10,7 @@ from ..test_orders import RATE, stretches
 
 @pytest.fixture(scope="module")
 def diagnoser():
-    return make_stretch_diagnoser(sampling_rate=RATE, healthy="outer").fit(*stretches(900), rpm=900)
+    return make_diagnoser(sampling_rate=RATE, healthy="outer").fit(*stretches(900), rpm=900)
 
 
 def test_display_shows_what_the_diagnoser_compared(diagnoser):

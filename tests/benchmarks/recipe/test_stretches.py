@@ -5,7 +5,7 @@ import pytest
 from benchmarks.cross_speed.protocol import first_and_second_half
 from benchmarks.recipe import random_rigs, stretches
 from benchmarks.recipe.stretches import IN_USE, SETTINGS
-from skarxlag import make_stretch_diagnoser
+from skarxlag import make_diagnoser
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def test_what_is_in_use_scores_as_the_diagnoser_does(rig):
     scores = {known: [], unknown: []}
     for rpm in np.unique(rig.rpm):
         train, test = first & (rig.rpm == rpm), second & (rig.rpm != rpm)
-        diagnoser = make_stretch_diagnoser(sampling_rate=rig.sampling_rate)
+        diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate)
         diagnoser.fit(rig.data[train], rig.target[train], rpm=rig.nominal[train])
         right = diagnoser.predict(rig.data[test], rpm=rig.nominal[test]) == rig.target[test]
         scores[known].append(right.mean())
