@@ -125,6 +125,8 @@ class StretchResidual(StretchTransformer):
         The fitted residual of windows.
     order_residual_ : OrderResidual or None
         The fitted residual of order spectra. None if a training row has less than three turns.
+    compares_orders_ : bool
+        Whether there is a residual of order spectra.
     speed_known_ : bool
         Whether `fit` was given `rpm`.
     window_shape_ : ndarray of int
@@ -151,11 +153,16 @@ class StretchResidual(StretchTransformer):
     classes_: NDArray[Any]
     window_residual_: Any
     order_residual_: OrderResidual | None
+    compares_orders_: bool
     speed_known_: bool
 
     _suffix = "stretch"
 
-    _state = INNOVATIONS | {"classes_": Labels(), "speed_known_": Values((), kind="b")}
+    _state = INNOVATIONS | {
+        "classes_": Labels(),
+        "compares_orders_": Values((), kind="b"),
+        "speed_known_": Values((), kind="b"),
+    }
 
     def __init__(
         self,
@@ -208,7 +215,8 @@ class StretchResidual(StretchTransformer):
         self.speed_known_ = rpm is not None
         orders = OrderResidual() if self.order_residual is None else self.order_residual
         self.order_residual_ = None
-        if _turns(X, rpm, orders.sampling_rate).min() >= LEAST_TURNS:
+        self.compares_orders_ = bool(_turns(X, rpm, orders.sampling_rate).min() >= LEAST_TURNS)
+        if self.compares_orders_:
             self.order_residual_ = clone(orders).fit(X, y, rpm=rpm, sample_weight=sample_weight)
         windows = self._windows(X)
         n_windows = len(windows) // len(X)
@@ -252,7 +260,7 @@ class StretchResidual(StretchTransformer):
         of_windows = of_windows.reshape(len(X), -1, len(self.classes_))
         with np.errstate(divide="ignore"):
             residuals = np.exp(np.log(of_windows).mean(axis=1))
-        if self.order_residual_ is not None:
+        if self.compares_orders_:
             turns = _turns(X, rpm, self.order_residual_.sampling_rate)
             rows = np.flatnonzero(turns >= LEAST_TURNS)
             if len(rows) > 0:
@@ -307,14 +315,14 @@ class StretchResidual(StretchTransformer):
     def _answers(self):
         return {
             "takes_rpm": self.speed_known_,
-            "is_stretch": self.order_residual_ is not None,
+            "is_stretch": self.compares_orders_,
             "sampling_rate": self.order_residual.sampling_rate if self.order_residual else None,
         }
 
     def _check_relations(self):
         for name in ("window_residual_", "order_residual_"):
             part = vars(self).get(name)
-            if part is None and name == "order_residual_":
+            if name == "order_residual_" and not self.compares_orders_:
                 continue
             try:
                 agrees = np.array_equal(part.classes_, self.classes_)

@@ -25,7 +25,7 @@ def test_threads_are_set_in_the_pipeline_and_in_its_steps():
 
 def test_threads_are_set_in_what_a_step_has_fitted():
     X = np.random.default_rng(0).normal(size=(8, 2000))
-    diagnoser = make_diagnoser(n_jobs=3).fit(X, np.repeat(["a", "b"], 4))
+    diagnoser = make_diagnoser(sampling_rate=1000, n_jobs=3).fit(X, np.repeat(["a", "b"], 4))
     compare = diagnoser["compare"]
     parts = [
         compare.order_residual_,
