@@ -227,7 +227,7 @@ def test_bad_speeds_are_named(fitted, rpm, message):
     with pytest.raises(ValueError, match=message):
         FaultDetector().fit(X, rpm=rpm)
     if "holds" not in message or isinstance(rpm, str):
-        with pytest.raises(ValueError, match="rpm (must hold|has shape)"):
+        with pytest.raises(ValueError, match=r"rpm (must hold|has shape)"):
             fitted.predict(X, rpm=rpm)
 
 

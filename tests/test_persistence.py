@@ -44,7 +44,6 @@ from skarxlag import (
     make_extended_state_pio,
     make_known_conditions,
     make_single_observer_pio,
-    make_diagnoser,
 )
 from skarxlag._archive import read_members, write_members
 from skarxlag.persistence import (
