@@ -290,14 +290,14 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         """Orders and poles of the networks; poles that are not given are searched."""
         self.orders_, poles = check_networks(self.order, self.pole, scaled.shape[1])
         if None in poles:
-            # Correlations are squares of the signal, so a weight counts by its root.
-            correlations = np.array(
+            # Cross-spectra are squares of the signal, so a weight counts by its root.
+            spectra = np.array(
                 [
-                    pole_search.correlations(scaled[rows] * np.sqrt(weights)[:, None, None])
+                    pole_search.cross_spectra(scaled[rows] * np.sqrt(weights)[:, None, None])
                     for rows, weights in counted
                 ]
             )
-            poles = pole_search.search_poles(correlations, self.orders_, poles, self.alpha)
+            poles = pole_search.search_poles(spectra, self.orders_, poles, self.alpha)
         self.poles_ = np.asarray(poles, dtype=np.float64)
 
     def _start_sums(self, classes):

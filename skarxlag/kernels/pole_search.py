@@ -1,36 +1,30 @@
 r"""The Laguerre pole of each channel, by separable least squares on correlations.
 
 For given poles the fit is linear, and it depends on the data only through the correlations of the
-channels. These are accumulated once, so the cost of trying a pole does not depend on the length of
-the data.
+channels. These are summed once, as cross-spectra, so the cost of trying a pole does not depend on
+the amount of data.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, optimize
 
-from .correlation_fit import best_fits, state_correlations
-
 #: Poles beyond this settle more slowly than any window lasts.
 LARGEST_POLE = 0.98
 #: Most samples of a segment; longer windows are cut.
 LONGEST_SEGMENT = 2**14
 _SAMPLES_A_BATCH = 2**16
-_N_TAPS = 32
-#: As artanh of the pole: the dense part of the grid ends at 0.9, where a network of high order is
-#: as slow as a window is long, and 0.956 is tried for slow inputs.
-_DENSE_END, _GRID_END = 1.5, 1.9
 
 
-def correlations(windows: NDArray[Any]) -> NDArray[Any]:
-    """Sum the correlations of the channels over the windows.
+def cross_spectra(windows: NDArray[Any]) -> NDArray[Any]:
+    """Sum the cross-spectra of the channels over the windows.
 
-    Windows longer than `LONGEST_SEGMENT` are cut into segments of equal length, so that the cost
-    per sample and the memory do not grow with the length of the windows. Products across a
-    boundary are omitted, both between segments and between windows. The response of a network that
-    continues beyond a boundary counts as error for every pole.
+    Windows longer than `LONGEST_SEGMENT` are cut into segments of equal length, and the last one is
+    filled with zeros. Segments are padded to twice their length, so that their correlations do not
+    wrap around.
 
     Parameters
     ----------
@@ -39,113 +33,112 @@ def correlations(windows: NDArray[Any]) -> NDArray[Any]:
 
     Returns
     -------
-    ndarray of shape (n_channels, n_channels, 2 * n_lags + 1)
-        Entry (a, b, n_lags + l) is the sum over time of s_a(k + l) s_b(k), where samples outside of
-        the segment count as zero; n_lags is one less than the samples of a segment.
+    ndarray of shape (n_channels, n_channels, length + 1), complex
+        Entry (a, b) is the sum of the spectrum of channel a times the conjugate of that of channel
+        b, at ``length + 1`` frequencies from 0 to pi. The length is that of a segment.
 
     Examples
     --------
     >>> import numpy as np
-    >>> correlations(np.array([[[1.0, 2.0, -3.0]]])).round(9)
-    array([[[-3., -4., 14., -4., -3.]]])
+    >>> cross_spectra(np.array([[[1.0, 2.0, -3.0]]])).real.round(9)
+    array([[[ 0., 13., 21., 16.]]])
     """
     n_windows, n_channels, n_samples = windows.shape
-    length = -(-n_samples // -(-n_samples // LONGEST_SEGMENT))
-    n_fft = fft.next_fast_len(2 * length, real=True)
-    batch = max(1, _SAMPLES_A_BATCH // (n_channels * n_fft))
-    n_whole = n_samples // length
-    spectra = np.zeros((n_channels, n_channels, n_fft // 2 + 1), dtype=complex)
-    whole = windows[..., : n_whole * length].reshape(n_windows, n_channels, n_whole, length)
-    for segments in (whole, windows[..., np.newaxis, n_whole * length :]):
-        n_segments = n_windows * segments.shape[2] if segments.size else 0
-        for first in range(0, n_segments, batch):
-            chosen = np.arange(first, min(first + batch, n_segments))
-            window, segment = np.divmod(chosen, segments.shape[2])
-            transform = fft.rfft(segments[window, :, segment], n_fft)
-            for a in range(n_channels):
-                for b in range(a + 1):
-                    product = np.einsum("wf,wf->f", transform[:, a], transform[:, b].conj())
-                    spectra[a, b] += product
-    circular = fft.irfft(spectra, n_fft)
-    found = np.concatenate((circular[..., n_fft - length + 1 :], circular[..., :length]), axis=-1)
-    for a in range(1, n_channels):
-        found[:a, a] = found[a, :a, ::-1]
+    n_segments = -(-n_samples // LONGEST_SEGMENT)
+    length = -(-n_samples // n_segments)
+    found = np.zeros((n_channels, n_channels, length + 1), dtype=complex)
+    batch = max(1, _SAMPLES_A_BATCH // (n_channels * n_samples))
+    for first in range(0, n_windows, batch):
+        some = windows[first : first + batch]
+        padded = np.zeros((len(some), n_channels, n_segments * length))
+        padded[..., :n_samples] = some
+        spectra = fft.rfft(padded.reshape(len(some), n_channels, n_segments, length), 2 * length)
+        found += np.einsum("wasf,wbsf->abf", spectra, spectra.conj())
     return found
 
 
-def closed_form_pole(taps: NDArray[Any]) -> float:
-    r"""Return the pole whose Laguerre series represents an impulse response most compactly.
+def fit_errors(
+    spectra: NDArray[Any], orders: Sequence[int], poles: Sequence[float], alpha: float
+) -> NDArray[Any]:
+    r"""Compute the least error of each model for given poles.
 
-    The pole minimises :math:`\sum_n n g_n^2` over the Laguerre coefficients g of the response
-    (Fu and Dumont 1993): :math:`\zeta = (s - \sqrt{s^2 - 4c^2})/(2c)` with
-    :math:`s = \sum_k (2k-1) h_k^2` and :math:`c = \sum_k k h_k h_{k+1}`.
-
-    Parameters
-    ----------
-    taps : ndarray of shape (n_responses, n_taps)
-        Impulse responses h_1, h_2, ... that share the pole.
-
-    Returns
-    -------
-    float
-        The pole, in (-1, 1).
-
-    Examples
-    --------
-    >>> round(closed_form_pole(0.7 ** np.arange(60.0)[np.newaxis]), 6)
-    0.7
-    """
-    k = np.arange(1, taps.shape[1] + 1)
-    s = np.sum((2 * k - 1) * taps**2)
-    c = np.sum(k[:-1] * taps[:, :-1] * taps[:, 1:])
-    if c == 0:
-        return 0.0
-    return float((s - np.sqrt(max(s * s - 4 * c * c, 0.0))) / (2 * c))
-
-
-def least_of_cubics(places: NDArray[Any], values: NDArray[Any], slopes: NDArray[Any]) -> float:
-    """Find the minimum of a piecewise cubic through values and slopes, to a twentieth of a piece.
+    With the frequency responses :math:`L_i` of all filters and the cross-spectra S, the sums for
+    least squares are integrals such as :math:`\int L_i S_{ab} \bar L_j`. They are those of windows
+    that are followed by as many zeros and repeated.
 
     Parameters
     ----------
-    places, values, slopes : ndarray of shape (n_places,)
-        The points, in rising order of `places`.
+    spectra : ndarray of shape (n_models, n_channels, n_channels, n_frequencies), complex
+        Cross-spectra of each model's windows.
+    orders : sequence of int, of length n_channels
+        Number of filters of each channel.
+    poles : sequence of float, of length n_channels
+        Pole of each channel.
+    alpha : float
+        Ridge parameter, which is added to the sum of squares.
 
     Returns
     -------
-    float
-        Position of the minimum.
+    ndarray of shape (n_models,)
+        Sum of squared errors plus ridge, as a share of the output's power. It is 0 for an output
+        without power.
 
     Examples
     --------
-    >>> import numpy as np
-    >>> places = np.array([-1.0, 0.0, 2.0])
-    >>> round(least_of_cubics(places, (places - 0.5) ** 2, 2 * (places - 0.5)), 9)
-    0.5
+    A signal that halves from sample to sample is predicted but for its first sample:
+
+    >>> signal = 0.5 ** np.arange(40.0)
+    >>> spectra = cross_spectra(signal[np.newaxis, np.newaxis])[np.newaxis]
+    >>> error = fit_errors(spectra, [1], [0.0], 0.0)
+    >>> float(round(error[0] * signal @ signal, 6))
+    1.0
     """
-    t = np.linspace(0, 1, 21)
-    width = np.diff(places)[:, np.newaxis]
-    left, right = values[:-1, np.newaxis], values[1:, np.newaxis]
-    leaving, arriving = slopes[:-1, np.newaxis], slopes[1:, np.newaxis]
-    cubic = left + (right - left) * t**2 * (3 - 2 * t)
-    cubic += width * t * (1 - t) * (leaving * (1 - t) - arriving * t)
-    piece, at = np.unravel_index(np.argmin(cubic), cubic.shape)
-    return float(places[piece] + width[piece, 0] * t[at])
+    n_frequencies = spectra.shape[-1]
+    z = np.exp(1j * np.linspace(0, np.pi, n_frequencies))
+    weights = np.full(n_frequencies, 1 / (n_frequencies - 1))
+    weights[[0, -1]] /= 2
+    responses = []
+    for order, pole in zip(orders, poles, strict=True):
+        factors = np.tile((1 - pole * z) / (z - pole), (order, 1))
+        factors[0] = np.sqrt(1 - pole**2) / (z - pole)
+        responses.append(np.multiply.accumulate(factors))
+    # The output is the response of channel 0 to itself, behind all states.
+    channels = [*range(len(responses)), 0]
+    responses.append(np.ones((1, n_frequencies), dtype=complex))
+    sides = list(zip(channels, responses, strict=True))
+    sums = np.array(
+        [
+            np.block([[_real_sums(x * (weights * m[a, b]), y) for b, y in sides] for a, x in sides])
+            for m in spectra
+        ]
+    )
+    gram, cross, power = sums[:, :-1, :-1], sums[:, :-1, -1], sums[:, -1, -1]
+    size = np.einsum("mii->m", gram) / gram.shape[-1]
+    ridge = alpha + 1e-12 * size + (size == 0)
+    gram += ridge[:, np.newaxis, np.newaxis] * np.eye(gram.shape[-1])
+    coef = np.linalg.solve(gram, cross[..., np.newaxis])[..., 0]
+    error = power - np.einsum("mi,mi->m", coef, cross)
+    return np.divide(error, power, out=np.zeros(len(power)), where=power > 0)
 
 
-def search_poles(correlations: NDArray[Any], orders: Any, poles: Any, alpha: float) -> NDArray[Any]:
+def _real_sums(a, b):
+    return a.real @ b.real.T + a.imag @ b.imag.T
+
+
+def search_poles(
+    spectra: NDArray[Any], orders: Sequence[int], poles: Sequence[float | None], alpha: float
+) -> NDArray[Any]:
     """Find the poles with the smallest prediction error, summed over the models.
 
-    The search has three steps. First, every free channel starts at the closed-form pole of the
-    unrestricted impulse response. Second, each channel in turn moves to the minimum of a cubic
-    through error and slope on a grid. With several free channels this step is repeated, and the
-    first grid is coarser. Third, a bounded quasi-Newton search moves all free poles together. The
-    error has ripples, so another pole may be better by a fraction of a percent.
+    Each free channel moves to the best place of a grid, the others fixed; several free channels do
+    so twice. A bounded quasi-Newton search then moves all free poles together. The error has
+    ripples, so another pole may be better by a fraction of a percent. A pole is only tried if its
+    network settles within a segment.
 
     Parameters
     ----------
-    correlations : ndarray of shape (n_models, n_channels, n_channels, 2 * n_lags + 1)
-        Correlations of each model's windows.
+    spectra : ndarray of shape (n_models, n_channels, n_channels, n_frequencies), complex
+        Cross-spectra of each model's windows.
     orders : sequence of int, of length n_channels
         The networks' orders.
     poles : sequence of float or None, of length n_channels
@@ -159,44 +152,29 @@ def search_poles(correlations: NDArray[Any], orders: Any, poles: Any, alpha: flo
         The poles.
     """
     free = [channel for channel, pole in enumerate(poles) if pole is None]
-    n_models, n_channels, _, n_points = correlations.shape
-    orders = np.asarray(orders, dtype=np.int64)
-    power = np.ascontiguousarray(correlations[:, 0, 0, n_points // 2])
+    found = np.array([0.0 if pole is None else pole for pole in poles])
+    length, orders = spectra.shape[-1] - 1, np.asarray(orders)
+    settled = (length - orders) / (length + orders)
+    # The error varies evenly with artanh of the pole.
+    limits = np.arctanh(np.clip(settled, 0, LARGEST_POLE))
 
-    def fits(orders, poles):
-        states = state_correlations(correlations, orders, poles)
-        return best_fits(states, power, orders, poles, alpha)
-
-    taps, _, _ = fits(np.full(n_channels, _N_TAPS), np.zeros(n_channels))
-    taps = taps.reshape(n_models, n_channels, _N_TAPS)
-    found = np.array(
-        [closed_form_pole(taps[:, c]) if p is None else p for c, p in enumerate(poles)]
-    )
-    found[free] = np.clip(found[free], -LARGEST_POLE, LARGEST_POLE)
-
-    def error_and_slopes(places, channels):
+    def error(places, channels):
         tried = found.copy()
         tried[channels] = np.tanh(places)
-        _, error, slopes = fits(orders, tried)
-        return error, slopes[channels]
+        return fit_errors(spectra, orders, tried, alpha).sum()
 
-    for fine in (False, True) if len(free) > 1 else (True,):
-        for channel in free:
-            # The error ripples with artanh of the pole, about as often as there are filters.
-            n_dense = 20 + orders[channel] // 2 if fine else 9
-            dense = np.linspace(-_DENSE_END, _DENSE_END, n_dense)
-            places = np.unique([-_GRID_END, *dense, _GRID_END, np.arctanh(found[channel])])
-            tried = [error_and_slopes(place, channel) for place in places]
-            found[channel] = np.tanh(least_of_cubics(places, *np.transpose(tried)))
-    start, end = np.arctanh(found[free]), np.arctanh(LARGEST_POLE)
-    unit = error_and_slopes(start, free)[0] or 1.0
+    for channel in free * min(len(free), 2):
+        # There are about as many ripples as filters.
+        places = np.linspace(-1, 1, 21 + orders[channel] // 2) * limits[channel]
+        errors = [error(place, channel) for place in places]
+        found[channel] = np.tanh(places[np.argmin(errors)])
     refined = optimize.minimize(
-        lambda places: [part / unit for part in error_and_slopes(places, free)],
-        start,
-        jac=True,
+        error,
+        np.arctanh(found[free]),
+        args=(free,),
         method="L-BFGS-B",
-        bounds=[(-end, end)] * len(free),
-        options={"ftol": 1e-10, "gtol": 1e-7},
+        bounds=[(-limits[channel], limits[channel]) for channel in free],
+        options={"ftol": 1e-12, "gtol": 1e-8, "eps": 1e-6},
     )
     found[free] = np.tanh(refined.x)
     return found
