@@ -22,11 +22,11 @@ _BYTES_AT_A_TIME = 2**18
 
 
 class StopRequestedError(Exception):
-    """The user or the system asked for the end while the program was waiting."""
+    """A signal requested the end while the program was waiting."""
 
 
 class Stopping:
-    """Takes the signals SIGINT and SIGTERM as a request to end, at a moment that does no harm.
+    """Context in which SIGINT and SIGTERM request the end at a moment that does no harm.
 
     While the program computes, a request is only noted. While it waits for input, the wait ends.
 
@@ -59,7 +59,7 @@ class Stopping:
 
     @contextmanager
     def waiting(self) -> Iterator[Any]:
-        """Let a signal end what is done in here, by a `StopRequestedError`."""
+        """Let a signal end this block by a `StopRequestedError`."""
         self._is_waiting = True
         try:
             if self.requested:
@@ -78,13 +78,13 @@ class Block:
     samples : ndarray of shape (n_channels, n_samples)
         The samples.
     time : float or None, default=None
-        When the first of them was taken, where the source tells.
+        Seconds at the first of them, if the source states it.
     source : str or None, default=None
-        File that they are from, where there are several.
+        File of the samples, if there are several.
     place : object, default=None
-        What the source needs to go on behind this block.
+        Position of the source after this block.
     is_last : bool, default=True
-        Whether `place` is behind this block; False where further blocks come before it.
+        Whether `place` points after this block; False if further blocks come before it.
     """
 
     samples: np.ndarray
@@ -96,19 +96,19 @@ class Block:
 
 @dataclass
 class Patience:
-    """How a source waits for more.
+    """How a source waits for more data.
 
     Parameters
     ----------
     stopping : Stopping
         Ends the wait on a signal.
     poll : float
-        Seconds between looks.
+        Seconds between two looks.
     idle : float or None
-        Seconds without anything new after which the source ends; None waits for ever.
+        Seconds without new data after which the source ends; None waits for ever.
     """
 
-    stopping: object
+    stopping: Stopping
     poll: float
     idle: float | None
 
@@ -116,11 +116,11 @@ class Patience:
         self.renew()
 
     def renew(self) -> None:
-        """Something new has come."""
+        """Restart the idle timer."""
         self._since = time.monotonic()
 
     def wait(self) -> bool:
-        """Sleep, and say whether to look again."""
+        """Sleep; return whether to look again."""
         if self.idle is not None and time.monotonic() - self._since >= self.idle:
             return False
         with self.stopping.waiting():
@@ -131,25 +131,17 @@ class Patience:
 def from_stream(
     open_stream: Callable[[], Any], parser: RawSamples | TextSamples, stopping: Stopping
 ) -> Iterator[Block]:
-    """Blocks from a pipe or a device, until it ends."""
+    """Yield blocks from a pipe or a device until it ends."""
     with stopping.waiting():
-        # A named pipe opens when somebody writes to it.
+        # A named pipe opens when a program writes to it.
         stream = open_stream()
     with stream as source:
-        while True:
+        data = b" "
+        while data:
             with stopping.waiting():
                 data = source.read1(_BYTES_AT_A_TIME)
-            yield from _parsed(parser, data, is_end=not data)
-            if not data:
-                return
-
-
-def _parsed(parser, data, *, is_end=False, place=None):
-    """Blocks of what a parser makes of some bytes; the place is behind all of them."""
-    parts = list(parser.parts(data, is_end=is_end))
-    for i, (samples, moment) in enumerate(parts):
-        where = None if place is None else place()
-        yield Block(samples, moment, place=where, is_last=i == len(parts) - 1)
+            for samples, moment in parser.parts(data, is_end=not data):
+                yield Block(samples, moment)
 
 
 def from_growing_file(
@@ -159,57 +151,52 @@ def from_growing_file(
     warn: Callable[[str], None],
     place: list[int] | None = None,
 ) -> Iterator[Block]:
-    """Blocks from a file to which somebody appends, from a place on.
+    """Yield blocks from a growing file, starting at `place` (offset and file number).
 
-    A file that got shorter, or another file of the same name, was started afresh, and is read from
-    its beginning; of the other one, what was appended last is read before. A last line or sample
-    that is not whole is left for the next time. The place is an offset and the file's own number.
+    If the file was truncated or replaced, reading starts again at its beginning; the rest of a
+    replaced file is read before. An incomplete last line or sample waits for its rest.
     """
     file = path.open("rb")
     try:
-        offset, number = place or (0, _number(file))
-        if 0 < offset <= path.stat().st_size and number == _number(file):
+        offset, number = place or (0, os.fstat(file.fileno()).st_ino)
+        is_same = number == os.fstat(file.fileno()).st_ino
+        if 0 < offset <= path.stat().st_size and is_same:
             parser.begin(file.read(min(offset, _BYTES_AT_A_TIME)))
             file.seek(offset)
         elif offset > 0:
             warn(f"{path} was started afresh since the state was saved")
-
-        def behind():
-            return [file.tell() - parser.n_pending, _number(file)]
-
+        is_replaced = False
         while True:
-            data = file.read(_BYTES_AT_A_TIME)
-            if data:
+            if data := file.read(_BYTES_AT_A_TIME):
                 patience.renew()
-                yield from _parsed(parser, data, place=behind)
-                continue
-            if not patience.wait():
-                break
-            if _started_afresh(path, file):
-                while data := file.read(_BYTES_AT_A_TIME):
-                    yield from _parsed(parser, data, place=lambda: None)
+                parts = list(parser.parts(data))
+                after = [file.tell() - parser.n_pending, os.fstat(file.fileno()).st_ino]
+                for i, (samples, moment) in enumerate(parts, start=1):
+                    where = None if is_replaced else after
+                    yield Block(samples, moment, place=where, is_last=i == len(parts))
+            elif is_replaced:
                 warn(f"{path} was started afresh")
                 file.close()
-                file = path.open("rb")
+                file, is_replaced = path.open("rb"), False
                 parser.begin()
+            elif not patience.wait():
+                break
+            else:
+                is_replaced = _is_replaced(path, file)
     finally:
         file.close()
 
 
-def _number(file):
-    """What tells an open file from others, whatever they are called."""
-    return os.fstat(file.fileno()).st_ino
-
-
-def _started_afresh(path, file):
+def _is_replaced(path, file):
+    """Whether a file got shorter, or its name belongs to another file."""
     try:
         now = path.stat()
     except OSError:
         return False
-    if not stat.S_ISREG(now.st_mode):
-        # A folder, or a pipe, whose opening would wait for ever.
-        return False
-    return now.st_size < file.tell() or not os.path.samestat(now, os.fstat(file.fileno()))
+    # A folder cannot be read, and opening a pipe would wait for ever.
+    is_file = stat.S_ISREG(now.st_mode)
+    is_other = not os.path.samestat(now, os.fstat(file.fileno()))
+    return is_file and (now.st_size < file.tell() or is_other)
 
 
 def from_folder(
@@ -219,11 +206,11 @@ def from_folder(
     warn: Callable[..., Any],
     place: list[Any] | None = None,
 ) -> Iterator[Block]:
-    """Blocks from the files of a folder, in the order in which they were finished.
+    """Yield blocks from the files of a folder, in the order in which they were finished.
 
-    A file is read when its size and time have not changed for a while. A file that comes later but
-    has an older time than one that was read already is read, too, and told: somebody has copied it,
-    or the clock was set back.
+    A file is finished when its size and time have not changed for a while. A file that arrives late
+    with an older time than the last one is read, too, with a warning: it was copied, or the clock
+    was set back.
 
     Parameters
     ----------
@@ -236,9 +223,9 @@ def from_folder(
     patience : Patience
         How to wait.
     warn : callable
-        Is told of files that cannot be read.
+        Called with a message for each file that cannot be read.
     place : list or None, default=None
-        Time and name of the latest file that was read. Those that are older and there now count as
+        Time and name of the latest file that was read. Older files that exist at the start count as
         read.
     """
     done = tuple(place or (-1, ""))
@@ -270,7 +257,7 @@ def _files(folder):
     found = {}
     for entry in os.scandir(folder):
         with suppress(OSError):
-            # Links that lead nowhere, or in a circle, are no files.
+            # Links that lead nowhere, or in a circle, are not files.
             if not entry.name.startswith(".") and entry.is_file():
                 status = entry.stat()
                 found[status.st_mtime_ns, entry.name] = status.st_size
@@ -278,15 +265,23 @@ def _files(folder):
 
 
 def _blocks_of_file(path, changed, options, warn, place):
+    chosen = {"channel": options["channel"], "dtype": options["dtype"]}
+
+    def signals():
+        n_samples = block_length(options["window_length"])
+        for samples, rate in recording_blocks(path, n_samples, **chosen):
+            yield np.atleast_2d(samples), rate
+
     try:
-        length = _checked_length(path, options)
+        # All of a file is read before any of it is used, so that no file is used in part.
+        length = sum(_checked(path, options, *block) for block in signals())
         start = None
         if options["has_times"]:
-            start = recording_start(path, channel=options["channel"], dtype=options["dtype"])
+            start = recording_start(path, **chosen)
             if start is None:
                 start = changed * 1e-9 - length / options["sampling_rate"]
         n_read = 0
-        for samples, _ in _signals(path, options):
+        for samples, _ in signals():
             n_read += samples.shape[1]
             yield Block(samples, start, path.name, place, is_last=n_read == length)
             start = None
@@ -294,25 +289,12 @@ def _blocks_of_file(path, changed, options, warn, place):
         warn(f"skipped: {error}")
 
 
-def _checked_length(path, options):
-    """Samples of a file that fits; all of it is read, so that no file is used in part."""
-    length = 0
-    for samples, rate in _signals(path, options):
-        length += samples.shape[1]
-        if not rates_agree(rate, options["sampling_rate"]):
-            raise ValueError(
-                f"{path}: sampled at {rate:g} Hz, expected {options['sampling_rate']:g} Hz"
-            )
-        if len(samples) != options["n_channels"]:
-            raise ValueError(f"{path}: {len(samples)} channels, expected {options['n_channels']}")
-    return length
-
-
-def _signals(path, options):
-    for samples, rate in recording_blocks(
-        path,
-        block_length(options["window_length"]),
-        channel=options["channel"],
-        dtype=options["dtype"],
-    ):
-        yield np.atleast_2d(samples), rate
+def _checked(path, options, samples, rate):
+    """Number of samples of a block whose rate and number of channels fit."""
+    if not rates_agree(rate, options["sampling_rate"]):
+        raise ValueError(
+            f"{path}: sampled at {rate:g} Hz, expected {options['sampling_rate']:g} Hz"
+        )
+    if len(samples) != options["n_channels"]:
+        raise ValueError(f"{path}: {len(samples)} channels, expected {options['n_channels']}")
+    return samples.shape[1]

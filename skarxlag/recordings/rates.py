@@ -1,7 +1,8 @@
-"""Sampling rates: when two agree, and signals brought from one to another."""
+"""Sampling rates: agreement of two rates, and resampling."""
 
 from collections.abc import Callable, Iterable, Iterator
 from fractions import Fraction
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ _MAX_FACTOR = 10_000
 
 
 def rates_agree(first: float | None, second: float | None) -> bool:
-    """Whether two sampling rates are the same but for the precision with which they are stated.
+    """Return whether two sampling rates agree within the precision of clocks and files.
 
     Parameters
     ----------
@@ -41,7 +42,7 @@ def rates_agree(first: float | None, second: float | None) -> bool:
 def resampled_blocks(
     blocks: Iterable[Any], sampling_rate: float, *, note: Callable[..., Any] | None = None
 ) -> Iterator[tuple[NDArray[Any], float]]:
-    r"""Bring a recording to another sampling rate, block after block.
+    r"""Resample a recording block by block.
 
     The ratio of the rates is written as :math:`p / q`. The signal is interpolated by :math:`p`,
     filtered, and every :math:`q`-th value kept, by the polyphase filter of
@@ -50,20 +51,20 @@ def resampled_blocks(
     it is added again afterwards, so that an offset of the sensor does not ring at the start. The
     result does not depend on how the recording is cut into blocks.
 
-    Above half the old rate, a signal at a higher rate stays empty. A diagnoser that was fitted at
-    the higher rate then sees a band without noise, which it has never seen: record at the rate of
-    the diagnoser if possible.
+    If the new rate is higher, the band above half the old rate stays empty. A diagnoser that was
+    fitted at the higher rate has never seen such a band: record at the rate of the diagnoser if
+    possible.
 
     Parameters
     ----------
     blocks : iterable of tuple (signal, rate)
         Consecutive parts of one recording as ndarrays of shape (n_samples,) or
-        (n_channels, n_samples), and their sampling rate in Hz. Where the rates agree, see
-        :func:`rates_agree`, signals pass as they are.
+        (n_channels, n_samples), and their sampling rate in Hz. If the rates agree, see
+        :func:`rates_agree`, signals are not changed.
     sampling_rate : float
         The new rate, in Hz.
     note : callable, default=None
-        Called once with the old rate, if it differs from the new one, so that the user can be told.
+        Called once with the old rate, if it differs from the new one.
 
     Yields
     ------
@@ -86,70 +87,41 @@ def resampled_blocks(
     >>> len(np.concatenate(parts))
     500
     """
-    resampler = None
-    for signal, rate in blocks:
-        if resampler is None:
-            if rate is None:
-                raise ValueError(
-                    f"a recording of unknown rate cannot be resampled to {sampling_rate:g} Hz"
-                )
-            if rates_agree(rate, sampling_rate):
-                resampler = _Unchanged()
-            else:
-                if note is not None:
-                    note(rate)
-                resampler = _Polyphase(signal[..., :1], rate, sampling_rate)
-        part = resampler.take(signal)
-        if part.shape[-1]:
-            yield part, sampling_rate
-    if resampler is not None:
-        part = resampler.finish()
-        if part.shape[-1]:
-            yield part, sampling_rate
+    blocks = iter(blocks)
+    signal, rate = next(blocks, (None, None))
+    if signal is None:
+        return
+    if rate is None:
+        raise ValueError(f"a recording of unknown rate cannot be resampled to {sampling_rate:g} Hz")
+    signals = chain([signal], (signal for signal, _ in blocks))
+    if not rates_agree(rate, sampling_rate):
+        if note is not None:
+            note(rate)
+        signals = _resampled(signals, _ratio(rate, sampling_rate))
+    for signal in signals:
+        if signal.shape[-1]:
+            yield signal, sampling_rate
 
 
-class _Unchanged:
-    def take(self, signal: NDArray[Any]) -> NDArray[Any]:
-        return signal
-
-    def finish(self) -> NDArray[Any]:
-        return np.empty(0)
-
-
-class _Polyphase:
+def _resampled(signals, ratio):
     """`resample_poly` on a stream: every part is filtered together with its surroundings."""
-
-    def __init__(self, offset: Any, old: Any, new: Any) -> None:
-        self._ratio = _ratio(old, new)
-        p, q = self._ratio.numerator, self._ratio.denominator
-        # The filter of resample_poly reaches 10 max(p, q) interpolated samples to either side.
-        # Cuts lie at multiples of q, where old and new samples coincide.
-        self._reach = q * (10 * max(p, q) // (p * q) + 1)
-        self._offset, self._waiting, self._n_before = offset, [], 0
-
-    def take(self, signal: NDArray[Any]) -> NDArray[Any]:
-        self._waiting.append(signal - self._offset)
-        held = sum(part.shape[-1] for part in self._waiting)
-        q = self._ratio.denominator
-        n_new = (held - self._n_before - self._reach) // q * q
-        if n_new < max(self._reach, q):
-            return signal[..., :0]
-        return self._filtered(n_new)
-
-    def finish(self) -> NDArray[Any]:
-        return self._filtered(None)
-
-    def _filtered(self, n_new):
-        held = np.concatenate(self._waiting, axis=-1)
-        p, q = self._ratio.numerator, self._ratio.denominator
-        filtered = resample_poly(held, p, q, axis=-1) + self._offset
-        first = self._n_before // q * p
-        if n_new is None:
-            return filtered[..., first:]
-        stop = self._n_before + n_new
-        kept = max(stop - self._reach, 0)
-        self._waiting, self._n_before = [held[..., kept:].copy()], stop - kept
-        return filtered[..., first : stop // q * p]
+    p, q = ratio.numerator, ratio.denominator
+    # The filter of resample_poly reaches 10 max(p, q) interpolated samples to either side.
+    # Cuts lie at multiples of q, where old and new samples coincide.
+    reach = q * (10 * max(p, q) // (p * q) + 1)
+    offset, held, n_before = None, None, 0
+    for signal in signals:
+        if offset is None:
+            offset, held = signal[..., :1], signal[..., :0]
+        held = np.concatenate([held, signal - offset], axis=-1)
+        n_new = (held.shape[-1] - n_before - reach) // q * q
+        if n_new >= max(reach, q):
+            stop = n_before + n_new
+            filtered = resample_poly(held, p, q, axis=-1) + offset
+            yield filtered[..., n_before // q * p : stop // q * p]
+            kept = max(stop - reach, 0)
+            held, n_before = held[..., kept:].copy(), stop - kept
+    yield (resample_poly(held, p, q, axis=-1) + offset)[..., n_before // q * p :]
 
 
 def _ratio(old, new):
