@@ -9,10 +9,11 @@ from ..recordings.speeds import SpeedRange
 
 def add_execution_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare what many recordings are worked on with."""
-    parser.add_argument(
+    group = parser.add_argument_group("workers")
+    group.add_argument(
         "--n-jobs", type=job_count, default=-1, metavar="N", help="at a time; default: all cores"
     )
-    where = parser.add_mutually_exclusive_group()
+    where = group.add_mutually_exclusive_group()
     where.add_argument(
         "--processes",
         action="store_true",

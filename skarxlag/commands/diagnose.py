@@ -54,12 +54,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a file, a folder, or a glob such as 'runs/*/acc_*.tdms'",
     )
     parser.add_argument("--table", type=Path, help="csv table of further recordings")
-    add_source_arguments(parser, "each RECORDING")
-    parser.add_argument(
-        "--resample",
-        action="store_true",
-        help="bring recordings of another sampling rate to that of the model; without it they fail",
-    )
     parser.add_argument(
         "-o",
         "--output",
@@ -70,22 +64,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "run that is interrupted goes on where it stopped when it is started again with this file",
     )
     parser.add_argument(
+        "--fail-on",
+        choices=["alarm"],
+        help="exit status 3 if a verdict is not the healthy condition",
+    )
+    parser.add_argument(
+        "--resample",
+        action="store_true",
+        help="bring recordings of another sampling rate to that of the model; without it they fail",
+    )
+    parser.add_argument(
         "--bearing",
         type=bearing,
         metavar="N,D,P[,A]",
         help="mark the orders of the faults in the report's order spectra: elements, diameter of "
         "an element, pitch diameter in the same unit, and contact angle in degrees",
     )
-    parser.add_argument(
+    add_progress_arguments(parser)
+    add_source_arguments(parser, "each RECORDING")
+    add_execution_arguments(parser)
+    parser.add_argument_group("files").add_argument(
         "--force", action="store_true", help="let -o replace a file that is no result of diagnose"
     )
-    parser.add_argument(
-        "--fail-on",
-        choices=["alarm"],
-        help="exit status 3 if a verdict is not the healthy condition",
-    )
-    add_execution_arguments(parser)
-    add_progress_arguments(parser)
     parser.set_defaults(run=run, fail=parser.error)
 
 

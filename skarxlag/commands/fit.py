@@ -33,6 +33,7 @@ from .training import (
     DETECTOR,
     MOST_SAMPLES,
     STRETCHES,
+    fit_healthy_limits,
     fit_known_conditions,
     fit_quietly,
     training_windows,
@@ -53,22 +54,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
     parser.add_argument("table", type=Path, help="csv table of the recordings, a folder, or a glob")
-    add_source_arguments(parser, "a folder or glob")
-    parser.add_argument(
-        "--resample",
-        type=positive_number,
-        metavar="HZ",
-        help="bring all recordings to this sampling rate; without it they must have the same",
-    )
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.skops")
     parser.add_argument(
-        "--force", action="store_true", help="let -o replace a file that is no saved diagnoser"
-    )
-    parser.add_argument(
-        "--diagnoser",
-        choices=[*DIAGNOSERS, STRETCHES, DETECTOR],
-        help="default: stretches, which takes the speeds of the table, where the recordings are "
-        "long enough and neither --window-length, --hop nor --max-windows is given, else diagnoser",
+        "--healthy",
+        metavar="LABEL",
+        help="healthy condition, or none if no recording is healthy; default: the only condition "
+        "that is called healthy, normal, good, ok, intact, nominal, baseline, n or h",
     )
     parser.add_argument(
         "--train-rpm",
@@ -78,53 +69,66 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "all recordings",
     )
     parser.add_argument(
-        "--healthy",
-        metavar="LABEL",
-        help="healthy condition, or none if no recording is healthy; default: the only condition "
-        "that is called healthy, normal, good, ok, intact, nominal, baseline, n or h",
-    )
-    parser.add_argument(
         "--false-alarm-rate",
         type=rate,
         default=0.01,
         metavar="SHARE",
-        help="of healthy windows above the detection threshold; default: 0.01",
-    )
-    parser.add_argument(
-        "--window-length",
-        type=window_length,
-        metavar="N",
-        help="default: where the recordings are long enough, stretches of a second, or of ten "
-        "turns at the lowest speed of the table if that is longer; else 1200, of the detector 4800",
-    )
-    parser.add_argument(
-        "--fixed-gain",
-        action="store_true",
-        help="detector: all recordings have the same sensor and gain, so the level counts",
-    )
-    parser.add_argument(
-        "--hop",
-        type=positive_int,
-        metavar="N",
-        help="samples from the start of one window to the start of the next; default: their length",
-    )
-    parser.add_argument(
-        "--max-windows",
-        type=positive_int,
-        metavar="N",
-        help="of each recording, spread over all of it; default: all windows, or, where they hold "
-        f"more than {MOST_SAMPLES / 1e6:.0f} million samples of all recordings, an equal number of "
-        "each that holds less",
-    )
-    parser.add_argument(
-        "--no-p-values",
-        action="store_true",
-        help="do not save what tells recordings that are none of the conditions",
+        help="of healthy windows that may raise an alarm; default: 0.01",
     )
     parser.add_argument(
         "--n-jobs", type=job_count, default=-1, metavar="N", help="threads; default: all cores"
     )
     add_progress_arguments(parser)
+    add_source_arguments(parser, "a folder or glob")
+    model = parser.add_argument_group("model")
+    model.add_argument(
+        "--diagnoser",
+        choices=[*DIAGNOSERS, STRETCHES, DETECTOR],
+        help="default: stretches, which takes the speeds of the table, if the recordings are long "
+        "enough and neither --window-length, --hop nor --max-windows is given, else diagnoser",
+    )
+    model.add_argument(
+        "--fixed-gain",
+        action="store_true",
+        help="detector: all recordings have the same sensor and gain, so the level counts",
+    )
+    model.add_argument(
+        "--no-p-values",
+        action="store_true",
+        help="do not save the known conditions and the healthy limits, which reject recordings "
+        "that resemble no condition, and raise the alarm",
+    )
+    cut = parser.add_argument_group("windows")
+    cut.add_argument(
+        "--window-length",
+        type=window_length,
+        metavar="N",
+        help="default: if the recordings are long enough, stretches of a second, or of ten "
+        "turns at the lowest speed of the table if that is longer; else 1200, of the detector 4800",
+    )
+    cut.add_argument(
+        "--hop",
+        type=positive_int,
+        metavar="N",
+        help="samples from the start of one window to the start of the next; default: their length",
+    )
+    cut.add_argument(
+        "--max-windows",
+        type=positive_int,
+        metavar="N",
+        help="of each recording, spread over all of it; default: all windows, or, if they hold "
+        f"more than {MOST_SAMPLES / 1e6:.0f} million samples of all recordings, an equal number of "
+        "each that holds less",
+    )
+    cut.add_argument(
+        "--resample-to",
+        type=positive_number,
+        metavar="HZ",
+        help="bring all recordings to this sampling rate; without it they must have the same",
+    )
+    parser.add_argument_group("files").add_argument(
+        "--force", action="store_true", help="let -o replace a file that is no saved diagnoser"
+    )
     parser.set_defaults(run=run, fail=parser.error)
 
 
@@ -158,14 +162,20 @@ def run(args: argparse.Namespace) -> int:
     with as_command_error():
         takes_rpm = requests(diagnoser, "fit", "rpm")
         notes = fit_quietly(diagnoser, X, y, rpm if takes_rpm else None, args)
-    known, known_line = None, None
+    notes = [f"Note: {note}" for note in notes]
+    known = detector = None
     if kind != DETECTOR and not args.no_p_values:
-        known, known_line = fit_known_conditions(X, y, rpm, args)
+        known, line = fit_known_conditions(X, y, rpm, args)
+        notes.append(line)
+        if healthy is not None:
+            detector, line = fit_healthy_limits(X, y == healthy, rpm, args)
+            notes.append(line)
     with as_command_error():
         save_diagnoser(
             diagnoser,
             args.output,
             known_conditions=known,
+            detector=detector,
             diagnoser=kind,
             conditions=conditions,
             healthy=healthy,
@@ -186,12 +196,11 @@ def run(args: argparse.Namespace) -> int:
     for name, n_own_recordings, n_own in zip(conditions, n_recordings, n_windows, strict=True):
         lines.append(f"{name}: {counted(n_own_recordings, 'recordings')}, {counted(n_own, rows)}")
     lines.append(f"Healthy: {healthy or 'none'} ({reason})")
-    lines += [f"Note: {note}" for note in notes]
-    if healthy is not None:
+    lines += notes
+    if healthy is not None and detector is None:
         lines.append(_calibration(diagnoser[-1], args.false_alarm_rate, rows))
         if kind != DETECTOR:
             lines += held_rate(n_windows[0], args.false_alarm_rate)
-    lines += [] if known_line is None else [known_line]
     print(*lines, f"Saved {kind} to {args.output}", sep="\n")
     return 0
 

@@ -24,30 +24,27 @@ def add_source_arguments(parser: argparse.ArgumentParser, of: str) -> None:
     of : str
         What they belong to.
     """
-    parser.add_argument(
+    group = parser.add_argument_group(f"facts of {of}")
+    group.add_argument(
         "--pattern",
         metavar="REGEX",
-        help=f"of {of}: tells condition, rpm and other facts from the names of files, such as "
+        help="tells condition, rpm and other facts from the names of files, such as "
         r"'(?P<condition>[A-Z]+)_(?P<rpm>\d+)'",
     )
-    parser.add_argument(
+    group.add_argument(
         "--channel",
         metavar="NAME",
-        help=f"of {of}: channel, its position, or a pattern such as *DE_time; several are "
+        help="channel, its position, or a pattern such as *DE_time; several are "
         "separated by ; with the output first",
     )
-    parser.add_argument(
+    group.add_argument(
         "--sampling-rate",
         type=positive_number,
         metavar="HZ",
-        help=f"of {of}, where the files do not state it",
+        help="if the files do not state it",
     )
-    parser.add_argument(
-        "--rpm", type=positive_number, help=f"of {of}: shaft speed, the same for all"
-    )
-    parser.add_argument(
-        "--dtype", metavar="TYPE", help=f"of {of}: samples of raw binary files, such as <i2"
-    )
+    group.add_argument("--rpm", type=positive_number, help="shaft speed, the same for all")
+    group.add_argument("--dtype", metavar="TYPE", help="samples of raw binary files, such as <i2")
 
 
 def stated(args: argparse.Namespace) -> dict[str, Any]:

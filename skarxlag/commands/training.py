@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 from sklearn.utils import Bunch
 
 from .._answers import answers
-from ..diagnosers import make_known_conditions
+from ..diagnosers import make_detector, make_known_conditions
 from ..recordings.listing import ListedRecording
 from ..recordings.rig import cut_recordings
 from .diagnosers import set_threads
 from .errors import CommandError, as_command_error
+from .models import calibration_basis
 from .progress import Progress
 
 DETECTOR = "detector"
@@ -96,7 +97,7 @@ def _cut(args, listed, window_length):
             window_length=window_length,
             hop=args.hop,
             max_windows=args.max_windows or most,
-            resample=args.resample,
+            resample=args.resample_to,
             note=lambda entry, n_windows: progress.step(
                 f"{entry.name}: read", f"{n_windows} windows of {window_length} samples"
             ),
@@ -231,4 +232,27 @@ def fit_known_conditions(
         f"The verdict is 'none of these' if the p-value of the nearest condition is below "
         f"{answers(known).stated_rate:g}, from {fewest} rows a condition or more. Recordings {at} "
         "are rarely rejected"
+    )
+
+
+def fit_healthy_limits(
+    X: NDArray[Any], is_healthy: NDArray[Any], rpm: NDArray[Any] | None, args: argparse.Namespace
+) -> tuple[Any, str]:
+    """Fit a detector on the healthy rows of a diagnoser.
+
+    Returns
+    -------
+    detector : Pipeline or None
+        None if there are too few rows; then the detection threshold of the diagnoser counts.
+    line : str
+        Message to the user.
+    """
+    detector = make_detector(false_alarm_rate=args.false_alarm_rate)
+    try:
+        fit_quietly(detector, X[is_healthy], None, None if rpm is None else rpm[is_healthy], args)
+    except ValueError as error:
+        return None, f"No healthy limits: {error}"
+    return detector, (
+        f"Limits for a false-alarm rate of {args.false_alarm_rate:g} from "
+        f"{calibration_basis(detector[-1])}"
     )

@@ -1,4 +1,6 @@
+import json
 import os
+import re
 import warnings
 
 import numpy as np
@@ -8,7 +10,13 @@ from scipy.io import savemat, wavfile
 from scipy.signal import lfilter
 from scipy.special import softmax
 
-from skarxlag import make_alpio, make_diagnoser, make_extended_state_pio, make_windows
+from skarxlag import (
+    make_alpio,
+    make_diagnoser,
+    make_extended_state_pio,
+    make_windows,
+    recording_verdicts,
+)
 from skarxlag.persistence import load_diagnoser, save_diagnoser
 
 COLOURS = {"good": [1.0, -0.9], "inner": [1.0, 0.9], "outer": [1.0, 0.0, 0.8]}
@@ -403,3 +411,73 @@ def test_a_dead_sensor_gives_no_verdict_and_says_what_to_look_at(run, model, wor
     assert "silence.npy: 2 of 2 windows carry no signal (constant: 2)." in out
     assert "half.npy: 1 of 4 windows carry no signal (constant: 1)." in out
     assert "no signal" in next(line for line in out.splitlines() if line.startswith("silence"))
+
+
+@pytest.mark.parametrize("command", ["fit", "diagnose"])
+def test_help_shows_few_options_first(run, command):
+    out = run(command, "--help")[1]
+    first = out.partition("\noptions:\n")[2].partition("\n\n")[0]
+    assert 0 < len(re.findall(r"^  -", first, re.M)) <= 14
+    assert out.count("\n\n") >= 5
+
+
+def test_one_file_holds_all_that_the_recordings_allow(run, workshop):
+    """Conditions, known conditions and healthy limits; the alarm needs a speed of the training."""
+    path, file = workshop / "all.skops", workshop / "inner_300.npy"
+    code, out, _ = run("fit", workshop / "table.csv", "-o", path, *FIT)
+    assert code == 0 and "Limits for a false-alarm rate of 0.01 from 40 healthy windows" in out
+    facts = load_diagnoser(path)[1]
+    assert facts["detector"][-1].n_rows_ == 40 and "known_conditions" in facts
+    code, out, _ = run("diagnose", path, file, "--rpm", 300)
+    assert code == 0 and "Healthy: good" in out and "yes (p " in out
+    code, out, _ = run("diagnose", path, file, "--rpm", 5, "--fail-on", "alarm")
+    assert code == 3 and "no verdict: speed 5 rpm is outside 60 to 2500 rpm" in out
+    run("fit", workshop / "table.csv", "-o", path, *FIT, "--no-p-values")
+    assert not {"detector", "known_conditions"} & set(load_diagnoser(path)[1])
+
+
+def test_the_shell_says_what_recording_verdicts_says(run, workshop):
+    path, output = workshop / "all.skops", workshop / "v.json"
+    run("fit", workshop / "table.csv", "-o", path, *FIT)
+    run("diagnose", path, "--table", workshop / "table.csv", "-o", output)
+    found = pd.DataFrame(json.loads(output.read_text())["recordings"]).set_index("recording")
+    diagnoser, facts = load_diagnoser(path)
+    listed = pd.read_csv(workshop / "table.csv")
+    X = [make_windows(np.load(workshop / name), WINDOW) for name in listed["path"]]
+    expected = recording_verdicts(
+        diagnoser,
+        np.concatenate(X),
+        np.repeat(listed["path"], [len(each) for each in X]),
+        facts["conditions"],
+        rpm=np.repeat(listed["rpm"], [len(each) for each in X]),
+        known=facts["known_conditions"],
+        detector=facts["detector"],
+        train_rpm=facts["train_rpm"],
+    )
+    assert (found["verdict"] == expected["verdict"]).all()
+    assert (found["alarm"] == expected["alarm"]).all()
+    for name in ("probability", "p-value", "p-value of nearest", "share of good"):
+        column = found[name.replace("-", "_").replace(" ", "_")].astype(float)
+        np.testing.assert_array_equal(column, expected[name])
+
+
+def test_warnings_of_python_do_not_reach_a_person(run, workshop, monkeypatch):
+    original = pd.read_csv
+
+    def read_csv(*arguments, **options):
+        warnings.warn("something is deprecated", DeprecationWarning, stacklevel=1)
+        return original(*arguments, **options)
+
+    monkeypatch.setattr("skarxlag.recordings.table.pd.read_csv", read_csv)
+    path = workshop / "quiet.skops"
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        code, _, err = run("fit", workshop / "table.csv", "-o", path, *FIT, "-q")
+    assert (code, err) == (0, "") and not warned
+
+
+def test_recordings_are_brought_to_one_rate(run, workshop):
+    path = workshop / "slow.skops"
+    options = ("--resample-to", 25e3, "--window-length", WINDOW)
+    code, _, _ = run("fit", workshop / "table.csv", "-o", path, *options)
+    assert code == 0 and load_diagnoser(path)[1]["sampling_rate"] == 25e3

@@ -111,11 +111,12 @@ def test_classifiers_of_others_in_all_commands(run, classifiers, windows, monkey
         code, out, _ = run("diagnose", model, *files, "-o", output)
         found = json.loads(output.read_text())["recordings"]
         assert code == 0 and [row["verdict"] for row in found] == ["good", "worn"]
-        # The threshold of a ladder counts wherever a pipeline holds it as its last step.
-        has_threshold = name == "nested"
-        assert [row["alarm"] for row in found] == (["no", "yes"] if has_threshold else ["-", "-"])
-        assert found[0]["window_rows"][0]["alarm"] is (False if has_threshold else None)
-        assert ("No alarm: no healthy limits were learned." in out) != has_threshold
+        # The threshold of a ladder counts wherever a pipeline holds it as its last step, at the
+        # speeds of the training.
+        assert [row["alarm"] for row in found] == ["-", "-"]
+        assert found[0]["window_rows"][0]["alarm"] is None
+        reason = "the speed is not" if name == "nested" else "no healthy limits were learned"
+        assert out.count(f"All recordings: No alarm: {reason}") == 1
         code, _, _ = run("diagnose", model, *files, "-o", folder / f"{name}.html")
         assert code == 0 and "nan" not in (folder / f"{name}.html").read_text().lower()
     monkeypatch.setattr("sys.stdin", TextIOWrapper(BytesIO(windows[0][0].tobytes())))

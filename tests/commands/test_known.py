@@ -74,8 +74,9 @@ def test_known_conditions_are_not_rejected(run, plant, model):
 @pytest.mark.parametrize("options", [(), ("--rpm", 600)])
 def test_other_and_unknown_speeds_are_said(run, plant, model, options):
     _, out, rows = diagnose(run, model, plant, *options, names=["new_good", "untrained"])
-    assert out.count("healthy limits hold at 500 rpm only.") == 1
-    assert (rows["alarm"] == "-").all()
+    # Healthy limits widen with the distance in speed; without a speed they do not hold.
+    assert out.count("All recordings: No alarm: the speed is not stated") == (not options)
+    assert (rows["alarm"] == "-").all() == (not options)
     at_500 = diagnose(run, model, plant, "--rpm", 500, names=["new_good", "untrained"])[2]
     assert (rows["p_value_of_nearest"] > at_500["p_value_of_nearest"]).all()
     assert rows["verdict"][0] == "good"
