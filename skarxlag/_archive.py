@@ -1,4 +1,4 @@
-"""The zip archive of a model file, read without trusting what it says of its own size."""
+"""Zip archives of models and states, read within limits."""
 
 import io
 import math
@@ -7,18 +7,18 @@ from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile
 
 import numpy as np
 
-#: What a model file may unpack to: this many bytes, or this many times its own size. A model of ten
-#: conditions takes less than one megabyte.
+#: Largest size after unpacking: this many bytes, or this many times the size of the file. A model
+#: of ten conditions needs less than one megabyte.
 _MOST_BYTES, _MOST_TIMES = 100 * 2**20, 10
 _MOST_MEMBERS = 10_000
 
 
 def read_members(content: bytes) -> tuple[dict[str, Any], bytes]:
-    """Members of an archive, unpacked within bounds.
+    """Read the members of an archive, unpacked within limits.
 
-    Sizes are looked at before anything is unpacked, and no more is unpacked than they say. Methods
-    of compression that need much memory are refused, and so are arrays that state another size
-    than they have, or that hold Python objects.
+    The stated sizes are checked before anything is unpacked, and no member is unpacked beyond its
+    stated size. Compression methods that need much memory are refused, and so are arrays that state
+    a wrong size or hold Python objects.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def read_members(content: bytes) -> tuple[dict[str, Any], bytes]:
     Raises
     ------
     BadZipFile
-        If it is no zip archive, or goes beyond the bounds.
+        If it is no zip archive, or exceeds the limits.
     """
     with ZipFile(io.BytesIO(content)) as file:
         infos = file.infolist()
@@ -81,7 +81,7 @@ def _check_array_size(name, content):
 
 
 def write_members(members: dict[str, Any], comment: bytes) -> bytes:
-    """An archive of members, stored and not compressed.
+    """Write an archive without compression.
 
     Parameters
     ----------

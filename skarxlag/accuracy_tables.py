@@ -1,8 +1,8 @@
-"""From verdicts on windows to tables of accuracy, in percent.
+"""Tables of accuracy in percent, from predictions on windows.
 
-Verdicts are a DataFrame with one row for each window that was tested and the columns
-``diagnoser``, ``train_rpm``, ``test_rpm``, ``recording``, ``start``, ``true`` and ``predicted``; a
-rig with cracks adds ``crack_mm``.
+The predictions are a DataFrame with one row for each test window and the columns ``diagnoser``,
+``train_rpm``, ``test_rpm``, ``recording``, ``start``, ``true`` and ``predicted``; a rig with cracks
+adds ``crack_mm``.
 """
 
 from collections.abc import Iterable
@@ -22,12 +22,12 @@ AVERAGE = "Average"
 def scored_windows(
     diagnoser: Any, rig: Bunch, test: NDArray[Any], constants: dict[str, Any]
 ) -> pd.DataFrame:
-    """Verdicts of a fitted diagnoser on some windows of a rig.
+    """Predict the conditions of some windows of a rig.
 
     Parameters
     ----------
     diagnoser : classifier
-        Fitted. If it requests ``rpm`` and was given it in `fit`, it is given the speeds of the rig.
+        Fitted. If it takes ``rpm``, it gets the speeds of the rig.
     rig : Bunch
         As `skarxlag.datasets` returns it.
     test : ndarray of int of shape (n_test,)
@@ -56,7 +56,7 @@ def scored_windows(
 def condition_accuracy(
     verdicts: pd.DataFrame, conditions: Iterable[str], columns: list[str]
 ) -> pd.DataFrame:
-    """Accuracy for each condition: the shape of Tables 2-5, 8 and 9 of Piltan and Kim (2019).
+    """Compute the accuracy for each condition, as Tables 2-5, 8 and 9 of Piltan and Kim (2019).
 
     Parameters
     ----------
@@ -65,14 +65,13 @@ def condition_accuracy(
     conditions : iterable of str
         Rows, in this order.
     columns : list of str
-        Names of the columns of `verdicts` whose values head the table, outermost first; their
-        values stand in order of appearance.
+        Columns of `verdicts` whose values are the columns of the table, outermost first; the values
+        are in order of appearance.
 
     Returns
     -------
     DataFrame
-        Percent of windows of a condition that were given it (its recall); the last row,
-        "Average", is the mean of the rows above.
+        Recall of each condition in percent; the last row, "Average", is the mean of the rows above.
 
     Examples
     --------
@@ -100,7 +99,7 @@ def condition_accuracy(
 
 
 def speed_accuracy(verdicts: pd.DataFrame) -> pd.DataFrame:
-    """Accuracy for each pair of speeds.
+    """Compute the accuracy for each pair of speeds.
 
     Parameters
     ----------
@@ -110,7 +109,7 @@ def speed_accuracy(verdicts: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Percent of windows with the right verdict; rows are training speeds, columns test speeds,
+        Percent of windows with the right condition; rows are training speeds, columns test speeds,
         both ascending.
     """
     right = 100.0 * (verdicts["true"] == verdicts["predicted"])
@@ -118,7 +117,7 @@ def speed_accuracy(verdicts: pd.DataFrame) -> pd.DataFrame:
 
 
 def speed_summary(accuracy: pd.DataFrame) -> dict[str, Any]:
-    """What a table of speed pairs comes to.
+    """Summarize a table of speed pairs.
 
     Parameters
     ----------
@@ -129,7 +128,7 @@ def speed_summary(accuracy: pd.DataFrame) -> dict[str, Any]:
     -------
     dict
         ``mean_other_speed`` over ordered pairs of different speeds; ``worst_pair`` its smallest,
-        with ``worst_train_rpm`` and ``worst_test_rpm``; ``mean_same_speed``. NaN where there is no
+        with ``worst_train_rpm`` and ``worst_test_rpm``; ``mean_same_speed``. NaN if there is no
         such pair.
 
     Examples
@@ -155,10 +154,10 @@ def speed_summary(accuracy: pd.DataFrame) -> dict[str, Any]:
 
 
 def confusion_table(verdicts: pd.DataFrame, conditions: list[str]) -> pd.DataFrame:
-    """Confusion matrix with its margins: the shape of Tables 6 and 7 of Piltan and Kim (2019).
+    """Compute a confusion matrix with margins, as Tables 6 and 7 of Piltan and Kim (2019).
 
-    Rows are true conditions, so the margin on the right is the recall and the one below the
-    precision; the paper has them the other way round.
+    Rows are true conditions, so the right margin is the recall and the lower one the precision;
+    the paper transposes them.
 
     Parameters
     ----------
@@ -171,7 +170,7 @@ def confusion_table(verdicts: pd.DataFrame, conditions: list[str]) -> pd.DataFra
     -------
     DataFrame
         Counts; the last column "recall %", the last row "precision %", and in their corner the
-        accuracy. Precision is NaN for a condition that was never given.
+        accuracy. Precision is NaN for a condition that was never predicted.
 
     Examples
     --------
@@ -194,12 +193,12 @@ def confusion_table(verdicts: pd.DataFrame, conditions: list[str]) -> pd.DataFra
 
 
 def confusion_margins(counts: pd.DataFrame) -> pd.DataFrame:
-    """Counts with recall and precision beside them, as `confusion_table` has them.
+    """Add recall and precision to counts, as in `confusion_table`.
 
     Parameters
     ----------
     counts : DataFrame
-        Rows are true conditions, columns verdicts, in the same order.
+        Rows are true conditions, columns predictions, in the same order.
 
     Returns
     -------

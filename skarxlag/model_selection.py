@@ -27,10 +27,10 @@ def speed_splits(
     same_speed: bool = False,
     tolerance: float | None = None,
 ) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Splits that train at one speed and test at another.
+    """Split windows into training windows of one speed and test windows of another.
 
-    The splits are row numbers of these windows. Inside another cross-validation, which hands on
-    some of the windows only, use `SpeedSplit`.
+    The splits are row numbers of these windows. Use `SpeedSplit` instead inside another
+    cross-validation, which passes on only some of the windows.
 
     Parameters
     ----------
@@ -39,14 +39,14 @@ def speed_splits(
     train_rpm : float or None, default=None
         The speed to train at. None: every speed in turn.
     recording : array-like of shape (n_windows,) or None, default=None
-        Recording of each window, in time order. Given, the first half of every recording is for
-        training and the second half for testing, so that nothing of the second halves enters a
-        fit; the middle window of an odd number belongs to neither. None: all windows are used.
+        Recording of each window, in time order. The first half of every recording is then used for
+        training and the second half for testing; the middle window of an odd number belongs to
+        neither. None: all windows are used.
     start : array-like of int of shape (n_windows,) or None, default=None
         Index of the first sample of each window in its recording. Windows that overlap need it: the
         recording is then cut by time, and windows that straddle the cut belong to neither half.
     window_length : int or None, default=None
-        Samples in a window. It belongs to `start`.
+        Samples in a window. It is needed with `start`.
     same_speed : bool, default=False
         Whether the training speed is among the test speeds. It needs `recording`: without halves
         a window would be on both sides.
@@ -63,9 +63,9 @@ def speed_splits(
     Raises
     ------
     ValueError
-        If there are not two speeds, `train_rpm` is not in `rpm`, `same_speed` is asked for
-        without `recording`, `start` and `window_length` are not given together, halves leave
-        no window at a speed, or `tolerance` is None and speeds differ by less than 1 %.
+        If there are not two speeds, `train_rpm` is not in `rpm`, `same_speed` is True without
+        `recording`, `start` and `window_length` are not given together, halves leave no window at
+        a speed, or `tolerance` is None and speeds differ by less than 1 %.
 
     See Also
     --------
@@ -123,11 +123,11 @@ def _nominal_speeds(rpm, train_rpm, tolerance):
 def first_and_second_half(
     recording: ArrayLike, start: ArrayLike | None = None, window_length: int = 1
 ) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Windows of the first and of the second half of their recording, in time.
+    """Find the windows of the first and of the second half of their recording, in time.
 
     The middle lies halfway between the first sample of the first window and the last sample of
-    the last one. A window which straddles it belongs to neither half, so that windows of different
-    halves never share a sample, however much they overlap.
+    the last one. A window across it belongs to neither half, so windows of different halves never
+    share a sample.
 
     Parameters
     ----------
@@ -152,27 +152,23 @@ def first_and_second_half(
     >>> int(first.sum()), int(second.sum())
     (2, 2)
     """
-    recording = column_or_1d(recording)
-    names, of_recording = np.unique(recording, return_inverse=True)
+    names = pd.Series(column_or_1d(recording))
     if start is None:
-        start = np.empty(len(recording), dtype=int)
-        for r in range(len(names)):
-            start[of_recording == r] = np.arange(np.count_nonzero(of_recording == r))
+        start = names.groupby(names, dropna=False).cumcount()
+    check_consistent_length(names, start)
     start = column_or_1d(start)
-    check_consistent_length(recording, start)
-    middle = np.empty(len(start))
-    for r in range(len(names)):
-        here = of_recording == r
-        middle[here] = (start[here].min() + start[here].max() + window_length) / 2
+    of_recording = pd.Series(start).groupby(names, dropna=False)
+    ends = of_recording.transform("min") + of_recording.transform("max")
+    middle = (ends.to_numpy() + window_length) / 2
     return start + window_length <= middle, start >= middle
 
 
 def _halves(rpm, recording, start, window_length):
     if (start is None) != (window_length is None):
-        raise ValueError("`start` and `window_length` tell together where windows overlap.")
+        raise ValueError("`start` and `window_length` are needed together.")
     if recording is None:
         if start is not None:
-            raise ValueError("`start` needs `recording`: it counts from the start of each.")
+            raise ValueError("`start` needs `recording`, in which it counts samples.")
         everything = np.ones(len(rpm), dtype=bool)
         return everything, everything
     check_consistent_length(rpm, recording)
@@ -194,7 +190,7 @@ def _checked(splits):
 class SpeedSplit(BaseCrossValidator):
     """Splitter that trains at one speed and tests at another.
 
-    It gives the splits of `speed_splits` for whatever windows it is handed, so that it works in
+    It computes the splits of `speed_splits` for the windows that it is given. So it works in
     `cross_validate`, in `GridSearchCV`, and in one of these inside another one.
 
     Parameters
@@ -204,11 +200,11 @@ class SpeedSplit(BaseCrossValidator):
     leave_out : bool, default=False
         False: train at one speed, test at one other; a split for each ordered pair. True: train at
         all speeds but one and test at that; a split for each speed. The outer one of two nested
-        splitters needs True, or the inner one finds windows of one speed only.
+        splitters needs True, because the inner one needs windows of several speeds.
     same_speed : bool, default=False
         Whether the training speed is among the test speeds. It needs recordings in `groups`.
     window_length : int or None, default=None
-        Samples in a window. It is needed where `groups` states where windows start.
+        Samples in a window. It is needed if `groups` has the starts of windows.
     tolerance : float or None, default=None
         Share by which speeds that count as one may differ, as in `speed_splits`.
 
@@ -218,10 +214,9 @@ class SpeedSplit(BaseCrossValidator):
 
     Notes
     -----
-    What `split` is given as `groups` states the speed of each window, and with further columns the
-    recording that it is from and the index of its first sample there. With recordings, first halves
-    train and second halves test. An array, a list of rows or a table will do; columns count by
-    their order.
+    `groups` holds the speed of each window, and in further columns its recording and the index of
+    its first sample there. With recordings, first halves are for training and second halves for
+    testing. `groups` is an array, a list of rows or a table; the order of its columns counts.
 
     Examples
     --------
@@ -255,7 +250,7 @@ class SpeedSplit(BaseCrossValidator):
     def split(
         self, X: ArrayLike, y: Any = None, groups: ArrayLike | None = None
     ) -> Iterator[tuple[NDArray[Any], NDArray[Any]]]:
-        """Row numbers of the windows to train with and to test on.
+        """Yield the row numbers of training and test windows.
 
         Parameters
         ----------
@@ -300,7 +295,7 @@ class SpeedSplit(BaseCrossValidator):
     def get_n_splits(
         self, X: ArrayLike | None = None, y: Any = None, groups: ArrayLike | None = None
     ) -> int:
-        """Number of splits.
+        """Count the splits.
 
         Parameters
         ----------
@@ -314,7 +309,7 @@ class SpeedSplit(BaseCrossValidator):
         Returns
         -------
         int
-            How many pairs `split` gives.
+            Number of pairs that `split` yields.
         """
         return sum(1 for _ in self.split(X, y, groups))
 
@@ -347,10 +342,10 @@ def cross_speed_predict(
     params: dict[str, Any] | None = None,
     n_jobs: int | None = None,
 ) -> pd.DataFrame:
-    """Predictions at speeds that the estimator was not fitted at.
+    """Predict conditions at speeds that the estimator was not fitted at.
 
-    Unlike in `sklearn.model_selection.cross_val_predict` a window may be tested in several splits,
-    once for each speed that its speed is tested from, and in none.
+    Unlike in `sklearn.model_selection.cross_val_predict`, a window may be tested in several splits,
+    one for each training speed, or in none.
 
     Parameters
     ----------
@@ -363,11 +358,11 @@ def cross_speed_predict(
     groups : array-like
         Speeds, as in `SpeedSplit.split`.
     cv : splitter or None, default=None
-        What splits. None: `SpeedSplit()`.
+        Splitter. None: `SpeedSplit()`.
     params : dict of str to array-like or None, default=None
-        Metadata with an entry for each window, such as ``rpm``, that `fit` and `predict` are given.
+        Metadata of `fit` and `predict` with an entry for each window, such as ``rpm``.
     n_jobs : int or None, default=None
-        Splits that are worked on at the same time.
+        Number of splits that are computed at the same time.
 
     Returns
     -------
@@ -387,7 +382,7 @@ def cross_speed_predict(
     array([[2, 0],
            [0, 2]])
     """
-    X = X if hasattr(X, "shape") else np.asarray(X)
+    X = X if isinstance(X, pd.DataFrame) else np.asarray(X)
     y = column_or_1d(y)
     params = {name: np.asarray(value) for name, value in (params or {}).items()}
     check_consistent_length(X, y, *params.values())
@@ -409,6 +404,6 @@ def _fit_and_predict(estimator, X, y, params, train, test):
     of_train, of_test = (
         {name: value[rows] for name, value in params.items()} for rows in (train, test)
     )
-    rows = X.iloc if hasattr(X, "iloc") else X
+    rows = X.iloc if isinstance(X, pd.DataFrame) else X
     estimator.fit(rows[train], y[train], **of_train)
     return estimator.predict(rows[test], **of_test)
