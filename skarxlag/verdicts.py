@@ -33,9 +33,13 @@ HOLD = "hold"
 #: Smallest probability of a condition in a window. Without it, a single window could veto a
 #: condition for the whole recording.
 SMALLEST_PROBABILITY = 1e-6
-#: Correlation of the evidence of two windows of one recording: they share specimen, mounting, load
-#: and the error of the model at this speed.
-CORRELATION = 0.5
+#: Correlation of the evidence of two windows of one recording, chosen by
+#: ``python -m benchmarks.recipe recording-evidence``: they share specimen, mounting, load and the
+#: error of the model at this speed.
+CORRELATION = 0.2
+#: Correlation of the p-values of two windows of one recording. It is larger because all of them
+#: depend on the same estimates of the healthy limits.
+P_VALUE_CORRELATION = 0.5
 #: Range of the p-values that are combined: beyond it they are not accurate.
 _LEAST_P, _LARGEST_P = 1e-300, 0.999
 #: Without p-values, a recording exceeds the limits if more than this share of its windows does.
@@ -75,31 +79,33 @@ def check_condition_names(conditions: Sequence[Any]) -> None:
             )
 
 
-def effective_number(n_windows: ArrayLike) -> NDArray[Any]:
+def effective_number(n_windows: ArrayLike, correlation: float = CORRELATION) -> NDArray[Any]:
     r"""Return the number of independent windows with as much evidence as correlated ones.
 
     .. math:: n / (1 + (n - 1) \varrho)
 
-    with the correlation :math:`\varrho` of two windows of a recording, 0.5.
+    with the correlation :math:`\varrho` of two windows of a recording.
 
     Parameters
     ----------
     n_windows : array-like
         Numbers of windows n, above 0.
+    correlation : float, default=0.2
+        :math:`\varrho`, from 0 to 1.
 
     Returns
     -------
     ndarray
-        Effective numbers, at most 2.
+        Effective numbers, at most :math:`1 / \varrho`.
 
     Examples
     --------
-    >>> effective_number([1, 3]).tolist()
+    >>> effective_number([1, 3], correlation=0.5).tolist()
     [1.0, 1.5]
     """
     n = np.asarray(n_windows, dtype=np.float64)
     # Fading evidence may weigh less than one window.
-    return n / (1 + np.maximum(n - 1, 0) * CORRELATION)
+    return n / (1 + np.maximum(n - 1, 0) * correlation)
 
 
 def combined_p_value(p_values: ArrayLike) -> float:
@@ -107,7 +113,7 @@ def combined_p_value(p_values: ArrayLike) -> float:
 
     Stouffer's method for correlated tests:
     :math:`p = \Phi(\sqrt{n_e}\; \overline{\Phi^{-1}(p_w)})` with the effective number
-    :math:`n_e` of windows.
+    :math:`n_e` of windows at a correlation of 0.5.
 
     Parameters
     ----------
@@ -130,7 +136,9 @@ def combined_p_value(p_values: ArrayLike) -> float:
     (0.01, 0.0005)
     """
     scores = norm.ppf(np.clip(p_values, _LEAST_P, _LARGEST_P))
-    return float(norm.cdf(np.sqrt(effective_number(len(scores))) * scores.mean()))
+    return float(
+        norm.cdf(np.sqrt(effective_number(len(scores), P_VALUE_CORRELATION)) * scores.mean())
+    )
 
 
 class Judge:
@@ -591,9 +599,10 @@ def recording_verdicts(
     - but ``"changed"`` instead of the healthy condition if the healthy limits are exceeded.
 
     Windows of a recording share specimen, mounting and load, so they are no independent evidence.
-    With a correlation of :math:`arrho = 0.5`, n windows count as
-    :math:`n_e = n / (1 + (n - 1) arrho)`: the probabilities are the softmax of :math:`n_e` times
-    the mean log probability, and p-values are combined by Stouffer's method for correlated tests.
+    With a correlation :math:`\varrho`, n windows count as
+    :math:`n_e = n / (1 + (n - 1) \varrho)`: the probabilities are the softmax of :math:`n_e` times
+    the mean log probability (:math:`\varrho = 0.2`), and p-values are combined by Stouffer's method
+    for correlated tests (:math:`\varrho = 0.5`).
 
     Parameters
     ----------

@@ -16,6 +16,7 @@ from skarxlag import (
 )
 from skarxlag.verdicts import (
     CORRELATION,
+    P_VALUE_CORRELATION,
     Judge,
     check_condition_names,
     combined_p_value,
@@ -75,8 +76,8 @@ def test_evidence_of_a_recording_counts_correlated_windows(diagnoser, windows):
 
 def test_effective_number_is_that_of_the_variance_of_a_mean():
     n, rng = 7, np.random.default_rng(0)
-    covariance = np.full((n, n), CORRELATION) + (1 - CORRELATION) * np.eye(n)
-    assert effective_number(n) == pytest.approx(1 / covariance.mean())
+    covariance = np.full((n, n), P_VALUE_CORRELATION) + (1 - P_VALUE_CORRELATION) * np.eye(n)
+    assert effective_number(n, P_VALUE_CORRELATION) == pytest.approx(1 / covariance.mean())
     assert effective_number(1) == 1 and effective_number(0.25) == 0.25
     # Combined p-values of equally correlated windows are uniform.
     scores = rng.multivariate_normal(np.zeros(n), covariance, size=20_000)

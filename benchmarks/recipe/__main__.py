@@ -6,6 +6,7 @@ COMMANDS = {
     "ablation": "benchmarks.recipe.ablation",
     "battery": "benchmarks.recipe.battery",
     "confidence": "benchmarks.recipe.confidence",
+    "recording-evidence": "benchmarks.recipe.recording_evidence",
     "sensitivity": "benchmarks.recipe.sensitivity",
     "stretches": "benchmarks.recipe.stretches",
     "speed-effects": "benchmarks.recipe.speed_effects",
