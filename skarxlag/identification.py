@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, ClassVar, Self
 
@@ -46,6 +47,7 @@ def _per_model(estimator):
     return (len(estimator.classes_),)
 
 
+@dataclass(kw_only=True, eq=False, repr=False)
 class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
     r"""Identify ARX-Laguerre models of windows and return what they cannot predict.
 
@@ -57,39 +59,41 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         x(k+1) = A x(k) + b_y y(k) + b_u u(k), \qquad \hat y_c(k) = g_c^T x(k), \qquad
         \varepsilon_c(k) = y(k) - \hat y_c(k).
 
-    The networks are shared; each condition c in `y` has coefficients :math:`g_c` of its own (a
-    residual bank), found by ridge least squares over the windows of that condition. Every window
-    is centred and divided by the root-mean-square of its output before anything else happens.
+    All conditions share the networks. Each condition c in `y` has its own coefficients :math:`g_c`
+    (a residual bank), found by ridge least squares over the windows of that condition. Every window
+    is first centred and divided by the root mean square of its output.
 
     `Laguerre` in SysIdentPy is a polynomial basis; here it is this orthonormal filter network.
 
     Parameters
     ----------
     order : int or sequence of int, default=32
-        Number N of Laguerre filters, at least 1: one for all channels or one for each, output
-        first.
+        Number N of Laguerre filters, at least 1. One number for all channels, or one for each
+        channel, output first.
     pole : float, "optimise" or a sequence of these, default=0.3
-        Pole of the networks in (-1, 1): one for all channels or one for each, output first. At 0
-        the model is a plain ARX model. "optimise" searches the pole of least prediction error over
-        all models, from correlations accumulated once; `partial_fit` searches on its first call
-        and keeps the poles.
+        Pole of the networks in (-1, 1). One for all channels, or one for each channel, output
+        first. With 0 the model is a plain ARX model. "optimise" searches the pole with the smallest
+        prediction error, summed over all models. `partial_fit` searches in its first call and keeps
+        the poles.
     alpha : float, default=1e-6
-        Ridge, at least 0, added to the sum of squares: the start :math:`P_0 = I/\alpha` of
-        recursive least squares on windows of unit root-mean-square.
+        Ridge parameter, at least 0, which is added to the sum of squares. It corresponds to the
+        start :math:`P_0 = I/\alpha` of recursive least squares.
     bank : bool, default=True
-        Whether each condition in `y` has a model of its own. False: one model of all windows.
+        Whether each condition in `y` has its own model. If False, there is one model of all
+        windows.
     healthy : label or None, default=None
-        A condition in `y`: identify one model, of its windows alone.
+        Condition in `y`. If given, one model is identified, on the windows of this condition.
     unit_rms : bool, default=True
-        Whether innovations are those of windows scaled to unit root-mean-square. False gives them
-        in the sensor's unit, for detection on physical amplitude.
+        Whether innovations are those of windows of unit root mean square. If False, they are in
+        the sensor's unit, for detection by physical amplitude.
     transient : int or None, default=None
-        Samples dropped at the start of every window, where states still start from zero. None: the
-        settling length of the slowest network, at most half a window.
+        Number of samples that are dropped at the start of every window, where the states start
+        from zero. If None, the settling length of the slowest network, at most half a window. A
+        smaller number keeps more of a short window.
     forgetting_factor : float, default=1.0
-        Weight in (0, 1] that a window keeps with each later window of its condition.
+        Factor in (0, 1] on the weight of a window for each later window of its condition.
     n_jobs : int or None, default=None
-        Threads that work on windows. Results do not depend on it.
+        Number of threads. Results do not depend on it.
 
     Attributes
     ----------
@@ -102,18 +106,17 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
     poles_ : ndarray of shape (n_channels,)
         Pole of each channel's network.
     noise_level_ : ndarray of shape (n_models,)
-        Root-mean-square of a model's innovations on its own windows of unit root-mean-square.
+        Root mean square of a model's innovations on its own windows of unit root mean square.
     sums_ : ndarray of shape (n_models, n_states + 1, n_states + 1)
         Sums of squares and products that `partial_fit` adds to.
     weights_ : ndarray of shape (n_models,)
         Weighted number of samples in each model's sums.
     n_features_in_ : int
-        Samples in a window; channels, when windows have several.
+        Number of samples in a window, or of channels if windows have several.
     window_shape_ : ndarray of int
-        Shape of a window in `fit`. Windows of several channels may be longer or shorter later on,
-        since a model is one of samples and not of windows.
+        Shape of a window in `fit`. Later windows of several channels may have another length.
     feature_names_in_ : ndarray of str
-        Column names, when fitted on a table.
+        Column names, if fitted on a table.
 
     See Also
     --------
@@ -144,13 +147,15 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
     (10, 1, 1198)
     """
 
-    classes_: NDArray[Any]
-    coef_: NDArray[Any]
-    orders_: NDArray[Any]
-    poles_: NDArray[Any]
-    noise_level_: NDArray[Any]
-    sums_: NDArray[Any]
-    weights_: NDArray[Any]
+    order: int | Sequence[int] = 32
+    pole: float | str | Sequence[float | str] = 0.3
+    alpha: float = 1e-6
+    bank: bool = True
+    healthy: Any = None
+    unit_rms: bool = True
+    transient: int | None = None
+    forgetting_factor: float = 1.0
+    n_jobs: int | None = None
 
     _state = WINDOWS | {
         "orders_": Values(_per_channel, AT_LEAST_1, "i"),
@@ -171,29 +176,6 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
 
     #: Metadata routing hands weights over without a call of `set_fit_request`.
     __metadata_request__fit: ClassVar = {"sample_weight": True}
-
-    def __init__(
-        self,
-        *,
-        order: int | Sequence[int] = 32,
-        pole: float | str | Sequence[float | str] = 0.3,
-        alpha: float = 1e-6,
-        bank: bool = True,
-        healthy: Any = None,
-        unit_rms: bool = True,
-        transient: int | None = None,
-        forgetting_factor: float = 1.0,
-        n_jobs: int | None = None,
-    ) -> None:
-        self.order = order
-        self.pole = pole
-        self.alpha = alpha
-        self.bank = bank
-        self.healthy = healthy
-        self.unit_rms = unit_rms
-        self.transient = transient
-        self.forgetting_factor = forgetting_factor
-        self.n_jobs = n_jobs
 
     def fit(
         self, X: ArrayLike, y: ArrayLike | None = None, sample_weight: ArrayLike | None = None
@@ -242,7 +224,7 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         ARXLaguerre
             The fitted estimator, with the coefficients of one `fit` on all windows so far.
         """
-        return self._identify(X, y, sample_weight, start_afresh=not hasattr(self, "sums_"))
+        return self._identify(X, y, sample_weight, start_afresh="sums_" not in vars(self))
 
     def _identify(self, X, y, sample_weight, *, start_afresh):
         windows, y = self._validate_windows(X, y, reset=start_afresh)
@@ -252,13 +234,15 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         windows, labels, weights = self._windows_by_model(windows, y, weights)
         self._check_parameters()
         scaled, _ = unit_rms_windows(windows)
-        # A constant output says nothing of the model, whatever the inputs do meanwhile.
+        # Windows with a constant output do not count, whatever their inputs are.
         weights = weights * np.any(scaled[:, 0] != 0, axis=-1)
         classes = np.unique(labels)
         counted = [self._counted_rows(scaled, weights, labels == name) for name in classes]
         if start_afresh:
             self._choose_networks(scaled, counted)
-            self._start_sums(classes)
+            n_sums = int(self.orders_.sum()) + 1
+            self.classes_, self.weights_ = classes, np.zeros(len(classes))
+            self.sums_ = np.zeros((len(classes), n_sums, n_sums))
         else:
             self._make_room_for(classes)
         self._add_to_sums(scaled, classes, counted)
@@ -279,7 +263,7 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         )
 
     def _counted_rows(self, scaled, weights, own):
-        """Places of one model's windows, and how much each counts."""
+        """Return the indices of one model's windows, and their weights."""
         rows = np.flatnonzero(own)
         if self.forgetting_factor < 1:
             return rows, weights[rows]
@@ -287,7 +271,7 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         return rows[distinct], counted
 
     def _choose_networks(self, scaled, counted):
-        """Orders and poles of the networks; poles that are not given are searched."""
+        """Set orders and poles of the networks; search the poles that are not given."""
         self.orders_, poles = check_networks(self.order, self.pole, scaled.shape[1])
         if None in poles:
             # Cross-spectra are squares of the signal, so a weight counts by its root.
@@ -299,12 +283,6 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
             )
             poles = pole_search.search_poles(spectra, self.orders_, poles, self.alpha)
         self.poles_ = np.asarray(poles, dtype=np.float64)
-
-    def _start_sums(self, classes):
-        n_sums = int(self.orders_.sum()) + 1
-        self.classes_ = classes
-        self.sums_ = np.zeros((len(classes), n_sums, n_sums))
-        self.weights_ = np.zeros(len(classes))
 
     def _add_to_sums(self, scaled, classes, counted):
         n_transient = self._n_transient(scaled.shape[-1])
@@ -336,7 +314,7 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         return arx_laguerre.sums_of_products(power, driven, moved, self.orders_, self.poles_)
 
     def _check_conditions_go_on(self, y):
-        """A bank goes on with conditions, and one model of all windows without."""
+        """Check that `y` is None if and only if the models so far were fitted without it."""
         is_of_all = self.classes_.tolist() == [_OF_ALL]
         if self.bank and self.healthy is None and (y is None) != is_of_all:
             wanted = "None" if is_of_all else f"conditions, as those so far: {self.classes_}"
@@ -360,7 +338,7 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
 
     @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:
-        """Innovations of every model on every window.
+        """Compute the innovations of every model on every window.
 
         Parameters
         ----------
@@ -370,8 +348,8 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         Returns
         -------
         ndarray of shape (n_windows, n_models, n_samples - transient)
-            What each model could not predict; of windows of unit root-mean-square, or in the
-            sensor's unit where ``unit_rms=False``.
+            Innovations of windows of unit root mean square or, with ``unit_rms=False``, in the
+            sensor's unit.
         """
         windows, _ = self._validate_windows(X, None, reset=False)
         return self._innovations(windows, self.unit_rms)
@@ -396,29 +374,29 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
 
     @uses_fitted
     def state_space(self) -> Bunch:
-        """The networks and the coefficients as one state-space model.
+        """Return the networks and the coefficients as one state-space model.
 
         Returns
         -------
         Bunch
             ``A`` of shape (n_states, n_states), ``b_y`` of shape (n_states,), ``b_u`` of shape
             (n_states, n_inputs), shared by all models, and ``coef`` of shape (n_models, n_states).
-            All describe windows that are centred.
+            All of them apply to centred windows.
         """
         A, b = network_matrices(self.orders_, self.poles_)
         return Bunch(A=A, b_y=b[:, 0], b_u=b[:, 1:], coef=self.coef_)
 
     @uses_fitted
     def predict_output(self, X: ArrayLike, *, free_run: bool = False) -> NDArray[Any]:
-        """Output of every model in the sensor's unit.
+        """Predict the output with every model, in the sensor's unit.
 
         Parameters
         ----------
         X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
             Windows.
         free_run : bool, default=False
-            False: one-step prediction, from all measured samples before. True: simulation, which
-            sees the inputs, and of the output only the samples of the transient.
+            If False, predict each sample from all measured samples before it. If True, simulate
+            the output from the inputs and from the samples of the transient.
 
         Returns
         -------
@@ -428,7 +406,7 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         Raises
         ------
         ValueError
-            If `free_run` is asked of a model that is unstable when it is fed its own output.
+            If `free_run` is True and a model is unstable when it is fed its own output.
         """
         windows, _ = self._validate_windows(X, None, reset=False)
         windows = windows.astype(np.float64, copy=False)
@@ -459,11 +437,11 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
                 )
 
     def fit_percentage(self, X: ArrayLike, *, free_run: bool = False) -> NDArray[Any]:
-        r"""How well each model reproduces each window, as system identification reports it.
+        r"""Compute the fit of each model to each window, as usual in system identification.
 
-        :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)` over the samples after the transient, one
-        minus the normalised root-mean-square error: 100 is exact, 0 no better than the mean,
-        negative is worse.
+        The fit is :math:`100\,(1 - \|y - \hat y\| / \|y - \bar y\|)` over the samples after the
+        transient. It is 100 for an exact prediction, 0 for one that is no better than the mean, and
+        negative for a worse one.
 
         Parameters
         ----------
@@ -483,17 +461,17 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
 
     @uses_fitted
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
-        """Name of each model: its condition.
+        """Return the name of each model, which is its condition.
 
         Parameters
         ----------
         input_features : array-like of str or None, default=None
-            Checked against what the estimator was fitted on; models are not named after it.
+            Compared with the names of `fit`. The names of the models do not depend on it.
 
         Returns
         -------
         ndarray of str of shape (n_models,)
-            Names along axis 1 of what `transform` returns.
+            Names along axis 1 of the output of `transform`.
         """
         check_input_names(self, input_features)
         return np.array([str(name) for name in self.classes_], dtype=object)
@@ -517,7 +495,7 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         return windows, y
 
     def _windows_by_model(self, windows, y, weights):
-        """Windows that models are identified on, the name of each one's model, and weights."""
+        """Return the windows to identify on, the name of each one's model, and the weights."""
         if self.healthy is not None:
             chosen = np.zeros(len(windows), dtype=bool) if y is None else y == self.healthy
             if not np.any(chosen):
@@ -547,5 +525,5 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
 
 
 def _rows_of(windows, rows):
-    """Windows at these places; without a copy where they are all, in their order."""
+    """Return windows by index, without a copy if these are all windows in their order."""
     return windows if np.array_equal(rows, np.arange(len(windows))) else windows[rows]
