@@ -205,7 +205,7 @@ def bearing_orders(bearing: BearingLike, gear_ratio: float = 1.0) -> dict[str, f
 
     Parameters
     ----------
-    bearing : str, BearingGeometry or mapping of str to float
+    bearing : BearingLike
         A name in `skarxlag.bearings.BEARINGS`, such as "6205" or "ER-12K"; dimensions; or orders:
         "outer" and "inner" (or "BPFO" and "BPFI") are needed. "spin" (or "twice spin") and "cage"
         (or "FTF") follow from them if they are missing. A text may also hold dimensions, as in

@@ -1,7 +1,9 @@
 """The diagnosers, from windows to conditions, and what detects windows unlike known ones."""
 
+from collections.abc import Sequence
 from typing import Any
 
+from .bearings import BearingLike
 from .comparison import SpectralDistance
 from .detection import FaultDetector, KnownConditions
 from .fault_places import FaultOrderClassifier
@@ -341,7 +343,7 @@ def make_known_conditions(
 
 def make_fault_order_classifier(
     *,
-    bearing: Any,
+    bearing: BearingLike | Sequence[BearingLike],
     sampling_rate: float,
     memory: Any = None,
     n_jobs: int | None = None,
@@ -355,7 +357,7 @@ def make_fault_order_classifier(
 
     Parameters
     ----------
-    bearing : str, BearingGeometry, mapping, or sequence of these
+    bearing : BearingLike or sequence of BearingLike
         The bearing, as in `FaultOrderClassifier`.
     sampling_rate : float
         In Hz.

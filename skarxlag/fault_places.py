@@ -93,7 +93,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
     Parameters
     ----------
-    bearing : str, BearingGeometry, mapping, or sequence of these, default=None
+    bearing : BearingLike or sequence of BearingLike, default=None
         The bearing, or several bearings on one shaft: names such as "6205", dimensions, or orders,
         see :func:`skarxlag.bearings.bearing_orders`. It is required.
     sampling_rate : float, default=None

@@ -148,7 +148,7 @@ class Judge:
     ----------
     diagnoser : estimator or None
         Fitted classifier with probabilities, or a detector.
-    conditions : list of label or None, default=None
+    conditions : sequence of label, default=None
         Order of the conditions, the healthy one first: a permutation of those of the diagnoser. For
         a detector alone, the name of the healthy condition. None: sorted, or ``["healthy"]``.
     known : estimator or None, default=None
@@ -520,7 +520,7 @@ def window_verdicts(
         Fitted: a classifier with probabilities, or a detector.
     X : ndarray of shape (n_windows, ...)
         Windows; NaN is allowed, and is no signal.
-    conditions : list of label or None, default=None
+    conditions : sequence of label, default=None
         Order of the conditions, the healthy one first: a permutation of those of the diagnoser. For
         a detector alone, the name of the healthy condition. None: sorted, or ``["healthy"]``.
     rpm : float, array-like of shape (n_windows,) or None, default=None

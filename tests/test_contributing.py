@@ -46,9 +46,11 @@ def _peak(innovations, fitted):
 FORMAT = '''
 """Numbers after a mark."""
 
+from contextlib import nullcontext
+
 import numpy as np
 
-from ._contents import array_contents
+from ._arrays import NamedArrays
 
 TITLE = "Marked numbers"
 SUFFIXES = (".marked",)
@@ -60,7 +62,10 @@ STATES = "neither"
 
 def contents(path):
     """One channel."""
-    return array_contents({"0": np.frombuffer(path.read_bytes()[4:])}, {})
+    samples = np.frombuffer(path.read_bytes()[4:])
+    arrays = NamedArrays()
+    arrays.add("0", samples.shape)
+    return arrays.contents(lambda: nullcontext(lambda key: samples))
 '''
 #: New file, its text, the list, its line before and after.
 CHANGES = [

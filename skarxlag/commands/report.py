@@ -4,6 +4,7 @@ import io
 from base64 import b64encode
 from contextlib import suppress
 from datetime import date
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -27,7 +28,7 @@ MOST_DRAWN = 50
 _SEVERITIES = ("fault", "unclear", "healthy")
 
 
-def template():
+def template() -> Any:
     """Return the template of the report."""
     try:
         from jinja2 import Environment, PackageLoader

@@ -265,7 +265,7 @@ class ThresholdLadderDisplay:
             # The legend lists the thresholds as they lie in the plot, the highest on top.
             legend_beside(ax, sorted(thresholds, key=lambda line: -line.get_ydata()[0]))
         else:
-            legend_beside(ax, [self.rival_line_, *thresholds])
+            legend_beside(ax, [line for line in (self.rival_line_, *thresholds) if line])
         self.ax_, self.figure_ = ax, ax.figure
         return self
 
