@@ -83,6 +83,7 @@ PARTS = {
     "detection-unknown": Part(
         "-m benchmarks.detection unknown --write docs/detection.md",
         {"docs/detection.md": ("unknown", "other kinds")},
+        tables=("unknown", "other kinds"),
         downloads=True,
     ),
     "detection-runs": Part(
@@ -136,6 +137,7 @@ PARTS = {
         "'MultiRocketHydra, windows of 1200 vote' && -m benchmarks.stretches "
         "--write docs/stretches.md",
         {"docs/stretches.md": ("stretches overview", "stretches training")},
+        tables=("stretches training",),
         downloads=True,
     ),
     "stretches-simulated": Part(
