@@ -259,7 +259,7 @@ def _parsed(text):
             return {key.strip(): float(value) for key, value in pairs}
         count, *dimensions = text.split(",")
         if not 2 <= len(dimensions) <= 3:
-            raise ValueError
+            raise ValueError(f"{len(dimensions) + 1} numbers" if dimensions else "")
         return BearingGeometry(int(count), *map(float, dimensions))
     except (ValueError, TypeError) as error:
         reason = f" ({error})" if isinstance(error, ValueError) and str(error) else ""

@@ -3,7 +3,7 @@
 import argparse
 import math
 
-from ..bearings import BearingGeometry
+from ..bearings import bearing_orders
 from ..recordings.speeds import SpeedRange
 
 
@@ -71,16 +71,13 @@ def speed_or_all(text: str) -> float | str:
     return text if text == "all" else _number(text, "a speed in rpm, or all", lambda v: v > 0)
 
 
-def bearing(text: str) -> BearingGeometry:
-    """Dimensions of a rolling-element bearing, with commas between them."""
-    expected = "ELEMENTS,ELEMENT_DIAMETER,PITCH_DIAMETER[,CONTACT_ANGLE], such as 9,7.94,39.04"
-    count, *dimensions = text.split(",")
+def bearing(text: str) -> str:
+    """Check a name, dimensions or orders of a bearing, as `bearing_orders` takes them."""
     try:
-        if not 2 <= len(dimensions) <= 3:
-            raise ValueError(f"{len(dimensions) + 1} numbers")
-        return BearingGeometry(int(count), *map(float, dimensions))
+        bearing_orders(text)
     except ValueError as error:
-        raise argparse.ArgumentTypeError(f"{text!r}: {error}; expected {expected}") from error
+        raise argparse.ArgumentTypeError(f"{text!r}: {error}") from error
+    return text
 
 
 def _integer(text, expected, is_valid):

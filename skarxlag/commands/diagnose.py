@@ -8,11 +8,13 @@ from pathlib import Path
 
 from .._files import write_atomically
 from .._version import __version__
-from ..bearings import fault_orders
+from ..bearings import bearing_orders
+from ..fault_places import HEALTHY
 from ..recordings.listing import list_recordings
 from ..stretches import order_comparison
 from .arguments import add_execution_arguments, bearing
 from .batch import diagnose_all
+from .by_orders import diagnose_by_orders, heading, is_model
 from .errors import UsageError, as_command_error
 from .journal import Journal
 from .models import load_model, model_heading, stated_facts
@@ -33,7 +35,8 @@ from .sources import add_source_arguments, named_recordings
 
 _DESCRIPTION = """\
 Diagnose recordings with a diagnoser that `fit` or `save_diagnoser` saved: one verdict for each
-recording, from the evidence of all its windows. A .csv among RECORDING holds samples; a table of
+recording, from the evidence of all its windows. With --bearing and without a model, name the place
+of a fault from the orders of the bearing. A .csv among RECORDING holds samples; a table of
 recordings, with the columns that `fit` takes, is given with --table. Exit status: 0 if all
 recordings were diagnosed, 1 if some could not be, 2 if an argument is wrong, 3 with --fail-on alarm
 if a verdict is not the healthy condition.
@@ -46,7 +49,13 @@ _MOST_NAMES = 5
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
-    parser.add_argument("model", type=Path, metavar="MODEL.skops", help="what fit has saved")
+    parser.add_argument(
+        "model",
+        nargs="?",
+        type=Path,
+        metavar="MODEL.skops",
+        help="what fit has saved; not needed with --bearing",
+    )
     parser.add_argument(
         "recordings",
         nargs="*",
@@ -76,9 +85,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--bearing",
         type=bearing,
-        metavar="N,D,P[,A]",
-        help="mark the orders of the faults in the report's order spectra: elements, diameter of "
-        "an element, pitch diameter in the same unit, and contact angle in degrees",
+        metavar="BEARING",
+        help="without a model: name the place of a fault from the orders of this bearing. With a "
+        "model: mark them in the report. A name such as 6205; or elements, diameter of an element, "
+        "pitch diameter and contact angle, 9,7.94,39.04; or orders, outer=3.585,inner=5.415",
     )
     add_progress_arguments(parser)
     add_source_arguments(parser, "each RECORDING")
@@ -91,6 +101,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
+    if args.bearing is not None and (args.model is None or not is_model(args.model)):
+        return _run_by_orders(args)
+    if args.model is None:
+        raise UsageError("argument MODEL.skops: none given, expected a model or --bearing")
     _check_arguments(args)
     model = load_model(args.model)
     if args.fail_on is not None and model.healthy is None:
@@ -101,7 +115,38 @@ def run(args: argparse.Namespace) -> int:
     if args.resample and model.sampling_rate is None:
         raise UsageError(f"argument --resample: {args.model} does not state a sampling rate")
     if args.bearing is not None:
+        if not _is_report(args.output):
+            raise UsageError("argument --bearing: belongs to a report, -o FILE.html")
         _check_orders(args.model, model)
+    recordings = _listed(args)
+    with as_command_error(), _journal(args) as journal:
+        diagnoses = diagnose_all(args, recordings, journal)
+        rows = recording_rows(recordings, diagnoses, model.healthy)
+        if args.output is not None:
+            _write(args, model, recordings, diagnoses, rows)
+    return _told(args, model, diagnoses, rows, model.healthy)
+
+
+def _run_by_orders(args):
+    if args.model is not None:
+        args.recordings = [str(args.model), *args.recordings]
+    _check_arguments(args)
+    if args.resample:
+        raise UsageError("argument --resample: belongs to a model")
+    if _is_report(args.output):
+        raise UsageError(f"argument -o/--output: {args.output}, a report needs a model; expected a "
+                         "name that ends in .csv, .json or .parquet")  # fmt: skip
+    recordings = _listed(args)
+    diagnoses = diagnose_by_orders(args, recordings)
+    rows = recording_rows(recordings, diagnoses, HEALTHY)
+    if args.output is not None:
+        windows = window_rows(recordings, diagnoses)
+        with as_command_error():
+            write_tables(args.output, rows, windows, {"bearing": args.bearing})
+    return _told(args, None, diagnoses, rows, HEALTHY)
+
+
+def _listed(args):
     with as_command_error():
         recordings = named_recordings(args)
         if args.output is not None:
@@ -115,18 +160,18 @@ def run(args: argparse.Namespace) -> int:
             recordings += list_recordings(args.table)
     if args.output is not None:
         _check_output(args, recordings)
-    with as_command_error(), _journal(args) as journal:
-        diagnoses = diagnose_all(args, recordings, journal)
-        rows = recording_rows(recordings, diagnoses, model.healthy)
-        if args.output is not None:
-            _write(args, model, recordings, diagnoses, rows)
+    return recordings
+
+
+def _told(args, model, diagnoses, rows, healthy):
+    """Print the report; return the exit status."""
     for line in _report(args, model, diagnoses, rows):
         print(line)
     failed = rows.loc[rows["error"] != "", "error"]
     if len(failed):
-        heading = f"{len(failed)} of {len(rows)} recordings failed:"
-        print(heading, *failed, sep="\n  ", file=sys.stderr)
-    if args.fail_on == "alarm" and (rows["verdict"].astype(str) != str(model.healthy)).any():
+        counts = f"{len(failed)} of {len(rows)} recordings failed:"
+        print(counts, *failed, sep="\n  ", file=sys.stderr)
+    if args.fail_on == "alarm" and (rows["verdict"].astype(str) != str(healthy)).any():
         return _ALARM
     return 1 if len(failed) else 0
 
@@ -138,9 +183,6 @@ def _check_arguments(args):
         if getattr(args, name) is not None and not args.recordings:
             option = "--" + name.replace("_", "-")
             raise UsageError(f"argument {option}: belongs to RECORDING; the table states its own")
-
-    if args.bearing is not None and not _is_report(args.output):
-        raise UsageError("argument --bearing: belongs to a report, -o FILE.html")
 
 
 def _check_orders(path, model):
@@ -157,7 +199,8 @@ def _is_report(output):
 def _check_output(args, recordings):
     if _is_report(args.output):
         template()
-    inputs = [args.model, *(recording.path for recording in recordings)]
+    inputs = [recording.path for recording in recordings]
+    inputs += [] if args.model is None else [args.model]
     inputs += [] if args.table is None else [args.table]
     for path in result_paths(args.output):
         check_output(path, inputs, suffixes=SUFFIXES, is_own=is_result_file, force=args.force)
@@ -165,7 +208,7 @@ def _check_output(args, recordings):
 
 def _write(args, model, recordings, diagnoses, rows):
     if _is_report(args.output):
-        faults = None if args.bearing is None else fault_orders(args.bearing)
+        faults = None if args.bearing is None else bearing_orders(args.bearing)
         content = html_report(
             model, recordings, diagnoses, rows, resample=args.resample, faults=faults
         )
@@ -189,7 +232,7 @@ def _report(args, model, diagnoses, rows):
     table = verdict_table(rows.assign(recording=names))
     if args.quiet:
         return [table]
-    lines = [model_heading(model)]
+    lines = [heading(args.bearing) if model is None else model_heading(model)]
     lines += [f"Recordings below {folder}"] if folder else []
     lines.append(table)
     by_remark = {}
@@ -206,7 +249,7 @@ def _report(args, model, diagnoses, rows):
         right = (known["verdict"].astype(str) == known["condition"]).sum()
         lines.append(f"{right} of {len(known)} verdicts are the stated condition.")
     is_assumed = any(d.error is None and d.sampling_rate is None for d in diagnoses)
-    if is_assumed and model.sampling_rate is not None:
+    if is_assumed and model is not None and model.sampling_rate is not None:
         lines.append(
             f"No sampling rate is stated for some files; {model.sampling_rate:g} Hz was assumed."
         )

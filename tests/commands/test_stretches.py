@@ -174,8 +174,8 @@ def test_report_draws_orders_and_marks_the_faults_of_a_bearing(run, workshop, mo
 @pytest.mark.parametrize(
     ("value", "expected"),
     [
-        ("9,7.94", "2 numbers; expected ELEMENTS,ELEMENT_DIAMETER,PITCH_DIAMETER"),
-        ("9,7.94,39.04,0,1", "5 numbers; expected"),
+        ("9,7.94", "(2 numbers); expected one of 6203"),
+        ("9,7.94,39.04,0,1", "(5 numbers); expected"),
         ("9.5,7.94,39.04", "invalid literal for int"),
         ("9,ball,39.04", "could not convert string to float: 'ball'"),
         ("1,7.94,39.04", "n_elements must be an integer of at least 2, got 1"),

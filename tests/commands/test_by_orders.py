@@ -1,0 +1,79 @@
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from ..test_fault_places import RATE, row
+
+RATES = ("--sampling-rate", RATE)
+
+
+@pytest.fixture
+def plant(tmp_path):
+    """Recordings of a bearing 6205, healthy and with faults, at 900 rpm."""
+    for place in ("healthy", "inner", "outer"):
+        np.save(tmp_path / f"{place}.npy", np.concatenate([row(place, seed=s) for s in (0, 1)]))
+    return tmp_path
+
+
+def test_places_are_named_without_a_model(run, plant):
+    files = [plant / f"{place}.npy" for place in ("healthy", "inner", "outer")]
+    code, out, _ = run("diagnose", "--bearing", "6205", "--rpm", 900, *RATES, *files)
+    assert code == 0
+    lines = out.splitlines()
+    assert lines[0].startswith("No model: places of faults by the orders of bearing 6205.")
+    for line, place in zip(lines[3:6], ("healthy", "inner", "outer"), strict=True):
+        assert line.split()[2] == place
+    assert "the inner race of 6205" in out and "No comb exceeds its limit" in out
+    fail = run("diagnose", "--bearing", "6205", "--rpm", 900, *RATES, *files, "--fail-on", "alarm")
+    assert fail[0] == 3
+
+
+@pytest.mark.parametrize("bearing", ["9,7.94,39.04", "outer=3.585,inner=5.415", "SKF 6205"])
+def test_bearings_by_dimensions_and_orders_and_speeds_of_a_table(run, plant, bearing):
+    lines = ["path,rpm,sampling_rate", f"inner.npy,900,{RATE}"]
+    (plant / "table.csv").write_text("\n".join(lines))
+    output = plant / "results.csv"
+    options = ("--bearing", bearing, "--table", plant / "table.csv", "-o", output)
+    assert run("diagnose", *options)[0] == 0
+    found = pd.read_csv(output)
+    assert found["verdict"][0] == "inner" and found["alarm"][0] == "yes"
+    assert found["p_value"][0] < 0.02 and found["probability"][0] > 0.9
+    assert "impacts at 5.4" in found["remark"][0].lower()
+
+
+def test_results_as_json_and_a_recording_without_a_signal(run, plant):
+    np.save(plant / "dead.npy", np.zeros(int(RATE)))
+    output = plant / "results.json"
+    options = ("--bearing", "6205", "--rpm", 900, *RATES, "-o", output)
+    assert run("diagnose", plant / "dead.npy", plant / "outer.npy", *options)[0] == 0
+    content = json.loads(output.read_text())
+    assert content["bearing"] == "6205"
+    assert [each["verdict"] for each in content["recordings"]] == ["no signal", "outer"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--bearing", "6299", "x.npy"), "bearing '6299' is not known"),
+        (("--bearing", "6205"), "RECORDING: none given"),
+        (("--bearing", "6205", "x.npy", "-o", "x.html"), "a report needs a model"),
+        (("--bearing", "6205", "x.npy", "--resample"), "--resample: belongs to a model"),
+        ((), "expected a model or --bearing"),
+    ],
+)
+def test_wrong_arguments_are_named(run, plant, monkeypatch, arguments, message):
+    monkeypatch.chdir(plant)
+    code, _, err = run("diagnose", *arguments)
+    assert code == 2 and message in err
+
+
+def test_what_is_wrong_with_one_recording_is_told(run, plant):
+    code, _, err = run("diagnose", plant / "none.npy", plant / "inner.npy", "--bearing", "6205",
+                       "--rpm", 900, *RATES)  # fmt: skip
+    assert code == 1 and "none.npy" in err
+    code, _, err = run("diagnose", plant / "inner.npy", "--bearing", "6205", "--rpm", 900)
+    assert code == 1 and "the sampling rate is not stated" in err
+    code, _, err = run("diagnose", plant / "inner.npy", "--bearing", "6205", *RATES)
+    assert code == 1 and "the speed of the shaft is not stated" in err
