@@ -20,6 +20,7 @@ from . import figures
 from .arguments import add_execution_arguments, positive_int, seed, speed_or_all, window_length
 from .diagnosers import DIAGNOSERS
 from .errors import CommandError, UsageError, as_command_error
+from .own_rig import evaluate_table
 from .progress import Progress, add_progress_arguments
 from .report import why_no_figures
 from .runner import WorkerDied, executors, run_tasks
@@ -39,11 +40,19 @@ TITLES = {
 _N_SAMPLES = 120_000
 _CRACKS_MM = (3.0, 6.0)
 _SIMULATED_RPM = 500.0
+_WINDOW_LENGTH = 1200
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
+    parser.add_argument(
+        "table",
+        nargs="?",
+        help="csv table of your own recordings, with the columns path, condition and rpm: "
+        "make_diagnoser and two other methods with one speed in training and with one left out. "
+        "Recordings of one value of the column campaign are not split between training and test",
+    )
     parser.add_argument("--rig", choices=TITLES, default="simulated", help="default: simulated")
     parser.add_argument(
         "--data-home", type=Path, help="folder of the real rigs' files; default: scikit-learn's"
@@ -55,7 +64,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="speed of the calibration, or all; default: all, on the simulated rig 500",
     )
     parser.add_argument(
-        "--window-length", type=window_length, default=1200, metavar="N", help="default: 1200"
+        "--window-length",
+        type=window_length,
+        metavar="N",
+        help="default: 1200; of a table 4800, if the recordings are long enough",
     )
     parser.add_argument(
         "--n-samples",
@@ -182,6 +194,9 @@ def run(args: argparse.Namespace) -> int:
         args.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"argument --output: {error}") from error
+    if args.table is not None:
+        return evaluate_table(args)
+    args.window_length = args.window_length or _WINDOW_LENGTH
     if not args.quiet:
         print(f"{TITLES[args.rig]}: loading", file=sys.stderr, flush=True)
     trials = [

@@ -17,6 +17,7 @@ from skarxlag import (
     make_windows,
     recording_verdicts,
 )
+from skarxlag._answers import requests
 from skarxlag.persistence import load_diagnoser, save_diagnoser
 
 COLOURS = {"good": [1.0, -0.9], "inner": [1.0, 0.9], "outer": [1.0, 0.0, 0.8]}
@@ -131,7 +132,9 @@ def test_fit_is_the_pipeline_on_the_chosen_windows(run, workshop, name, maker):
     conditions = ["inner", "good", "outer"]
     windows = {c: make_windows(np.load(workshop / f"{c}_500.npy"), WINDOW) for c in conditions}
     X, y = np.concatenate(list(windows.values())), np.repeat(conditions, 20)
-    expected = maker(healthy="good").set_params(decide__false_alarm_rate=0.2).fit(X, y)
+    expected = maker(healthy="good").set_params(decide__false_alarm_rate=0.2)
+    speeds = {"rpm": np.full(len(X), 500.0)} if requests(expected, "fit", "rpm") else {}
+    expected.fit(X, y, **speeds)
     assert facts["train_rpm"] == [500.0] and facts["diagnoser"] == name
     assert diagnoser[-1].detection_threshold_ == expected[-1].detection_threshold_
     np.testing.assert_array_equal(diagnoser.predict_proba(X), expected.predict_proba(X))
@@ -468,7 +471,7 @@ def test_warnings_of_python_do_not_reach_a_person(run, workshop, monkeypatch):
         warnings.warn("something is deprecated", DeprecationWarning, stacklevel=1)
         return original(*arguments, **options)
 
-    monkeypatch.setattr("skarxlag.recordings.table.pd.read_csv", read_csv)
+    monkeypatch.setattr(pd, "read_csv", read_csv)
     path = workshop / "quiet.skops"
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")

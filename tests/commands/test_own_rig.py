@@ -1,0 +1,86 @@
+"""evaluate on a table of one's own recordings, and on rigs of one channel."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.signal import lfilter
+
+from skarxlag.commands import evaluate
+from skarxlag.datasets import simulate_rig
+
+RATE, N = 8_000, 6_000
+
+
+@pytest.fixture(scope="module")
+def workshop(tmp_path_factory):
+    """Recordings of two conditions at three speeds in two campaigns, and their table."""
+    folder, rows = tmp_path_factory.mktemp("own"), []
+    for number, (condition, pole) in enumerate({"good": 0.2, "worn": 0.8}.items()):
+        for rpm in (600, 900, 1200):
+            for campaign in "ab":
+                name = f"{condition}_{rpm}_{campaign}.npy"
+                noise = np.random.default_rng([number, rpm, ord(campaign)]).normal(size=N)
+                np.save(folder / name, lfilter([1], [1, -pole], noise))
+                rows.append((name, condition, rpm, RATE, campaign))
+    columns = ["path", "condition", "rpm", "sampling_rate", "campaign"]
+    table = pd.DataFrame(rows, columns=columns)
+    table.to_csv(folder / "campaigns.csv", index=False)
+    table.drop(columns="campaign").to_csv(folder / "table.csv", index=False)
+    return folder
+
+
+@pytest.mark.parametrize("name", ["table", "campaigns"])
+def test_own_recordings_are_evaluated_across_speeds(run, workshop, name):
+    output = workshop / f"results_{name}"
+    arguments = ("evaluate", workshop / f"{name}.csv", "--window-length", 1200)
+    code, out, _ = run(*arguments, "--output", output, "-q")
+    assert code == 0, out
+    assert "2 conditions (good, worn) at 600, 900, 1200 rpm, windows of 1200 samples" in out
+    assert ("no column campaign" in out) == (name == "table")
+    for title in ("trained at one speed", "trained at all speeds but one", "Confusion matrix"):
+        assert title in out
+    assert out.split("Report and verdicts")[0].strip() == (
+        (output / f"{name}_report.txt").read_text().strip()
+    )
+    verdicts = pd.read_csv(output / f"{name}_verdicts.csv")
+    assert set(verdicts["diagnoser"]) == {
+        "make_diagnoser", "log spectrum + LDA", "band energies + forest"
+    }  # fmt: skip
+    inside = verdicts[verdicts["protocol"] == "in"]
+    assert (inside["left"] != inside["test_rpm"]).all()
+    outside = verdicts[verdicts["protocol"] == "out"]
+    assert (outside["left"] == outside["test_rpm"]).all()
+    # 12 recordings of 5 windows; one speed in tests each of them twice, one speed out once.
+    assert len(outside) == 3 * 60 and len(inside) == 3 * 120
+    accuracy = (verdicts["true"] == verdicts["predicted"]).groupby(verdicts["diagnoser"]).mean()
+    assert (accuracy > 0.9).all()
+    shown = re.search(r"recordings in %, trained at all.*?make_diagnoser(.*?)\n", out, re.S)[1]
+    assert [float(value) for value in shown.split()] == [100.0] * 4
+
+
+def test_a_table_that_cannot_be_evaluated_is_named(run, workshop):
+    table = pd.read_csv(workshop / "table.csv")
+    for frame, message in [
+        (table.drop(columns="rpm"), "needs the columns condition and rpm"),
+        (table[table["rpm"] == 600], "2 conditions at 1 speeds; expected at least two of each"),
+        (table[table["condition"] == "good"], "1 conditions at 3 speeds"),
+    ]:
+        frame.to_csv(workshop / "bad.csv", index=False)
+        code, _, err = run("evaluate", workshop / "bad.csv", "--output", workshop / "r")
+        assert code == 2 and "bad.csv" in err and message in err
+
+
+def test_a_rig_of_one_channel_is_evaluated_with_figures(run, tmp_path, monkeypatch):
+    def one_channel(**options):
+        rig = simulate_rig(rpm=(300, 500), crack_mm=6, n_samples=2400, window_length=400)
+        return rig | {"data": rig.data[:, 0].copy()}
+
+    monkeypatch.setitem(evaluate.FETCHERS, "uestc", lambda **o: evaluate.Bunch(**one_channel()))
+    evaluate.load_rig.cache_clear()
+    arguments = ("evaluate", "--rig", "uestc", "--window-length", 400, "--train-rpm", 500, "-q")
+    code, out, err = run(*arguments, "--output", tmp_path)
+    evaluate.load_rig.cache_clear()
+    assert (code, err) == (0, "") and "Drawn as PNG" in out
+    assert (tmp_path / "uestc_identification_healthy.png").stat().st_size > 10_000
