@@ -122,7 +122,7 @@ def merge(path, rows, run):
     rows : DataFrame
         Results of the run.
     run : dict
-        What tells the run from others, such as ``rig``, ``window_length`` and ``method``.
+        Columns that identify the run, such as ``rig``, ``window_length`` and ``method``.
 
     Returns
     -------

@@ -63,7 +63,7 @@ def split_by_crack(name, rig):
         Name of the rig.
     rig : Bunch
         Windows of a rig. Without ``crack_mm`` (size of the crack in mm, 0 when healthy) it is
-        returned as it is.
+        returned unchanged.
 
     Returns
     -------

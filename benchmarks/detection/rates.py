@@ -1,4 +1,4 @@
-"""False alarms and missed faults of detectors that know healthy rows of some speeds only.
+"""False alarms and missed faults of detectors fitted on healthy rows of some speeds.
 
 Run ``python -m benchmarks.detection rates`` from the root of the repository. First halves of
 healthy recordings calibrate; second halves of all recordings are scored.

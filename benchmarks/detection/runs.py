@@ -3,7 +3,7 @@
 Run ``python -m benchmarks.detection runs --data-home FOLDER`` from the root of the repository.
 FOLDER/femto holds one .npz for each run of the PRONOSTIA test bench (learning set of the IEEE PHM
 2012 challenge): ``acceleration_g`` (n, 2, 2560), ``seconds`` since the start, ``rpm``. They are
-not downloaded. When a fault began nobody knows, so times are given before the end of the run.
+not downloaded. The onset of a fault is unknown, so times are given before the end of the run.
 """
 
 import warnings
@@ -57,8 +57,8 @@ def alarm_times(runs, fixed_gain):
                 flagged = detector.predict(own, rpm=speed) < 0
                 start = times <= HEALTHY * times[-1]
                 # The rows that calibrated the detector say nothing of its alarms.
-                told = flagged & ~start if name == calibration else flagged
-                place = first_alarm(told)
+                counted = flagged & ~start if name == calibration else flagged
+                place = first_alarm(counted)
                 rows.append(
                     {
                         "run": name,
@@ -81,7 +81,7 @@ def alarm_times(runs, fixed_gain):
 
 
 def draw(runs, path):
-    """p-values over each run, of detectors of its own healthy start, and their first alarms."""
+    """Draw the p-values over each run and the first alarms."""
     kinds = {False: (BLUE, "without the level"), True: (ORANGE, "with the level")}
     with saved_figure(path, len(runs), size=(7.0, 1.6 * len(runs) + 0.6), sharey=True) as axes:
         for ax, (name, run) in zip(axes[:, 0], runs.items(), strict=True):

@@ -29,7 +29,7 @@ FALSE_ALARM_INTERVAL = 1.0
 
 
 def watch_run(snapshots, seconds, rpm, sampling_rate):
-    """Verdicts of the monitor on one channel of a run, behind its healthy part.
+    """Return the verdicts of the monitor on one channel of a run, after its healthy part.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge")
 
 
 def picture(page, path, width, schemes=tuple(SCHEMES)):
-    """Draw a page on screens beside each other.
+    """Draw a page on screens next to each other.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ class Diagram(NamedTuple):
 
 
 def _network(side, filters, gains):
-    """Blocks of one side of Figure 6: its filters, and the gains beside them."""
+    """Blocks of one side of Figure 6: its filters, and the gains next to them."""
     first = r"$\frac{\sqrt{1-\zeta_s^2}}{z-\zeta_s}$".replace("_s", f"_{side}")
     other = r"$\frac{1-\zeta_s z}{z-\zeta_s}$".replace("_s", f"_{side}")
     rows = (("0", 1, first, "0"), ("1", 2, other, "1"), ("n", 4, other, f"{{N_{side}-1}}"))

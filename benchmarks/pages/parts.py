@@ -218,7 +218,7 @@ def recorded():
 
 
 def record(outputs):
-    """Record that these outputs have just been written with the package as it is."""
+    """Record that these outputs have just been written with the present version."""
     known, outputs = recorded(), set(outputs)
     for part in PARTS.values():
         for output in outputs.intersection(part.outputs()):

@@ -2,7 +2,7 @@
 
 from contextlib import contextmanager
 
-#: Okabe and Ito's colours, which colour-blind readers can tell apart.
+#: Okabe and Ito's colours, which colour-blind readers can distinguish.
 BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#E69F00", "#009E73", "#CC79A7"
 #: Legible on white and on black.
 GREY = "#7F7F7F"

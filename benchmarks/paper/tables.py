@@ -195,7 +195,7 @@ def folded(table, *, beside_paper):
     """Markdown of one table that opens at a click; nothing where it would repeat another.
 
     Averages and improvements of all runs stand together on the page. Tables 8 and 9 are left out,
-    as they are Tables 2-5 in another order. The figures of the paper stand beside the first run.
+    as they are Tables 2-5 in another order. The figures of the paper are next to the first run.
     """
     if table.stem in (*COMPARED, *REORDERED):
         return ""

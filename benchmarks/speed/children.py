@@ -72,7 +72,7 @@ def peak_of_predict(maker, n_windows, window_length):
 
 
 def peak_of_fit(maker, folder, n_windows, window_length):
-    """Peak memory above the imports, beside mapped windows, while a diagnoser is fitted."""
+    """Measure the peak memory of a fit above the imports, without the mapped windows."""
     import benchmarks.speed.rows
     import skarxlag
 
@@ -115,7 +115,7 @@ def _write_recording(path, windows, n_windows):
 
 
 def has_peak():
-    """Whether the system tells a process its peak memory the way that Linux does."""
+    """Return whether the system reports the peak memory of a process as Linux does."""
     return _STATUS.exists()
 
 

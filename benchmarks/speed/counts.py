@@ -2,7 +2,7 @@
 
 
 def multiply_adds(order, n_models, n_inputs=0):
-    r"""Multiply-adds a sample of a bank with the extended-state observer behind it.
+    r"""Count the multiply-adds per sample of a bank with the extended-state observer after it.
 
     A multiply-add is one multiplication with the addition that follows it, as in a matrix product.
     An addition, subtraction, comparison, size or choice without a multiplication takes the same
@@ -16,7 +16,7 @@ def multiply_adds(order, n_models, n_inputs=0):
     n_models : int
         Models C of the bank.
     n_inputs : int, default=0
-        Measured inputs beside the output.
+        Number of measured inputs.
 
     Returns
     -------

@@ -5,7 +5,7 @@
 
 One and two worker processes take turns on the same recordings, reading of the files included. All
 workers have been started and have loaded the model before the clock runs. In the same rounds one
-and two processes multiply matrices, which tells what the machine has left for a second process.
+and two processes multiply matrices, which shows the free capacity for a second process.
 """
 
 import os

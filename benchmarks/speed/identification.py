@@ -26,7 +26,7 @@ def identification(n_rounds=5, n_samples=1_000_000):
     ours = {"one window": lambda: model.fit(X), "800 windows": lambda: model.fit(cut)}
     plain = {"NumPy": lambda: peers.normal_equations(y, u, 8)}
     seconds = take_turns(ours | plain, n_rounds)
-    # They take seconds each, and need no more rounds to be told apart.
+    # Each takes seconds and needs no more rounds.
     seconds |= take_turns({n: (lambda f=f: f(y, u, 8)) for n, f in libraries.items()}, 1)
     what = f"`ARXLaguerre(order=8).fit`, one input, {n_samples} samples"
     lines = [

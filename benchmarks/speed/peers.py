@@ -88,7 +88,7 @@ def normal_equations(y, u, n_lags):
 
 
 def statsmodels_autoreg(y, u, n_lags):
-    """The same model by statsmodels, whose only inputs are columns beside the lags."""
+    """Fit the same model by statsmodels, which takes inputs as columns next to the lags."""
     from statsmodels.tsa.ar_model import AutoReg
 
     before = np.zeros((len(y), n_lags))
@@ -148,7 +148,7 @@ def identification_peers():
 
 
 def missing_libraries():
-    """Libraries that the benchmark knows and does not find."""
+    """Return the libraries of the benchmark that are not installed."""
     return [
         name for name in ("aeon", "filterpy", "river", *_IDENTIFICATION) if not is_installed(name)
     ]

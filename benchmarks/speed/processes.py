@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def _run(unit, *arguments, cache):
-    """The number that a child process prints behind this word."""
+    """Return the number that a child process prints after this word."""
     environment = dict(os.environ, NUMBA_CACHE_DIR=str(cache), OMP_NUM_THREADS="1")
     # Bytecode is what an installed package has.
     environment.pop("PYTHONDONTWRITEBYTECODE", None)

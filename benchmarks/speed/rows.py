@@ -1,6 +1,6 @@
 """Rows of the speed benchmark that run in this process: each function returns its measurements.
 
-A measurement is a dict: ``what`` was measured, ``ours`` and ``beside`` (the other side) in words,
+A measurement is a dict: ``what`` was measured, ``ours`` and ``beside`` (the peer) in words,
 ``reached``, ``target`` (None where a line only informs), ``at_most`` where the target is an upper
 bound, and ``spread``, how far rounds differed.
 """
@@ -225,7 +225,7 @@ def grid_search(n_rounds=3, n_windows=800, n_samples=1200, n_gains=25):
 
 
 def two_threads(n_rounds=9, n_windows=4000, n_samples=1200):
-    """Two threads against one on a large batch, beside matrix products on two threads."""
+    """Measure two threads against one on a large batch, and matrix products on two threads."""
     X, y = coloured_windows(n_windows, n_samples)
     product, _ = matrix_product()
     lines = []

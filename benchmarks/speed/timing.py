@@ -1,10 +1,10 @@
-"""Times of functions that are called in turn, and the rate of a matrix product beside them."""
+"""Times of functions that are called in turn, with the rate of a matrix product."""
 
 import time
 
 import numpy as np
 
-#: Side of the matrices whose product tells the machine's rate of multiply-adds.
+#: Size of the matrices whose product measures the rate of multiply-adds.
 MATRIX_SIDE = 768
 
 

@@ -206,7 +206,7 @@ class PyBearing(_FaultOrders):
         return [found[f"rms_f_{names[place]}"] / total for place in self.places]
 
 
-#: Methods that tell all conditions: functions of the sampling rate.
+#: Methods that name every condition: functions of the sampling rate.
 CONDITIONS = {
     "make_diagnoser, nominal rpm": Stretches,
     "rpm wrong by 3 %": lambda rate: Stretches(rate, 0.03),
@@ -226,5 +226,5 @@ TRAINING = {
 }
 #: Peers that take long.
 SLOW = {"MultiRocketHydra, windows of 1200 vote": lambda rate: WindowsVote(multirocket_hydra, 1200)}
-#: Methods that tell the place of the fault: functions of the sampling rate and the fault's orders.
+#: Methods that name the place of the fault: functions of the sampling rate and the fault's orders.
 RACES = {"largest peak at the orders": LargestPeak, "pyBearing, envelope": PyBearing}

@@ -2,7 +2,7 @@
 
 Run ``python -m benchmarks.paper fault-estimation`` from the root of the repository.
 ``--write docs/paper/fault_estimation.md`` puts tables between the marks of that page and plots
-into ``images`` beside it.
+into ``images`` next to it.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from benchmarks.paper.fault_estimation.plots import trade_off, trajectories
 
 SEEDS = (11, 12, 13, 14, 15)
 N_SAMPLES = 120_000
-#: Columns that tell the rows of each study's table.
+#: Columns that identify the rows of each study's table.
 ROWS = {
     "observers": ["observer"],
     "synthetic": ["fault", "observer"],
@@ -39,7 +39,7 @@ def over_draws(frame, rows):
     frame : DataFrame
         With ``seed``, the columns `rows` and numbers.
     rows : list of str
-        What tells rows of the table.
+        Columns that identify the rows of the table.
 
     Returns
     -------

@@ -58,7 +58,7 @@ class Healthy:
 
 
 def identified(seed, n_samples):
-    """The healthy model, from a recording of its own."""
+    """Fit the healthy model on a separate recording."""
     rig = simulate_rig(
         rpm=RPM,
         conditions="Normal",

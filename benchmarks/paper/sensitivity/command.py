@@ -2,7 +2,7 @@
 
 Run ``python -m benchmarks.paper sensitivity`` from the root of the repository.
 Nothing here chooses a default. ``--write docs/paper/sensitivity.md`` puts the tables between the
-marks of that page and the plots into the folder ``images`` beside it.
+marks of that page and the plots into the folder ``images`` next to it.
 """
 
 from functools import partial

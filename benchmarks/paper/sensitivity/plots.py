@@ -77,7 +77,7 @@ def bars(frame, path, *, panel, group, label):
     panel : str
         Column with two values, one for each panel.
     group : list of str
-        Columns that tell groups of bars.
+        Columns that identify groups of bars.
     label : str
         What the names of the groups say.
     """

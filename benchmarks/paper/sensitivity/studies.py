@@ -117,7 +117,7 @@ def order(seeds, n_samples):
 def pole(seeds, n_samples):
     """Pole of the networks and, where there is an observer, of the observer.
 
-    An observer keeps its default pole where the networks' is optimised: it cannot know it.
+    An observer keeps its default pole if the pole of the networks is optimised.
     """
     return _identification(seeds, n_samples, "pole", POLES)
 

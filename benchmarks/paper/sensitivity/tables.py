@@ -31,9 +31,9 @@ def pivot(frame, rows, columns, value="accuracy"):
     frame : DataFrame
         With ``seed``, `value` and the columns named below.
     rows : list of str
-        What tells rows of the table; they become its first columns.
+        Columns that identify the rows; they become the first columns.
     columns : list of str
-        What tells its other columns; their values become the heads.
+        Column whose values become the heads of the other columns.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def pivot(frame, rows, columns, value="accuracy"):
     """
     within = frame.groupby([*rows, *columns, "seed"], sort=False)[value].mean()
     cells = within.groupby([*rows, *columns], sort=False).agg(spread)
-    # pandas 2.2 puts values into the wrong cells where `unstack` is told not to sort.
+    # pandas 2.2 puts values into the wrong cells if `unstack` does not sort.
     table = cells.unstack(columns)
     row_order = frame[rows].drop_duplicates()
     column_order = frame[columns].drop_duplicates()
