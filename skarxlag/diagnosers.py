@@ -13,7 +13,10 @@ from .observer_bank import ExtendedStatePIObserverBank
 from .observers import ExtendedStatePIObserver, PIObserver
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
-from .stretches import StretchResidual, window_comparison
+from .stretches import CONFIDENCE_SCALE, MODEL_ORDER, StretchResidual, window_comparison
+
+#: Order of the model before what compares rows with healthy ones.
+_DETECTOR_ORDER = 8
 
 
 def _observing(observer, healthy, memory, verbose):
@@ -226,9 +229,9 @@ def make_diagnoser(
         orders = OrderResidual(sampling_rate=sampling_rate, n_jobs=n_jobs)
         compare = [("compare", StretchResidual(window_residual=windows, order_residual=orders))]
     steps = [
-        ("identify", ARXLaguerre(bank=False, n_jobs=n_jobs)),
+        ("identify", ARXLaguerre(order=MODEL_ORDER, bank=False, n_jobs=n_jobs)),
         *compare,
-        ("decide", ThresholdLadder(healthy=healthy)),
+        ("decide", ThresholdLadder(healthy=healthy, confidence_scale=CONFIDENCE_SCALE)),
     ]
     return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)
 
@@ -282,7 +285,7 @@ def make_detector(
     array([-1, -1, -1])
     """
     steps = [
-        ("identify", ARXLaguerre(order=8, bank=False, unit_rms=False, n_jobs=n_jobs)),
+        ("identify", ARXLaguerre(order=_DETECTOR_ORDER, bank=False, unit_rms=False, n_jobs=n_jobs)),
         (
             "decide",
             FaultDetector(false_alarm_rate=false_alarm_rate, fixed_gain=fixed_gain, n_jobs=n_jobs),
@@ -337,7 +340,10 @@ def make_known_conditions(
     array([-1, -1])
     """
     decide = KnownConditions(false_rejection_rate=false_rejection_rate, n_jobs=n_jobs)
-    steps = [("identify", ARXLaguerre(order=8, bank=False, n_jobs=n_jobs)), ("decide", decide)]
+    steps = [
+        ("identify", ARXLaguerre(order=_DETECTOR_ORDER, bank=False, n_jobs=n_jobs)),
+        ("decide", decide),
+    ]
     return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)
 
 
@@ -389,5 +395,8 @@ def make_fault_order_classifier(
     decide = FaultOrderClassifier(
         bearing=bearing, sampling_rate=sampling_rate, n_jobs=n_jobs, **options
     )
-    steps = [("identify", ARXLaguerre(order=8, bank=False, n_jobs=n_jobs)), ("decide", decide)]
+    steps = [
+        ("identify", ARXLaguerre(order=_DETECTOR_ORDER, bank=False, n_jobs=n_jobs)),
+        ("decide", decide),
+    ]
     return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)

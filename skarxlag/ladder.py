@@ -21,6 +21,7 @@ from ._validation import (
     Values,
     check_labels,
     check_rate,
+    check_real,
     remember_parameters,
     uses_fitted,
     weighted_windows,
@@ -60,6 +61,10 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         Probability of each condition before a window is looked at, above 0, in the order of
         `classes_`; they sum to 1. They shift verdicts and confidences, and leave the thresholds
         alone. None: all conditions are equally likely, however many training windows each has.
+
+    confidence_scale : float or None, default=None
+        Factor :math:`\beta` on the scores in `predict_proba`, above 0. None: fitted on the training
+        windows with smoothed targets, which keeps probabilities modest.
 
     Attributes
     ----------
@@ -144,10 +149,12 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         healthy: Any = None,
         false_alarm_rate: float = 0.01,
         priors: ArrayLike | None = None,
+        confidence_scale: float | None = None,
     ) -> None:
         self.healthy = healthy
         self.false_alarm_rate = false_alarm_rate
         self.priors = priors
+        self.confidence_scale = confidence_scale
 
     def fit(self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None) -> Self:
         """Calibrate the thresholds.
@@ -196,7 +203,12 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
                 # Gamma keeps the stated rate only while it is the first cut.
                 self.isolation_thresholds_[0] = self.detection_threshold_
                 np.maximum.accumulate(self.isolation_thresholds_, out=self.isolation_thresholds_)
-        self.confidence_scale_ = confidence_scale(self._likelihood_scores(X), target, weights)
+        scores = self._likelihood_scores(X)
+        self.confidence_scale_ = (
+            confidence_scale(scores, target, weights)
+            if self.confidence_scale is None
+            else float(self.confidence_scale)
+        )
         remember_parameters(self)
         return self
 
@@ -289,10 +301,9 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         return self.classes_[verdict]
 
     def predict_proba(self, X: ArrayLike) -> NDArray[Any]:
-        """Confidence in each condition, calibrated on the training windows.
+        """Compute the probability of each condition.
 
-        One factor on the scores is fitted with smoothed targets, which keeps confidences modest:
-        a little too low at the training speed, and not far too high at others.
+        In a bank it is proportional to the residual to the power of minus `confidence_scale_`.
 
         Parameters
         ----------
@@ -356,6 +367,10 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
 
     def _check_parameters(self):
         check_rate(self.false_alarm_rate, "false_alarm_rate")
+        if self.confidence_scale is not None:
+            check_real(
+                self.confidence_scale, "confidence_scale", min_val=0, include_boundaries="neither"
+            )
 
     def _check_relations(self):
         self._check_priors()

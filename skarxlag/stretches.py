@@ -29,6 +29,13 @@ from .pipelines import DiagnosisPipeline
 from .spectra import LogSpectra
 from .speeds import LEAST_TURNS, log_speeds
 
+#: Constants of the recommended diagnoser, see ``python -m benchmarks.recipe constants``: order of
+#: the model; settings of `SpectralDistance`, whose joint distance is that of colour and steadiness;
+#: weight of the orders; and the exponent of residuals in probabilities.
+MODEL_ORDER = 4
+WINDOW_DISTANCE = {"joint_weight": 0.5, "joint_groups": (0, 2), "smooth_drift": 0.4}
+ORDER_WEIGHT = 0.5
+CONFIDENCE_SCALE = 28.0
 #: Speed of the shaft in revolutions per minute by which rows are long enough for orders, where
 #: `fit` is not given their speeds.
 _SUPPOSED_RPM = 600
@@ -49,7 +56,7 @@ def window_comparison(n_jobs: int | None = None) -> DiagnosisPipeline:
     """
     steps = [
         ("measure", LogSpectra(n_jobs=n_jobs)),
-        ("compare", SpectralDistance(joint_weight=0.5, joint_groups=(0, 2))),
+        ("compare", SpectralDistance(**WINDOW_DISTANCE)),
     ]
     return DiagnosisPipeline(steps, n_jobs=n_jobs)
 
@@ -169,7 +176,7 @@ class StretchResidual(StretchTransformer):
         *,
         window_residual: Any = None,
         order_residual: OrderResidual | None = None,
-        order_weight: float = 0.5,
+        order_weight: float = ORDER_WEIGHT,
         window_length: int = 4800,
     ) -> None:
         self.window_residual = window_residual

@@ -225,3 +225,12 @@ def test_bad_parameters_are_named():
 def test_labels_that_mix_texts_and_numbers_are_refused_by_name():
     with pytest.raises(ValueError, match="y has labels that are texts and labels that are numbers"):
         ThresholdLadder().fit([[1.0], [2.0]], ["a", 2])
+
+
+def test_a_given_confidence_scale_is_the_exponent_of_the_residuals():
+    X = np.array([[1.0, 2.0, 4.0], [3.0, 1.0, 1.1], [2.0, 2.0, 1.0]])
+    ladder = ThresholdLadder(confidence_scale=3.0).fit(X, ["a", "b", "c"])
+    expected = X**-3.0 / np.sum(X**-3.0, axis=1, keepdims=True)
+    np.testing.assert_allclose(ladder.predict_proba(X), expected)
+    with pytest.raises(ValueError, match="confidence_scale"):
+        ThresholdLadder(confidence_scale=0.0).fit(X, ["a", "b", "c"])

@@ -102,7 +102,11 @@ EFFECTS = {
         "learned_drift": ({}, 0.0, distances_over_speed),
     },
     ThresholdLadder: ALARM_EFFECTS
-    | {"healthy": ({}, 1, thresholds), "priors": ({}, [0.9, 0.1], confidences)},
+    | {
+        "healthy": ({}, 1, thresholds),
+        "priors": ({}, [0.9, 0.1], confidences),
+        "confidence_scale": ({}, 3.0, confidences),
+    },
     ChannelRows: {"n_channels": ({}, 2, levels)},
     FaultDetector: {
         "false_alarm_rate": ({}, 0.5, log_p_values),
