@@ -7,9 +7,11 @@ COMMANDS = {
     "battery": "benchmarks.recipe.battery",
     "confidence": "benchmarks.recipe.confidence",
     "recording-evidence": "benchmarks.recipe.recording_evidence",
+    "constants": "benchmarks.recipe.constants",
     "sensitivity": "benchmarks.recipe.sensitivity",
     "stretches": "benchmarks.recipe.stretches",
     "speed-effects": "benchmarks.recipe.speed_effects",
+    "targets": "benchmarks.recipe.targets",
 }
 
 if __name__ == "__main__":

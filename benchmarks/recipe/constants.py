@@ -1,0 +1,240 @@
+"""Choose the constants of make_diagnoser on all rigs, leaving one rig out in turn.
+
+Run ``python -m benchmarks.recipe constants`` from the root of the repository; the folder of the
+rigs is ``$SKARXLAG_DATA``. Every setting is fitted on first halves of recordings and scored on
+second halves, at speeds that were not fitted at. The rule:
+
+1. A cell is one kind of rows and one protocol (one training speed, or all but one). Its score over
+   rigs is the mean of the worst rig and the mean rig; a setting's score is the mean over cells.
+2. Settings within 0.005 of the best tie. The one of the highest mean over rigs and cells is chosen.
+3. The exponent of residuals in probabilities is the one whose largest expected calibration error
+   over rigs and kinds of rows is the least, with one training speed.
+
+Only real rigs choose. Each is left out in turn: what the others choose is scored on it. The
+simulated rigs are reported.
+"""
+
+import os
+from itertools import product
+
+import numpy as np
+import pandas as pd
+from scipy.special import log_softmax
+
+from benchmarks.pages.blocks import markdown, page_parser, publish
+from benchmarks.recipe.confidence import expected_calibration_error
+from benchmarks.recipe.rigs import real_rigs, simulated_rigs
+from benchmarks.recipe.targets import ROWS, folds, rows_of
+from skarxlag import ARXLaguerre, LogSpectra, OrderResidual, SpectralDistance, StretchResidual
+
+MODEL_ORDERS = (4, 8, 16, 32)
+SMOOTH_DRIFTS = (0.1, 0.2, 0.4)
+JOINT_WEIGHTS = (0.5, 1.0)
+ORDER_WEIGHTS = (0.0, 0.25, 0.5, 0.75, 1.0)
+EXPONENTS = (8, 12, 16, 20, 24, 28, 32, 40)
+TIE = 0.005
+#: Parameters of a setting, in the order of the columns of the tables.
+NAMES = ["model order", "smooth drift", "joint weight", "order weight"]
+
+
+class Fold:
+    """Log spectra and order residuals of one training set and its test rows, for one model order.
+
+    Parameters
+    ----------
+    rig : Rig
+        As `real_rigs` yields it.
+    length : int
+        Samples of a row.
+    trained, tested : list of float
+        Speeds.
+    order : int
+        Of the model.
+    """
+
+    def __init__(self, rig, length, trained, tested, order):
+        (X, self.y, self.rpm), (X_test, self.y_test, self.rpm_test) = (
+            rows_of(rig, length, half, speeds) for half, speeds in enumerate((trained, tested))
+        )
+        model = ARXLaguerre(order=order, bank=False).fit(X, self.y)
+        train, test = model.transform(X), model.transform(X_test)
+        cut = StretchResidual()._windows
+        spectra = LogSpectra()
+        self.train = spectra.fit_transform(cut(train)).astype(np.float32)
+        self.test = spectra.transform(cut(test)).astype(np.float32)
+        self.classes = np.unique(self.y)
+        self.of_orders = np.zeros((len(test), len(self.classes)))
+        if length > 4800 and train.shape[1] == 1:
+            orders = OrderResidual(sampling_rate=rig.sampling_rate)
+            orders.fit(train, self.y, rpm=self.rpm)
+            self.of_orders = np.log(orders.transform(test, rpm=self.rpm_test))
+
+    def log_residuals(self, smooth, joint):
+        """Logarithms of the residuals of the windows, their mean over each row."""
+        n, n_test = len(self.train) // len(self.y), len(self.test) // len(self.y_test)
+        distance = SpectralDistance(joint_weight=joint, joint_groups=(0, 2), smooth_drift=smooth)
+        distance.fit(self.train, np.repeat(self.y, n), rpm=np.repeat(self.rpm, n))
+        residuals = distance.transform(self.test, rpm=np.repeat(self.rpm_test, n_test))
+        return np.log(residuals).reshape(len(self.y_test), n_test, -1).mean(axis=1)
+
+    def verdicts(self, log_residuals, order_weight):
+        """Log residuals with those of the orders, and which rows are right."""
+        found = log_residuals + order_weight * self.of_orders
+        return found, self.classes[found.argmin(axis=1)] == self.y_test
+
+
+def score_rig(rig, kinds, report=print):
+    """Score all settings on a rig.
+
+    Returns
+    -------
+    accuracies : list of dict
+        Setting, cell and accuracy, mean over pairs of speeds.
+    calibrations : list of dict
+        Setting, kind of rows, exponent and calibration error, with one training speed.
+    """
+    accuracies, calibrations = [], []
+    for kind, order in product(kinds, MODEL_ORDERS):
+        length = ROWS[kind] or int(rig.sampling_rate)
+        every = [(name, Fold(rig, length, a, b, order)) for name, a, b in folds(rig)]
+        weights = ORDER_WEIGHTS if ROWS[kind] is None else ORDER_WEIGHTS[:1]
+        for smooth, joint in product(SMOOTH_DRIFTS, JOINT_WEIGHTS):
+            residuals = [(name, fold, fold.log_residuals(smooth, joint)) for name, fold in every]
+            for weight in weights:
+                # Windows have no orders: their scores count for every weight.
+                same = [weight] if len(weights) > 1 else ORDER_WEIGHTS
+                for protocol in ("one speed", "others"):
+                    found = [
+                        (fold, *fold.verdicts(each, weight))
+                        for name, fold, each in residuals
+                        if name == protocol
+                    ]
+                    right = np.mean(
+                        [
+                            np.mean(ok[fold.rpm_test == speed])
+                            for fold, _, ok in found
+                            for speed in np.unique(fold.rpm_test)
+                        ]
+                    )
+                    for each in same:
+                        setting = dict(zip(NAMES, (order, smooth, joint, each), strict=True))
+                        cell = {"rig": rig.name, "rows": kind, "trained at": protocol}
+                        accuracies.append(setting | cell | {"right": right})
+                        if protocol == "one speed":
+                            for exponent in EXPONENTS:
+                                error = _calibration_error(found, exponent)
+                                calibrations.append(
+                                    setting | cell | {"exponent": exponent, "error": error}
+                                )
+        report(f"{rig.name}, {kind}, order {order}")
+    return accuracies, calibrations
+
+
+def _calibration_error(found, exponent):
+    stated = [np.exp(log_softmax(-exponent * logs, axis=1).max(axis=1)) for _, logs, _ in found]
+    return expected_calibration_error(
+        np.concatenate(stated), np.concatenate([right for _, _, right in found])
+    )
+
+
+def choose(accuracies):
+    """The setting that rules 1 and 2 choose, and the scores of all.
+
+    Parameters
+    ----------
+    accuracies : DataFrame
+        Columns `NAMES`, rig, rows, trained at, and right.
+
+    Returns
+    -------
+    setting : tuple
+        In the order of `NAMES`.
+    scores : DataFrame
+        Columns score and mean, indexed by setting.
+
+    Examples
+    --------
+    >>> rows = [(4, 0.1, 0.5, 0.5, "a", 0.7), (4, 0.1, 0.5, 0.5, "b", 1.0),
+    ...         (8, 0.1, 0.5, 0.5, "a", 0.5), (8, 0.1, 0.5, 0.5, "b", 1.0)]
+    >>> frame = pd.DataFrame(rows, columns=[*NAMES, "rig", "right"])
+    >>> choose(frame.assign(**{"rows": "w", "trained at": "one speed"}))[0]
+    (4, 0.1, 0.5, 0.5)
+    """
+    cells = accuracies.groupby([*NAMES, "rows", "trained at"])["right"].agg(["min", "mean"])
+    scores = pd.DataFrame({"score": (cells["min"] + cells["mean"]) / 2, "mean": cells["mean"]})
+    scores = scores.groupby(level=NAMES).mean()
+    tied = scores[scores["score"] >= scores["score"].max() - TIE]
+    best = tied["mean"].idxmax()
+    return tuple(np.asarray(best).tolist()[:1]) + tuple(best[1:]), scores
+
+
+def choose_exponent(calibrations, setting):
+    """The exponent that rule 3 chooses for a setting, and its largest error."""
+    worst = _of(calibrations, setting).groupby("exponent")["error"].max()
+    return worst.idxmin(), worst.min()
+
+
+def _of(frame, setting):
+    return frame[np.all([frame[n] == v for n, v in zip(NAMES, setting, strict=True)], axis=0)]
+
+
+def report(accuracies, calibrations, real):
+    """Markdown of the choice, of what each left-out rig scores, and of the calibration errors."""
+    known = accuracies[accuracies.rig.isin(real)]
+    errors = calibrations[calibrations.rig.isin(real)]
+    setting, scores = choose(known)
+    exponent, largest = choose_exponent(errors, setting)
+    left_out = []
+    for rig in real:
+        others, _ = choose(known[known.rig != rig])
+        power, _ = choose_exponent(errors[errors.rig != rig], others)
+        here = _of(known[known.rig == rig], others)
+        cells = here.set_index(["rows", "trained at"])["right"]
+        mine = _of(errors[(errors.rig == rig) & (errors.exponent == power)], others)
+        left_out.append(
+            {"left out": rig}
+            | dict(zip(NAMES, others, strict=True))
+            | {f"{rows}, {protocol}": value for (rows, protocol), value in cells.items()}
+            | {"exponent": power, "largest error": mine["error"].max()}
+        )
+    best = scores.sort_values("score", ascending=False).head(12).reset_index()
+    chosen = _of(accuracies, setting).pivot_table(
+        index=["rows", "trained at"], columns="rig", values="right", sort=False
+    )
+    listed = ", ".join(f"{n} {v:g}" for n, v in zip(NAMES, setting, strict=True))
+    return "\n\n".join(
+        [
+            f"{len(scores)} settings were scored, and {len(EXPONENTS)} exponents. Chosen: "
+            f"**{listed}, exponent {exponent:g}** (largest calibration error {largest:.3f}).",
+            "Each rig left out: what the others choose, and what it scores there.",
+            markdown(pd.DataFrame(left_out)),
+            "The chosen setting on every rig.",
+            markdown(chosen.reset_index()),
+            "The best settings on all real rigs.",
+            markdown(best, digits=4),
+        ]
+    )
+
+
+def main(arguments=None):
+    """Run the command."""
+    parser = page_parser(__doc__, "constants")
+    parser.add_argument("--data-home", default=os.environ.get("SKARXLAG_DATA"))
+    options = parser.parse_args(arguments)
+    options.output.mkdir(parents=True, exist_ok=True)
+    frames, real = [], []
+    sources = [(rig, list(ROWS)) for rig in real_rigs(home=options.data_home)]
+    real = [rig.name for rig, _ in sources]
+    sources += [(rig, [k for k in ROWS if ROWS[k] is not None]) for rig in simulated_rigs()]
+    for rig, kinds in sources:
+        paths = [options.output / f"{rig.name} {what}.csv" for what in ("accuracy", "calibration")]
+        if not all(path.exists() for path in paths):
+            for path, rows in zip(paths, score_rig(rig, kinds), strict=True):
+                pd.DataFrame(rows).to_csv(path, index=False)
+        frames.append([pd.read_csv(path) for path in paths])
+    accuracies, calibrations = (pd.concat(each) for each in zip(*frames, strict=True))
+    publish(options, {"constants": report(accuracies, calibrations, real)})
+
+
+if __name__ == "__main__":
+    main()
