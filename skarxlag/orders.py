@@ -28,7 +28,7 @@ from ._validation import (
 from .kernels.group_means import group_means
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
 from .kernels.speed_drift import drift_factor, group_speeds, speed_distance
-from .speeds import LEAST_TURNS, log_speeds, samples_a_turn
+from .speeds import LEAST_TURNS, log_speeds, samples_a_turn, with_plausible_speeds
 
 #: Lowest order, and the step from one order to the next.
 _LOWEST_ORDER, _ORDER_STEP = 0.3, 0.1
@@ -281,8 +281,18 @@ class OrderResidual(StretchTransformer):
         ------
         ValueError
             As in `fit`; also if `rpm` is given and was not in `fit`.
+
+        Warns
+        -----
+        UserWarning
+            If a speed is not above 0, or farther than a factor of 5 outside the speeds of `fit`.
+            The residuals of such a stretch are 1 for all conditions.
         """
-        return self.match(X, rpm=rpm).residuals
+        rpm, is_plausible = with_plausible_speeds(rpm, len(X), self.speeds_)
+        residuals = self.match(X, rpm=rpm).residuals
+        # Equal residuals name no condition.
+        residuals[~is_plausible] = 1.0
+        return residuals
 
     @uses_fitted
     def match(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:

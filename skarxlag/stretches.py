@@ -11,7 +11,7 @@ from sklearn.base import clone
 from sklearn.pipeline import Pipeline
 from sklearn.utils import check_scalar
 
-from ._answers import requests
+from ._answers import answers, requests
 from ._base import StretchTransformer
 from ._validation import (
     INNOVATIONS,
@@ -27,7 +27,7 @@ from .comparison import SpectralDistance
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
 from .spectra import LogSpectra
-from .speeds import LEAST_TURNS, log_speeds
+from .speeds import LEAST_TURNS, log_speeds, with_plausible_speeds
 
 #: Constants of the recommended diagnoser, see ``python -m benchmarks.recipe constants``: order of
 #: the model; settings of `SpectralDistance`, whose joint distance is that of colour and steadiness;
@@ -256,10 +256,17 @@ class StretchResidual(StretchTransformer):
         ------
         ValueError
             As in `OrderResidual.transform`; also if `rpm` is given and was not in `fit`.
+
+        Warns
+        -----
+        UserWarning
+            If a speed is not above 0, or farther than a factor of 5 outside the speeds of `fit`.
+            The residuals of such a row are 1 for all conditions.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
         if rpm is not None and not self.speed_known_:
             raise ValueError("rpm was given, but not in fit; expected it in both or in neither.")
+        rpm, is_plausible = with_plausible_speeds(rpm, len(X), self._speeds())
         windows = self._windows(X)
         n_windows = len(windows) // len(X)
         metadata = _of_windows(self.window_residual_, "transform", rpm, len(X), n_windows)
@@ -274,7 +281,15 @@ class StretchResidual(StretchTransformer):
                 own = None if rpm is None else np.broadcast_to(rpm, _shape(rpm, len(X)))[rows]
                 of_orders = self.order_residual_.transform(X[rows], rpm=own)
                 residuals[rows] *= np.asarray(of_orders) ** self.order_weight
+        # Equal residuals name no condition.
+        residuals[~is_plausible] = 1.0
         return residuals
+
+    def _speeds(self):
+        """Training speeds, as far as a part of the residual knows them."""
+        if self.order_residual_ is not None and len(self.order_residual_.speeds_) > 0:
+            return tuple(self.order_residual_.speeds_.round(6).tolist())
+        return answers(self.window_residual_).speeds
 
     def adapt(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
         """Move the references of the windows by what rows of a new speed show.
@@ -322,6 +337,7 @@ class StretchResidual(StretchTransformer):
     def _answers(self):
         return {
             "takes_rpm": self.speed_known_,
+            "speeds": self._speeds(),
             "is_stretch": self.compares_orders_,
             "sampling_rate": self.order_residual.sampling_rate if self.order_residual else None,
         }

@@ -21,7 +21,7 @@ from .quality import signal_quality
 from .speeds import SPEED_FACTOR, speed_errors
 
 #: Verdict on a recording whose healthy limits are exceeded and whose condition cannot be named.
-CHANGED = FAULTY = "changed"
+CHANGED = "changed"
 #: Verdict on a recording that resembles none of the conditions.
 NONE_OF_THESE = "none of these"
 #: Verdict on a window, or on a recording, that carries no signal.
@@ -418,84 +418,6 @@ class Judge:
 def _combined(p_values):
     p_values = p_values.dropna()
     return combined_p_value(p_values) if len(p_values) > 0 else np.nan
-
-
-def recording_verdict(
-    windows: pd.DataFrame, conditions: list[str], false_rejection_rate: float = 0.01
-) -> dict[str, Any]:
-    r"""One verdict from the windows of one recording.
-
-    Evidence adds up: the condition of largest :math:`\sum_w \log p_w(c)` wins; a detector's
-    verdict is the sign of the sum of scores. The confidence is the softmax of the *mean* of
-    the log probabilities, that is what one typical window states: windows of a recording share its
-    specimen and mounting, so as independent evidence they would feign certainty.
-
-    The p-value of the nearest condition is the median over windows. Below the stated rate the
-    recording is "none of these". Windows share their errors, so the median is rejected about as
-    often as one of them: never more than twice as often, however they depend on each other.
-
-    Only windows that carry a signal count. Where there is none the verdict is "no signal".
-
-    Parameters
-    ----------
-    windows : DataFrame
-        Rows of `window_verdicts`.
-    conditions : list of str
-        As there.
-    false_rejection_rate : float, default=0.01
-        Share in (0, 1) of recordings of a known condition that may be called none of these.
-
-    Returns
-    -------
-    dict
-        ``verdict``; ``confidence`` (NaN of a detector); ``windows``, how many there are;
-        ``no signal``, how many of them carry none; then, as shares of the windows that do,
-        ``alarms`` and ``share of`` each possible verdict (NaN if there is no such window); and,
-        where `windows` has a p-value, ``p-value`` and ``none of these`` (None if there is no such
-        window).
-
-    Examples
-    --------
-    >>> windows = pd.DataFrame({
-    ...     "verdict": ["good", "good", "worn", "no signal"],
-    ...     "alarm": [False, False, True, False],
-    ...     "quality": ["good", "good", "good", "constant"],
-    ...     "probability of good": [0.6, 0.6, 0.1, np.nan],
-    ...     "probability of worn": [0.4, 0.4, 0.9, np.nan],
-    ... })
-    >>> verdict = recording_verdict(windows, ["good", "worn"])
-    >>> verdict["verdict"], verdict["no signal"], round(verdict["alarms"], 3)
-    ('worn', 1, 0.333)
-    """
-    usable = windows[windows["quality"] == "good"]
-    is_scored = f"probability of {conditions[0]}" not in windows
-    possible = [conditions[0], FAULTY] if is_scored else conditions
-    confidence = np.nan
-    if usable.empty:
-        verdict = NO_SIGNAL
-    elif is_scored:
-        verdict = FAULTY if usable["score"].sum() < 0 else conditions[0]
-    else:
-        columns = [f"probability of {name}" for name in conditions]
-        evidence = np.log(usable[columns].clip(lower=SMALLEST_PROBABILITY)).mean().to_numpy()
-        best = int(evidence.argmax())
-        verdict, confidence = conditions[best], softmax(evidence)[best]
-    known = {}
-    if "p-value of nearest" in windows:
-        p_value = float(usable["p-value of nearest"].median())
-        is_none = None if usable.empty else p_value < false_rejection_rate
-        known = {"p-value": p_value, "none of these": is_none}
-    return (
-        {
-            "verdict": verdict,
-            "confidence": float(confidence),
-            "windows": len(windows),
-            "no signal": len(windows) - len(usable),
-            "alarms": float(usable["alarm"].mean()),
-        }
-        | known
-        | {f"share of {name}": float((usable["verdict"] == name).mean()) for name in possible}
-    )
 
 
 def window_verdicts(

@@ -13,6 +13,7 @@ from skarxlag import (
     make_diagnoser,
     save_diagnoser,
 )
+from skarxlag._answers import answers
 from skarxlag._validation import check_model_state
 from skarxlag.stretches import window_comparison
 
@@ -106,15 +107,15 @@ def test_residual_is_the_product_of_its_parts(data):
 def test_rows_of_less_than_three_turns_are_compared_by_their_windows_alone(data):
     X, y = data[0][:, np.newaxis, :7000], data[1]
     residual = StretchResidual(order_residual=OrderResidual(sampling_rate=RATE))
-    fitted = clone(residual).fit(X, y, rpm=900)
+    fitted = clone(residual).fit(X, y, rpm=800)
     windows = fitted.window_residual_
     slow = 2.9 * 60 * RATE / X.shape[-1]
-    alone, mixed = fitted.transform(X, rpm=slow), fitted.transform(X, rpm=[slow] * 4 + [900.0] * 4)
+    alone, mixed = fitted.transform(X, rpm=slow), fitted.transform(X, rpm=[slow] * 4 + [800.0] * 4)
     first = X[..., : fitted.window_length]
     if X.shape[-1] < 2 * fitted.window_length:
         np.testing.assert_allclose(alone, windows.transform(first, rpm=slow))
     np.testing.assert_allclose(mixed[:4], alone[:4])
-    np.testing.assert_allclose(mixed[4:], fitted.transform(X[4:], rpm=900))
+    np.testing.assert_allclose(mixed[4:], fitted.transform(X[4:], rpm=800))
     # Fitted on such rows, also where their speed is not known.
     assert clone(residual).fit(X, y, rpm=slow).order_residual_ is None
     short = X[..., : int(0.29 * RATE)]
@@ -171,3 +172,19 @@ def test_state_of_the_parts_is_checked(diagnoser):
     with pytest.raises(ValueError, match="variances_"):
         check_model_state(broken)
     check_model_state(diagnoser)
+
+
+@pytest.mark.parametrize("rpm", [0.0, -600.0, np.nan, 10.0, 1e9])
+@pytest.mark.parametrize("length", [200, 4000])
+def test_rows_at_an_implausible_speed_name_no_condition(rpm, length):
+    noise = np.random.default_rng(0).normal(size=(24, length))
+    noise[12:] = noise[12:].cumsum(axis=1)
+    y, priors = np.repeat(["good", "worn"], 12), [0.5, 0.5]
+    diagnoser = make_diagnoser(sampling_rate=10_000).fit(noise, y, rpm=np.tile([600.0, 900.0], 12))
+    assert answers(diagnoser).speeds == pytest.approx((600.0, 900.0))
+    with pytest.warns(UserWarning, match="1 of 3 rows are treated as rows without a") as caught:
+        found = diagnoser.predict_proba(noise[:3], rpm=[600.0, rpm, 900.0])
+    assert len(caught) == 1
+    np.testing.assert_allclose(found[1], priors)
+    expected = diagnoser.predict_proba(noise[[0, 2]], rpm=[600.0, 900.0])
+    np.testing.assert_array_equal(found[[0, 2]], expected)
