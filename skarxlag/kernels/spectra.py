@@ -16,6 +16,8 @@ from .short_time import band_levels
 
 #: Cells of (0, pi) on which the log spectrum of a window is taken.
 LOG_SPECTRUM_CELLS = 256
+#: Complex numbers of a spectrum that are worked on together: they fit the second cache.
+_NUMBERS_IN_CACHE = 2**13
 #: Share of the power of a segment that stays in an empty band in single precision.
 _ROUNDING = 1e-12
 #: Least number of samples for each coefficient of a signal's own model: with fewer it describes the
@@ -58,9 +60,13 @@ def autoregressive_log_spectrum(
         return np.zeros((len(signals), n_frequencies))
     whitening = np.ones((len(signals), order + 1))
     whitening[:, 1:] = -predictors(_unit_peak(signals), order, alpha)
-    # Midpoints of n cells are the odd frequencies of a transform of 4 n points.
-    response = fft.rfft(whitening, 4 * n_frequencies)[:, 1 : 2 * n_frequencies : 2]
-    power = response.real**2 + response.imag**2
+    power = np.empty((len(signals), n_frequencies))
+    n_together = max(_NUMBERS_IN_CACHE // n_frequencies, 1)
+    for first in range(0, len(signals), n_together):
+        some = slice(first, first + n_together)
+        # Midpoints of n cells are the odd frequencies of a transform of 4 n points.
+        response = fft.rfft(whitening[some], 4 * n_frequencies)[:, 1 : 2 * n_frequencies : 2]
+        power[some] = response.real**2 + response.imag**2
     return -np.log(np.maximum(power, np.finfo(np.float64).tiny))
 
 
