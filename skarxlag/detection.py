@@ -34,6 +34,8 @@ from .kernels.healthy_limits import (
     Limits,
     calibrate,
     drift_scale,
+    drift_variance,
+    flagged_shares,
     log_p_values,
     parts_of_rows,
 )
@@ -42,6 +44,9 @@ from .kernels.ladder import rows_that_hold
 from .kernels.speed_drift import SAME_SPEED, UNIT_DISTANCE, group_speeds
 from .speeds import with_plausible_speeds
 
+#: Drift scale of a condition without rows at several speeds: faults drift more than a healthy
+#: bearing.
+_DRIFT_OF_FAULTS = 3.0
 #: Samples that a spectrum takes at least.
 _SHORTEST_SPECTRUM = 8
 #: Log p-value of a row without a plausible speed: the p-value is the smallest above 0.
@@ -144,18 +149,19 @@ class FaultDetector(RowOutlierDetector):
       .. math::
 
           s_1 = \log\, \mathrm{mean}\, (d - \hat d)^T
-                \left[S_w / m + (\kappa v + 0.02)\, D\right]^{-1} (d - \hat d)
+                \left[S_w / m + (\kappa v + 0.09)\, D\right]^{-1} (d - \hat d)
 
       with the scatter :math:`S_w` of healthy windows, m windows in a row, the covariance D of
-      what a change of speed by the factor 1.3 does, the variance v of the Brownian motion at the
-      row's speed (1 at the factor 1.3 outside the speeds of `fit`), and the drift scale
-      :math:`\kappa`.
+      what a change of speed by the factor 1.3 does, the drift scale :math:`\kappa`, and
+      :math:`v = \sqrt b`. Here b is the variance of the Brownian motion at the row's speed:
+      0 at a speed of `fit`, 1 at the factor 1.3 outside these speeds. The root widens the limits
+      close to the speeds of `fit`, since two recordings differ in load and mounting, too.
     - *Unsteadiness* g, how far the power of the bands deviates from that of steady noise:
 
       .. math::
 
           s_2 = (g - \hat g) \big/
-                \sqrt{s^2 + (\kappa v + 0.02)\, \sigma^2 + \kappa V_b e^2}
+                \sqrt{s^2 + (\kappa v + 0.09)\, \sigma^2 + \kappa V_b e^2}
 
       with e the logarithm of speed beyond the speeds of `fit`, where :math:`\hat g` follows a slope
       of variance :math:`V_b`. Only more than is expected counts.
@@ -189,7 +195,8 @@ class FaultDetector(RowOutlierDetector):
         other are one. Empty where none were given.
     drift_scale_ : float
         :math:`\kappa`: 1 with one speed; with several, twice the least at which every speed, left
-        out, holds the false-alarm rate. At least 0.25.
+        out, holds false-alarm rates of 1 % and 5 %. At least 0.25. It does not depend on
+        `false_alarm_rate`, so a row that is flagged at 1 % is flagged at 5 %, too.
     left_out_rates_ : ndarray of shape (n_speeds,)
         Share of the healthy rows (or of their parts, where these are the blocks) of each speed that
         are flagged when the references come from the other speeds. Empty with one speed.
@@ -383,9 +390,8 @@ class FaultDetector(RowOutlierDetector):
         self.offset_ = float(np.log(self.false_alarm_rate))
         self.drift_scale_, self.left_out_rates_ = 1.0, np.empty(0)
         if len(known) > 1:
-            self.drift_scale_, self.left_out_rates_ = drift_scale(
-                rows, known, at, limits, self.false_alarm_rate, weights
-            )
+            self.drift_scale_, left_out = drift_scale(rows, known, at, limits, weights)
+            self.left_out_rates_ = flagged_shares(left_out, at, self.offset_, weights)
         return limits
 
     def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
@@ -469,7 +475,7 @@ class FaultDetector(RowOutlierDetector):
         return np.max(found, axis=0)
 
     def _distant_speeds(self, rpm, n_rows):
-        """Log speeds of rows, or None where `fit` had none."""
+        """Return log speeds, or None if `fit` had none, and warn of distant ones."""
         if len(self.speeds_) == 0:
             return None
         if rpm is None:
@@ -687,9 +693,12 @@ class KnownConditions(RowOutlierDetector):
         with warnings.catch_warnings():
             # `_weak_points` warns once for all conditions.
             warnings.simplefilter("ignore", UserWarning)
-            return detector.fit(
+            detector.fit(
                 X[own] if self.n_models_ else X[own, 0], rpm=rpm, sample_weight=weights[own]
             )
+        if len(detector.speeds_) < 2:
+            detector.drift_scale_ = _DRIFT_OF_FAULTS
+        return detector
 
     def _weak_points(self, left_out):
         """What to say of a weak calibration, in sentences with numbers."""
@@ -901,9 +910,10 @@ def _price_of_unknown_speed(detector):
     First the factor for the spectrum, as a geometric mean over the cepstra; then the factor for
     the unsteadiness.
     """
-    scatter = detector.variances_
-    spectrum = np.exp(np.mean(np.log((scatter + 1 + SAME_SPEED) / (scatter + SAME_SPEED))) / 2)
     drift = SLOPES[0]["drift"] ** 2
+    near, far = (drift_variance(b, detector.drift_scale_) + SAME_SPEED for b in (0.0, 1.0))
+    scatter = detector.variances_
+    spectrum = np.exp(np.mean(np.log((scatter + far) / (scatter + near))) / 2)
     own = detector.deviations_[0] ** 2 * (1 + 1 / detector.n_blocks_)
-    far = own + (1 + SAME_SPEED) * drift + detector.slopes_[0, 1] * UNIT_DISTANCE**2
-    return float(spectrum), float(np.sqrt(far / (own + SAME_SPEED * drift)))
+    slope = detector.slopes_[0, 1] * UNIT_DISTANCE**2
+    return float(spectrum), float(np.sqrt((own + far * drift + slope) / (own + near * drift)))

@@ -15,7 +15,7 @@ from sklearn.utils import Bunch, check_consistent_length
 
 from ._answers import answers
 from ._validation import check_real
-from .kernels.speed_drift import SAME_SPEED, UNIT_DISTANCE
+from .kernels.speed_drift import SAME_LOG_SPEED, UNIT_DISTANCE
 from .pipelines import in_one_pass
 from .quality import signal_quality
 from .speeds import SPEED_FACTOR, speed_errors
@@ -321,7 +321,7 @@ class Judge:
         if not self.train_rpm:
             return np.full(n, "the training speeds are not known", dtype=object)
         # A detector without speeds has limits for speeds that differ by the factor 1.3.
-        tolerance = SAME_SPEED if can is None else UNIT_DISTANCE
+        tolerance = SAME_LOG_SPEED if can is None else UNIT_DISTANCE
         with np.errstate(invalid="ignore", divide="ignore"):
             speeds = np.log(rpm.reshape(n, -1).mean(axis=1, keepdims=True) / self.train_rpm)
             is_near = np.min(np.abs(speeds), axis=1) <= tolerance + 1e-9

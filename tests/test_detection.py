@@ -4,6 +4,8 @@ import warnings
 import numpy as np
 import pytest
 import sklearn
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy import stats
 from scipy.signal import lfilter
 from sklearn.base import clone
@@ -190,12 +192,14 @@ def test_without_speeds_limits_are_those_of_another_speed():
         unknown = FaultDetector(false_alarm_rate=RATE).fit(X)
     spectrum, unsteadiness = map(float, re.findall(r"([\d.]+) times", str(said[0].message)))
     variances, deviation = unknown.variances_, unknown.deviations_[0]
-    wider = np.prod((variances + 1.02) / (variances + 0.02)) ** (0.5 / len(variances))
+    near, far = 0.09, 1.09
+    wider = np.prod((variances + far) / (variances + near)) ** (0.5 / len(variances))
     assert spectrum == pytest.approx(wider, rel=0.05) and spectrum > 1
     # Of the unsteadiness: a row whose p-value comes of it alone.
-    near = deviation**2 * (1 + 1 / unknown.n_blocks_) + 0.02 * 0.4**2
-    far = near + 0.4**2 + 0.7**2 * np.log(1.3) ** 2
-    assert unsteadiness == pytest.approx(np.sqrt(far / near), rel=0.05)
+    own = deviation**2 * (1 + 1 / unknown.n_blocks_)
+    slope = 0.7**2 * np.log(1.3) ** 2
+    ratio = (own + far * 0.4**2 + slope) / (own + near * 0.4**2)
+    assert unsteadiness == pytest.approx(np.sqrt(ratio), rel=0.05)
     assert unknown.speeds_.shape == (0,)
     with pytest.warns(UserWarning, match="one speed, 1000 rpm"):
         known = FaultDetector(false_alarm_rate=RATE).fit(X, rpm=1000)
@@ -364,3 +368,34 @@ def test_inconsistent_states_are_refused(fitted, name, value):
     vars(broken).update(vars(fitted) | {name: value})
     with pytest.raises(ValueError, match=name):
         check_state(broken)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    shift=st.floats(-2, 2),
+    speeds=st.sets(st.sampled_from([600, 800, 1000, 1300, 1700]), min_size=1, max_size=3),
+    rates=st.tuples(st.floats(0.001, 0.3), st.floats(0.001, 0.3)).map(sorted),
+)
+def test_a_row_flagged_at_a_rate_is_flagged_at_every_higher_rate(seed, shift, speeds, rates):
+    X, rpm = rig(tuple(sorted(speeds)), 6, seed=seed)
+    new = healthy(8, 900, seed=seed) * np.exp(shift)
+    new[:, ::50] += shift * new.std()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        low, high = (
+            FaultDetector(false_alarm_rate=rate, fixed_gain=True).fit(X, rpm=rpm) for rate in rates
+        )
+        np.testing.assert_array_equal(low.p_values(new, rpm=900), high.p_values(new, rpm=900))
+        flagged = [detector.predict(new, rpm=900) == -1 for detector in (low, high)]
+    assert np.all(flagged[0] <= flagged[1])
+
+
+@pytest.mark.parametrize("rpm", [12.5, 1e9, 0.001])
+def test_rows_at_implausible_speeds_are_flagged_with_one_warning(fitted, rpm):
+    X, _ = rig((800, 1200), 4, seed=1)
+    speeds = np.array([800.0, *[rpm] * 3, *[1200.0] * 4])
+    with pytest.warns(UserWarning, match="3 of 8 rows are treated as rows without a") as said:
+        p_values = fitted.p_values(X, rpm=speeds)
+    assert len(said) == 1
+    assert np.all(p_values[1:4] < 1e-300) and np.all(np.delete(p_values, [1, 2, 3]) > 1e-6)

@@ -109,7 +109,8 @@ UNLIKE = {
 @pytest.mark.parametrize("what", UNLIKE)
 @pytest.mark.parametrize("rpm", [800, 1200])
 def test_what_is_no_signal_of_the_machine_is_rejected(what, rpm):
-    X, y, speeds = rig(("good", "outer"), (rpm,), 40)
+    # 400 rows are ten blocks of time.
+    X, y, speeds = rig(("good", "outer"), (rpm,), 400)
     known = fit(KnownConditions(), X, y, rpm=speeds)
     assert np.all(known.predict(UNLIKE[what], rpm=rpm) == -1)
 
@@ -289,3 +290,10 @@ def test_inconsistent_detectors_are_refused(fitted, name, change):
     broken.detectors_ = change(fitted)
     with pytest.raises(ValueError, match=name):
         check_state(broken)
+
+
+@pytest.mark.parametrize("rpm", [12.5, 1e9])
+def test_rows_at_implausible_speeds_are_of_no_known_condition(fitted, rpm):
+    X, _, _ = rig(("good", "inner"), (800,), 4)
+    with pytest.warns(UserWarning, match="8 of 8 rows are treated as rows without a signal"):
+        assert np.all(fitted.predict(X, rpm=rpm) == -1)

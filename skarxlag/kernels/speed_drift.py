@@ -19,7 +19,7 @@ from .healthy_rows import N_COEFFICIENTS, log_spectra_cepstra
 UNIT_DISTANCE = float(np.log(1.3))
 #: Drift between two recordings at one and the same speed, as a share of the drift over the unit
 #: distance.
-SAME_SPEED = 0.02
+SAME_SPEED = 0.04
 #: A change of log speed over which log spectra drift as `smooth_variance` states, and the least
 #: share of that drift, for recordings at one and the same speed.
 _SPECTRAL_DISTANCE, _LEAST_DRIFT = 0.4, 0.05

@@ -147,12 +147,12 @@ def test_drift_covariance_is_the_mean_square_of_the_changes(n_frequencies):
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
-def test_drift_at_one_speed_is_2_percent_of_that_over_the_unit_distance():
+def test_drift_at_one_speed_is_9_percent_of_that_over_the_unit_distance():
     one, none = np.ones(1), np.zeros((1, 0))
     cepstra, no_scatter = np.zeros((1, 1)), np.zeros(1)
     limits = Limits(no_scatter, np.eye(1), no_scatter, cepstra, none, none, none[0], 0.0, 1.0, 5)
     # Changes of the deviation that each of the two is expected to have are equally probable.
-    changes = np.sqrt([0.02, 1.02]).reshape(2, 1, 1)
+    changes = np.sqrt([0.09, 1.09]).reshape(2, 1, 1)
     rows = Rows(one, one, changes, np.zeros((2, 0)))
     found = log_p_values(limits, rows, np.array([0.0, np.log(1.3)]), 1.0)
     np.testing.assert_allclose(found[0], found[1], rtol=1e-10)
