@@ -596,7 +596,7 @@ class KnownConditions(RowOutlierDetector):
     array([-1, -1])
     >>> new = lfilter([1], [1, -0.8], noise[200:])
     >>> known.p_values(new[:1], rpm=1000).round(2)  # of "good" and of "worn"
-    array([[0.45, 0.  ]])
+    array([[1., 0.]])
     """
 
     classes_: NDArray[Any]

@@ -94,7 +94,7 @@ def test_recordings_keep_their_order_of_appearance(diagnoser, windows):
 
 def test_detector_alone_says_healthy_or_changed(detector, healthy):
     X = np.concatenate([healthy[:20], healthy[:20].cumsum(axis=1)])
-    found = recording_verdicts(detector, X, np.repeat(["a", "b"], 20), rpm=1000.0)
+    found = recording_verdicts(detector, X, np.repeat(["a", "b"], 20), rpm=900.0)
     assert found["verdict"].tolist() == ["healthy", "changed"]
     assert found["alarm"].tolist() == ["no", "yes"]
     assert found.loc["a", "p-value"] > 0.01 > found.loc["b", "p-value"]
