@@ -68,7 +68,7 @@ class Task:
     Parameters
     ----------
     recording : ListedRecording or similar
-        With ``name``, ``path``, ``rpm`` and ``blocks``.
+        With ``name``, ``path``, ``rpm``, ``with_speed`` and ``blocks``.
     model : tuple
         Arguments of `cached_model`.
     resample : bool
@@ -108,7 +108,7 @@ def diagnose_recording(
     Parameters
     ----------
     recording : ListedRecording or similar
-        With ``name``, ``rpm`` and ``blocks``.
+        With ``name``, ``rpm``, ``with_speed`` and ``blocks``.
     model : SavedModel
         The diagnoser.
     resample : bool, default=False
@@ -120,6 +120,8 @@ def diagnose_recording(
         With a verdict.
     """
     old_rates, parts, rates = [], [], []
+    if recording.rpm is None and answers(model.diagnoser).takes_rpm:
+        recording = recording.with_speed()
     for X, rate in recording_windows(recording, model, resample, old_rates.append):
         if cancelled.is_set():
             raise KeyboardInterrupt

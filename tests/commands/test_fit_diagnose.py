@@ -484,3 +484,18 @@ def test_recordings_are_brought_to_one_rate(run, workshop):
     options = ("--resample-to", 25e3, "--window-length", WINDOW)
     code, _, _ = run("fit", workshop / "table.csv", "-o", path, *options)
     assert code == 0 and load_diagnoser(path)[1]["sampling_rate"] == 25e3
+
+
+def test_diagnose_reads_the_speed_from_the_file(run, model, workshop):
+    y = signal("inner", 20 * WINDOW, 3, 5.0)
+    np.savez(workshop / "run.npz", y=y, X105RPM=380.0, fs=50e3)
+    np.savez(workshop / "bare.npz", y=y, fs=50e3)
+
+    def windows(name, *options):
+        output = workshop / "out.csv"
+        assert run("diagnose", model, workshop / name, "-o", output, *options)[0] in (0, 1)
+        return pd.read_csv(output).select_dtypes("number").drop(columns="rpm", errors="ignore")
+
+    of_file = windows("run.npz")
+    pd.testing.assert_frame_equal(of_file, windows("bare.npz", "--rpm", 380))
+    assert not of_file.equals(windows("bare.npz", "--rpm", 3000))
