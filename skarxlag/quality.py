@@ -195,7 +195,7 @@ def _quality_of_batch(windows, sampling_rate, clipped_share, held_share, stuck_s
         steps /= 2
     np.abs(steps, out=steps)
     leaps = np.count_nonzero(steps > _LEAP * half_range[:, np.newaxis], axis=1)
-    # What lies below the rounding of the largest value is lost where that is one huge sample.
+    # Steps below the rounding of the largest value are lost, for instance next to one huge sample.
     stays = steps <= ROUNDING / 2 * largest[:, np.newaxis]
     held = np.count_nonzero(stays, axis=1)
     steps[stays] = np.inf

@@ -25,30 +25,30 @@ def read_recording(
 ) -> tuple[NDArray[Any], float | None]:
     """Read one recording, one channel of it or several.
 
-    The end of the file's name, in any case, tells its format. The formats, the libraries that they
-    need and what each of them states are listed on the page "Recordings" of the documentation.
-    The channels that a file offers, in their order:
+    The end of the file's name, in any case, determines its format. The page "Recordings" of the
+    documentation lists the formats, the libraries that they need and the facts that they state.
+    The channels of a file, in their order:
 
     - MATLAB and ``.npz`` files: every numeric array of more than one value, by the name of the
-      variable. A field of a struct is ``struct.field``. Single numbers, texts and flags are no
+      variable. A field of a struct is ``struct.field``. Single numbers, texts and flags are not
       channels. The rows or columns of a matrix, whichever are longer, are ``name[0]``,
       ``name[1]``, ... HDF5 files: the same, by the path of the data set.
     - ``.npy``: the array is ``0``, or its channels are ``0``, ``1``, ... as above.
-    - Text, Parquet and Feather: the columns. Separator and decimal sign of a text file are told
-      from its first lines. The first line is data when it holds nothing but numbers, and the
-      columns are then ``0``, ``1``, ...; a second line without any number holds the units.
+    - Text, Parquet and Feather: the columns. Separator, decimal sign and header of a text file are
+      inferred from its first lines. Lines above the header are skipped. Without a header, the
+      columns are ``0``, ``1``, ... A line without any number below the header holds the units.
     - Sound: ``0``, ``1``, ... Integer samples are divided by the full scale of their type, so that
-      they lie in [-1, 1); floating-point samples are taken as they are.
+      they lie in [-1, 1); floating-point samples are not changed.
     - TDMS: the names of the channels. Universal files: the descriptions of the functions. Vallen
       tradb: the numbers of the channels.
 
-    A sampling rate is taken from the file where it states one: in its format, in a single number
-    named ``fs``, ``SampleRate`` or alike, or by a channel of times named ``time``, ``t`` or alike,
-    whose steps must then be even.
+    The file states its sampling rate in its format, in a single number named ``fs``,
+    ``SampleRate``, ``dt`` or alike, or by a channel of times named ``time``, ``t`` or alike, whose
+    steps must be even. Times may be numbers, dates in ISO 8601, or dates with the day first.
 
-    A text file that was cut at the end of a line, or within the last number, cannot be told from
-    a whole one; every other damage raises an error. Formats with complicated parsers are read in a
-    process of their own, so that a damaged file can neither crash nor block the caller.
+    A text file that was cut at the end of a line, or within the last number, looks like a whole
+    one; every other damage raises an error. Formats with complicated parsers are read in another
+    process, so that a damaged file can neither crash nor block the caller.
 
     Parameters
     ----------
@@ -58,8 +58,8 @@ def read_recording(
         Name of the channel, or its position counted from 0; a text of digits is a position
         unless a channel bears that name. In a pattern such as ``*DE_time``, which must fit one
         channel, ``*`` stands for any characters and ``?`` for one. Of a sequence, the first is the
-        output and the others are the inputs. None takes the only channel beside that of times, and
-        is an error when there are several.
+        output and the others are the inputs. None takes the only channel, apart from those of times
+        and of the shaft speed, and is an error if there are several.
     dtype : str, default=None
         Type of the samples in a raw binary file without a header, as NumPy writes it: ``"<i2"``
         for 16-bit integers with the lowest byte first, ``"(4,)<f4"`` for four interleaved channels
@@ -111,10 +111,10 @@ def iter_windows(
     channel: str | int | Sequence[Any] | None = None,
     dtype: str | None = None,
 ) -> Iterator[NDArray[Any]]:
-    """Cut a recording of any length into windows, without ever holding all of it in memory.
+    """Cut a recording of any length into windows, block by block.
 
     MATLAB files before version 7.3, ``.npz`` and universal files can only be read whole; windows of
-    all other formats are read as they are asked for.
+    all other formats are read on demand.
 
     Parameters
     ----------
@@ -275,14 +275,14 @@ def recording_blocks(
     channel: str | int | Sequence[str | int] | None = None,
     dtype: str | None = None,
 ) -> Iterator[tuple[NDArray[Any], float | None]]:
-    """Read one recording block after block.
+    """Yield one recording block by block.
 
     Parameters
     ----------
     path, channel, dtype
         As in :func:`read_recording`.
     n_samples : int or None, default=None
-        Samples of a block, at most, where the format can be read in parts. None: one block of all.
+        Samples of a block, at most, if the format can be read in parts. None: one block of all.
 
     Yields
     ------
@@ -315,7 +315,7 @@ def _find(path, dtype):
 
 
 def _plain(channel):
-    """A channel as plain Python values, which another process can be told."""
+    """A channel as plain Python values, which can be sent to another process."""
     if channel is None or isinstance(channel, str):
         return channel
     return int(channel) if isinstance(channel, Integral) else [_plain(each) for each in channel]

@@ -60,7 +60,7 @@ class ListedRecording:
     further: dict[str, Any] = field(default_factory=dict)
 
     def with_speed(self) -> Self:
-        """Return the recording with the shaft speed of its file, if none was stated beside it.
+        """Return the recording with the shaft speed of its file, if none was stated outside it.
 
         Raises
         ------
@@ -138,7 +138,7 @@ def list_files(
         ``condition``, ``rpm``, ``sampling_rate``, ``channel``; groups of other names are kept. An
         example is ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)``.
     channel, sampling_rate, dtype
-        Of all recordings, unless the pattern tells.
+        Of all recordings, unless the pattern states it.
 
     Returns
     -------
@@ -225,20 +225,15 @@ def _facts_in_name(name, expression):
     return {key: text for key, text in match.groupdict().items() if text is not None}
 
 
-def list_recordings(
-    path: str | os.PathLike[str],
-    *,
-    pattern: str | None = None,
-    channel: str | int | Sequence[str | int] | None = None,
-    sampling_rate: float | None = None,
-    dtype: str | None = None,
-) -> list[ListedRecording]:
+def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedRecording]:
     """List the lines of a table or the files of a folder or glob.
 
     Parameters
     ----------
-    path, pattern, channel, sampling_rate, dtype
+    path : str or path-like
         As in `read_recording_table`.
+    **stated : pattern, channel, sampling_rate, dtype
+        As in `list_files`; not for a table.
 
     Returns
     -------
@@ -250,10 +245,9 @@ def list_recordings(
     FileNotFoundError, ValueError
         As in `read_recording_table`, if the list itself is wrong.
     """
-    options = dict(pattern=pattern, channel=channel, sampling_rate=sampling_rate, dtype=dtype)
     if is_file_source(path):
-        return list_files(path, **options)
-    for name, value in options.items():
+        return list_files(path, **stated)
+    for name, value in stated.items():
         if value is not None:
             raise ValueError(
                 f"{name}={value!r} is for a folder or a glob; {path} is a table, which has a "

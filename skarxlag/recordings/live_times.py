@@ -1,4 +1,4 @@
-"""Times that a stream of text states, one in each line."""
+"""Times of a stream of text, one in each line."""
 
 import math
 from collections.abc import Iterator
@@ -10,34 +10,34 @@ from numpy.typing import NDArray
 from .formats._contents import ContentError, choose_channel
 from .formats._facts import SECONDS, names_times, seconds_of_dates
 
-#: What stands for a column that shall not be looked for.
+#: Name that stands for no column.
 NO_TIMES = "none"
-#: Larger numbers of seconds are no times, and their sums might overflow.
+#: Larger numbers of seconds are not times, and their sums might overflow.
 _LARGEST = 1e15
-#: Seconds of samples after which a time is told again: a clock drifts against the sampling rate.
-_TOLD_EVERY = 1.0
+#: Seconds of samples after which a time is stated again: a clock drifts against the sampling rate.
+_STATED_EVERY = 1.0
 #: Seconds of samples on which the sampling rate of the times is measured.
 _MEASURED_FOR = 10.0
-#: Share by which the rate of the times may differ from the stated one, beyond rounding.
+#: Share by which the rate of the times may differ from the stated one, apart from rounding.
 _RATE_TOLERANCE = 0.01
-#: Steps in a row that are no steps of this sampling rate, where a gap now and then would be one.
+#: So many wrong steps in a row come from another sampling rate, not from a gap.
 _WRONG_STEPS = 10
 
 
 class StreamTimes:
-    """The column of times of a stream: found, read, and cut where it leaps.
+    """Parser of the column of times of a stream.
 
     Parameters
     ----------
     column : str or None
-        Name, position or pattern of the column. None: the first that is called like one of times,
-        where its values are seconds or dates; `NO_TIMES`: there is none.
+        Name, position or pattern of the column. None takes the first with a name such as ``time``
+        whose values are seconds or dates; `NO_TIMES` takes none.
     sampling_rate : float
         In Hz, that of the samples.
     tolerance : float
         Seconds by which the step from one time to the next may be wrong.
     window_length : int
-        Samples before which the sampling rate of the times is not judged.
+        Samples before which the sampling rate of the times is not checked.
 
     Attributes
     ----------
@@ -56,8 +56,8 @@ class StreamTimes:
         self.begin()
 
     def begin(self) -> None:
-        """Forget the times so far: a source begins."""
-        # Place and time of the sample that was told last, of the one from which the rate is
+        """Prepare for the first samples of a source."""
+        # Place and time of the sample whose time was stated last, of the one from which the rate is
         # measured, and of the last known one; places count from the first sample of the next block.
         self._anchor = self._origin = self._last = None
         self._largest_step, self._n_wrong = 0.0, 0
@@ -65,23 +65,23 @@ class StreamTimes:
     def find(
         self, names: list[str], units: dict[str, str], rows: list[list[str]], taken: list[int]
     ) -> int | None:
-        """Position of the column of times, or None.
+        """Return the position of the column of times, None if there is none.
 
         Parameters
         ----------
         names : list of str
             Columns of the stream.
         units : dict of str to str
-            By column, where stated.
+            By column, if stated.
         rows : list of list of str
-            The first lines of samples, in fields.
+            Fields of the first lines of samples.
         taken : list of int
             Columns that hold the signal.
 
-        Returns
-        -------
-        int or None
-            The position.
+        Raises
+        ------
+        ContentError
+            If the chosen column does not exist or has an unknown unit.
         """
         if self._column == NO_TIMES:
             return None
@@ -95,45 +95,45 @@ class StreamTimes:
         position = names.index(name)
         texts = [row[position] for row in rows if len(row) == len(names)]
         unit = units.get(name, "").strip().lower()
-        if any(_number(text) is None and _date(text) is not None for text in texts):
+        numbers = [_number(text) for text in texts]
+        if np.isfinite(seconds_of_dates(texts))[[n is None for n in numbers]].any():
             unit = "s"
         self._scale = SECONDS.get(unit or "s")
-        if self._column is not None:
-            if self._scale is None:
-                raise ContentError(f"column {name!r} is in {unit!r}, expected one of {[*SECONDS]}")
-            return position
-        # As in files: whole numbers without a unit count samples, or nobody knows what.
-        numbers = [_number(text) for text in texts]
-        is_counter = not unit and all(n is not None and n.is_integer() for n in numbers)
-        return None if self._scale is None or is_counter else position
+        if self._column is None:
+            # As in files: whole numbers without a unit may count samples.
+            is_counter = not unit and all(n is not None and n.is_integer() for n in numbers)
+            return None if self._scale is None or is_counter else position
+        if self._scale is None:
+            raise ContentError(f"column {name!r} is in {unit!r}, expected one of {[*SECONDS]}")
+        return position
 
     def seconds(self, text: str) -> float:
-        """A field of the column in seconds; NaN where it is no time."""
+        """Return a field of the column in seconds, NaN if it is not a time."""
         value = _number(text)
-        value = _date(text) if value is None else value * self._scale
-        if value is None or not abs(value) < _LARGEST:
+        value = seconds_of_dates([text])[0] if value is None else value * self._scale
+        if not abs(value) < _LARGEST:
             self.n_bad += 1
             return math.nan
-        return value
+        return float(value)
 
     def cut(self, samples: NDArray[Any], times: NDArray[Any]) -> Iterator[tuple[Any, float | None]]:
-        """Parts of a block, each with the time of its first sample where that is news.
+        """Yield parts of a block that begin at a known time, as `TextSamples.parts` does.
 
-        The parts do not depend on how the stream came in blocks.
+        The parts do not depend on how the stream is divided into blocks.
 
         Parameters
         ----------
         samples : ndarray of shape (n_channels, n_samples)
             The block.
         times : ndarray of shape (n_samples,)
-            In seconds; NaN where not known.
+            In seconds, NaN if unknown.
 
         Yields
         ------
         samples : ndarray of shape (n_channels, n_samples)
             The part.
         time : float or None
-            Of its first sample; None where it follows what came before.
+            Of its first sample; None if it follows the sample before.
 
         Raises
         ------
@@ -141,15 +141,15 @@ class StreamTimes:
             If the times are those of another sampling rate.
         """
         n_samples, first = samples.shape[1], 0
-        cuts, told = [0], [None]
-        # A time that is equal to the one before says nothing: it was rounded.
+        cuts, stated = [0], [None]
+        # A time that is equal to the one before was rounded.
         known = np.flatnonzero(np.isfinite(times))
         before = np.nan if self._last is None else self._last[1]
         known = known[np.diff(times[known], prepend=before) != 0]
         for place, time in zip(known.tolist(), times[known].tolist(), strict=True):
             now = (place, time)
             if self._anchor is None:
-                # Times that are not known before it follow from the first one that is.
+                # Unknown times before the first known one follow from it.
                 first, time_of_first = 0, time - place / self._rate
                 self._anchor = self._origin = now
             elif self._is_leap(place, time):
@@ -165,16 +165,16 @@ class StreamTimes:
             if self._anchor != now:
                 continue
             if first == cuts[-1]:
-                told[-1] = time_of_first
+                stated[-1] = time_of_first
             else:
                 cuts.append(first)
-                told.append(time_of_first)
+                stated.append(time_of_first)
         if self._anchor is not None:
             self._anchor, self._origin, self._last = (
                 (place - n_samples, time)
                 for place, time in (self._anchor, self._origin, self._last)
             )
-        for start, end, time in zip(cuts, [*cuts[1:], n_samples], told, strict=True):
+        for start, end, time in zip(cuts, [*cuts[1:], n_samples], stated, strict=True):
             yield samples[:, start:end], time
 
     def _is_leap(self, place, time):
@@ -195,7 +195,7 @@ class StreamTimes:
     def _has_drifted(self, place, time):
         n_samples, seconds = place - self._anchor[0], time - self._anchor[1]
         late = seconds - n_samples / self._rate
-        return n_samples >= _TOLD_EVERY * self._rate or abs(late) > self._tolerance / 2
+        return n_samples >= _STATED_EVERY * self._rate or abs(late) > self._tolerance / 2
 
     def _check_rate(self, place, time):
         n_samples, seconds = place - self._origin[0], time - self._origin[1]
@@ -211,12 +211,6 @@ class StreamTimes:
 
 def _number(text):
     try:
-        value = float(text.replace(",", "."))
+        return float(text.replace(",", "."))
     except ValueError:
         return None
-    return value
-
-
-def _date(text):
-    value = seconds_of_dates([text])[0]
-    return None if np.isnan(value) else float(value)

@@ -37,7 +37,7 @@ def read_recording_table(
     - ``condition``: the state of the machine, any text. Needed to fit a diagnoser, not to diagnose.
     - ``rpm``: the shaft speed, rev/min. Not needed if the file states it in a number or channel
       called ``rpm``.
-    - ``sampling_rate``: in Hz. Not needed where the file states it; where both do, they must agree
+    - ``sampling_rate``: in Hz. Not needed if the file states it; if both do, they must agree
       within 0.1 %.
     - ``channel``: name, position or pattern of the channel, see :func:`read_recording`; several are
       separated by ``;``, the output first and then the inputs. Empty takes the only channel of the
@@ -54,13 +54,13 @@ def read_recording_table(
         read, also in folders below; or a glob such as ``runs/*/acc_*.tdms``.
     pattern : str, default=None
         For a folder or a glob: a regular expression that is searched for in the path of each file
-        (below the folder, with ``/``). Its named groups give ``condition``, ``rpm``,
+        (below the folder, with ``/``). Its named groups are ``condition``, ``rpm``,
         ``sampling_rate`` and ``channel``; groups of other names are kept like unknown columns.
         ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)`` fits ``OR_1200.mat``.
     channel, sampling_rate, dtype : default=None
-        For a folder or a glob: the same for all recordings, unless the pattern tells.
+        For a folder or a glob: the same for all recordings, unless the pattern states it.
     resample : float, default=None
-        Sampling rate in Hz that all recordings are brought to by a polyphase filter, see
+        Sampling rate in Hz to which a polyphase filter resamples all recordings, see
         :func:`skarxlag.recordings.rates.resampled_blocks`. None leaves them as they are, and
         differing rates are an error.
 
@@ -70,14 +70,14 @@ def read_recording_table(
         With the following attributes, all in the order of the table or of the paths.
 
         recordings : list of ndarray of float64
-            Of shape (n_samples,) or, where several channels are named, (n_channels, n_samples).
+            Of shape (n_samples,) or, if several channels are named, (n_channels, n_samples).
             The number of samples may differ between recordings.
         condition : ndarray of str, or None
             None if the conditions are not stated.
         rpm : ndarray of float, or None
-            None if the speed of a recording is stated neither beside the file nor in it.
+            None if the speed of a recording is stated neither outside the file nor in it.
         recording : list of str
-            Id of each recording: its path as the table writes it, and the channel behind a colon
+            Id of each recording: its path as in the table, followed by a colon and the channel
             if the table lists the file more than once.
         sampling_rate : float
             In Hz.
@@ -222,21 +222,13 @@ def load_recordings(
         path, pattern=pattern, channel=channel, sampling_rate=sampling_rate, dtype=dtype
     )
     return cut_recordings(
-        listed,
-        path,
-        window_length=window_length,
-        hop=hop,
-        max_windows=max_windows,
-        healthy=healthy,
-        resample=resample,
-        memory_map=memory_map,
+        listed, path, window_length, hop, max_windows, healthy, resample, memory_map
     )
 
 
 def cut_recordings(
     listed: list[ListedRecording],
     source: str | os.PathLike[str],
-    *,
     window_length: int,
     hop: int | None = None,
     max_windows: int | None = None,
@@ -252,7 +244,7 @@ def cut_recordings(
     listed : list of ListedRecording
         The recordings.
     source : path-like
-        Where they are listed.
+        The list itself.
     window_length, hop, max_windows, healthy, resample, memory_map
         As in `load_recordings`.
     note : callable or None, default=None
@@ -281,7 +273,7 @@ def cut_recordings(
         blocks = facts.checked_blocks(entry, block_length(window_length), resample)
         parts = cut_blocks(blocks, str(entry.path), window_length, hop)
         if max_windows is None:
-            # A recording may be longer than what memory holds.
+            # A recording may be larger than memory.
             position = np.arange(sum(map(store.add, parts)))
             available.append(len(position))
         else:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array, check_scalar
 
-#: Samples of a channel that are worked on at a time, where a recording is read in parts.
+#: Samples of a channel that are processed at a time, if a recording is read in parts.
 _BLOCK = 2**20
 
 
@@ -93,7 +93,7 @@ def stack_windows(
     recordings : sequence of arrays
         As in :func:`make_windows`, all with the same number of channels.
     names : sequence of str
-        What an error calls each recording.
+        Names for error messages.
     window_length, hop : int
         As in :func:`make_windows`.
 
@@ -153,7 +153,7 @@ def cut_blocks(
     blocks : iterable of arrays of shape (n_samples,) or (n_channels, n_samples)
         Consecutive parts of one recording, of any lengths.
     name : str
-        What an error calls the recording.
+        Name for error messages.
     window_length : int
         Samples in a window.
     hop : int, default=None

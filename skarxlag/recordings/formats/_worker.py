@@ -66,7 +66,7 @@ def _send(replies, head, samples=None):
 
 
 def _limit_memory(path):
-    """Let this process grow by what a file of this size may need, where the system can."""
+    """Limit the growth of this process to the needs of a file of this size, if possible."""
     try:
         import resource
 

@@ -116,7 +116,7 @@ def _frames(path, layout, n_rows):
 
 @contextmanager
 def _samples(path, layout):
-    """The text behind the header."""
+    """The text after the header."""
     with _open(path) as binary, io.TextIOWrapper(binary, layout.encoding) as text:
         for _ in range(layout.n_head_lines):
             text.readline()
@@ -371,7 +371,7 @@ def _is_unit_line(fields, decimal):
 
 
 def _distinct(names):
-    """Names with a number behind those that stand a second time, as pandas gives it."""
+    """Names, with a number after those that occur a second time, as in pandas."""
     seen, distinct = {}, []
     for i, name in enumerate(names):
         name = name or f"Unnamed: {i}"
