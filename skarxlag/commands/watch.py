@@ -144,7 +144,13 @@ def run(args: argparse.Namespace) -> int:
     monitor = _monitor(args, model, sampling_rate)
     with as_command_error():
         models = [args.model] if args.detector is None else [args.model, args.detector]
-        state = WatchState(args.state, args.source, models)
+        reading = {
+            "channel": args.channel,
+            "dtype": args.dtype,
+            "time column": args.time_column,
+            "sampling rate": sampling_rate,
+        }
+        state = WatchState(args.state, args.source, models, reading)
         place = state.restore(monitor)
         # A file that cannot be written is told now, not in a minute.
         state.save(monitor, place)

@@ -1,11 +1,15 @@
 """What a later run of ``skarxlag watch`` goes on from."""
 
+import hashlib
 from pathlib import Path
 from typing import Any
 
 from ..monitoring import load_monitor_state, save_monitor_state
 from .errors import CommandError, printable
 from .models import model_digest
+
+#: Bytes at the beginning of a growing file by which it is recognised.
+_HEAD = 4096
 
 
 class WatchState:
@@ -18,12 +22,17 @@ class WatchState:
     source : str
         As the user named it.
     models : list of Path
-        Diagnoser and, where there is one, detector.
+        Diagnoser and, if there is one, detector.
+    reading : dict
+        How the source is read: channel, type of samples, column of times, sampling rate.
     """
 
-    def __init__(self, path: Path | None, source: str, models: list[Path]) -> None:
+    def __init__(
+        self, path: Path | None, source: str, models: list[Path], reading: dict[str, Any]
+    ) -> None:
         self.path = path
-        self._facts = {
+        self._file = Path(source) if source != "-" and Path(source).is_file() else None
+        self._facts = reading | {
             "source": source if source == "-" else str(Path(source).resolve()),
             "models": [model_digest(each) for each in models],
         }
@@ -53,7 +62,7 @@ class WatchState:
         state, facts = load_monitor_state(self.path)
         for name, own in self._facts.items():
             if facts.get(name, own) != own:
-                found = f"of source {facts[name]!r}, expected {own!r}"
+                found = f"of {name} {facts[name]!r}, expected {own!r}"
                 if name == "models":
                     found = "of another model or detector, although they may know the same"
                 raise CommandError(
@@ -64,9 +73,26 @@ class WatchState:
         if place is not None and not is_pair:
             raise CommandError(f"{printable(self.path)}: place {place!r}, expected two values")
         monitor.restore(state)
+        head = facts.get("head")
+        if place is not None and self._file is not None and head != self._head(place):
+            # Another file under the same name is read from its beginning.
+            return [place[0], -1]
         return place
+
+    def _head(self, place):
+        """Digest of the beginning of the file, which is there before `place`."""
+        with self._file.open("rb") as file:
+            return hashlib.sha256(file.read(min(place[0], _HEAD))).hexdigest()
 
     def save(self, monitor: Any, place: Any) -> None:
         """Write the file, if one is kept."""
-        if self.path is not None:
-            save_monitor_state(monitor, self.path, place=place, **self._facts)
+        if self.path is None:
+            return
+        facts = {"place": place}
+        if self._file is not None and place is not None:
+            try:
+                facts["head"] = self._head(place)
+            except OSError:
+                # The file may be gone at the end; a later run then reads a new one.
+                facts["head"] = None
+        save_monitor_state(monitor, self.path, **facts, **self._facts)

@@ -205,12 +205,41 @@ def test_a_state_belongs_to_its_source_and_model(run, models, fitted, tmp_path):
     code, out, err = run("watch", model, path, *options)
     assert code == 1 and out == "" and "state of another model or detector" in err
     assert state.read_bytes() == saved
+    for option, value, message in (
+        ("--channel", "0", "of channel None, expected '0'"),
+        ("--time-column", "none", "of time column None, expected 'none'"),
+        ("--dtype", "<f4", "of dtype None, expected '<f4'"),
+    ):
+        code, out, err = run("watch", models[0], path, *options, option, value)
+        assert code == 1 and out == "" and message in err
+        assert state.read_bytes() == saved
     # While nobody watched, the log was rotated: the new one is read from its beginning.
     path.rename(tmp_path / "log.1")
     path.write_bytes(lines_of(samples[500:1500]))
     code, out, err = run("watch", models[0], path, *options)
     assert code == 0 and "was started afresh since the state was saved" in err
     assert [v["start"] for v in verdicts_of(out)] == list(range(400, 1300, 200))
+
+
+def test_a_file_that_was_truncated_and_rewritten_longer_is_read_from_its_beginning(
+    run, models, tmp_path
+):
+    path, state = tmp_path / "log.csv", tmp_path / "state.npz"
+    options = (*IDLE, "--state", state)
+    path.write_bytes(lines_of(sound("good", 500, 3)))
+    assert len(verdicts_of(run("watch", models[0], path, *options)[1])) == 2
+    # The same file, longer than before, with other contents.
+    with path.open("wb") as file:
+        file.write(lines_of(sound("worn", 1000, 4)))
+    code, out, err = run("watch", models[0], path, *options)
+    assert code == 0 and "was started afresh since the state was saved" in err
+    # 100 samples waited, and all 1000 of the new file were read.
+    assert [v["start"] for v in verdicts_of(out)] == list(range(400, 1400, 200))
+    # A file that only grew is continued.
+    with path.open("ab") as file:
+        file.write(lines_of(sound("worn", 200, 5)))
+    code, out, err = run("watch", models[0], path, *options)
+    assert code == 0 and "afresh" not in err and len(verdicts_of(out)) == 1
 
 
 @pytest.mark.parametrize("place", [7, "here", [1], ["a", 1]])
