@@ -5,7 +5,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from skarxlag import ChannelRows, DiagnosisPipeline, load_diagnoser, make_alpio, save_diagnoser
-from skarxlag.commands.errors import CommandError
+from skarxlag.commands.messages import CommandError
 from skarxlag.commands.models import load_model
 
 X = np.random.default_rng(0).normal(size=(20, 3, 50))

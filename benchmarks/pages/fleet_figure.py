@@ -24,7 +24,7 @@ from benchmarks.pages.svg_figures import BLUE, GREY, ORANGE, PURPLE, saved_figur
 from benchmarks.speed.rows import coloured_windows
 from skarxlag import make_diagnoser, save_diagnoser
 from skarxlag.commands.diagnosis import Task
-from skarxlag.commands.runner import WorkerDied, executors, run_tasks
+from skarxlag.commands.workers import WorkerDied, executors, run_tasks
 from skarxlag.recordings.listing import list_files
 
 WINDOW_LENGTH, N_WINDOWS, N_RECORDINGS = 1200, 2400, 24

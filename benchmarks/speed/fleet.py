@@ -25,7 +25,7 @@ from benchmarks.speed.rows import coloured_windows, rate
 from benchmarks.speed.timing import matrix_product, ratio, take_turns
 from skarxlag import make_diagnoser, save_diagnoser
 from skarxlag.commands.diagnosis import Task
-from skarxlag.commands.runner import WorkerDied, Workers, run_tasks
+from skarxlag.commands.workers import WorkerDied, Workers, run_tasks
 from skarxlag.recordings.listing import list_files
 
 WINDOW_LENGTH = 1200

@@ -9,7 +9,7 @@ from importlib import import_module
 from io import TextIOWrapper, UnsupportedOperation
 
 from .._version import __version__
-from .errors import CommandError, UsageError
+from .messages import CommandError, UsageError
 
 #: What each command does, in the order in which they are listed. The command NAME is the module
 #: ``skarxlag.commands.NAME``. Its ``add_arguments(parser)`` declares the arguments, and two

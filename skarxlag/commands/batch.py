@@ -8,8 +8,8 @@ from dataclasses import replace
 from ..recordings.listing import ListedRecording
 from .diagnosis import Diagnosis, Task
 from .journal import Journal
-from .progress import Progress
-from .runner import WorkerDied, executors, run_tasks
+from .messages import Progress
+from .workers import WorkerDied, executors, run_tasks
 
 
 def diagnose_all(

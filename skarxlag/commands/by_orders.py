@@ -14,8 +14,7 @@ from ..quality import signal_quality
 from ..recordings.listing import ListedRecording
 from ..verdicts import NO_SIGNAL
 from .diagnosis import Diagnosis
-from .errors import CommandError
-from .progress import Progress
+from .messages import CommandError, Progress
 
 
 def is_model(path: Path) -> bool:

@@ -12,14 +12,12 @@ from ..bearings import bearing_orders
 from ..fault_places import HEALTHY
 from ..recordings.listing import list_recordings
 from ..stretches import order_comparison
-from .arguments import add_execution_arguments, bearing
+from .arguments import add_execution_arguments, add_source_arguments, bearing, named_recordings
 from .batch import diagnose_all
 from .by_orders import diagnose_by_orders, heading, is_model
-from .errors import UsageError, as_command_error
 from .journal import Journal
+from .messages import UsageError, add_progress_arguments, as_command_error, below_common_folder
 from .models import load_model, model_heading, stated_facts
-from .names import below_common_folder
-from .progress import add_progress_arguments
 from .report import html_report, template
 from .results import (
     SUFFIXES,
@@ -31,7 +29,6 @@ from .results import (
     window_rows,
     write_tables,
 )
-from .sources import add_source_arguments, named_recordings
 
 _DESCRIPTION = """\
 Diagnose recordings with a diagnoser that `fit` or `save_diagnoser` saved: one verdict for each

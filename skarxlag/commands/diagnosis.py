@@ -13,9 +13,9 @@ from ..recordings.listing import ListedRecording
 from ..recordings.rates import rates_agree, resampled_blocks
 from ..recordings.windows import block_length, cut_blocks
 from ..verdicts import CHANGED, HOLD, NO_SIGNAL, NONE_OF_THESE, no_verdict
-from .errors import CommandError
+from .messages import CommandError
 from .models import SavedModel, cached_model
-from .runner import cancelled
+from .workers import cancelled
 
 #: Explanations of verdicts that are no condition.
 _ADVICE = {

@@ -19,12 +19,11 @@ from ..model_selection import speed_splits
 from . import figures
 from .arguments import add_execution_arguments, positive_int, seed, speed_or_all, window_length
 from .diagnosers import DIAGNOSERS
-from .errors import CommandError, UsageError, as_command_error
+from .messages import CommandError, Progress, UsageError, add_progress_arguments, as_command_error
 from .own_rig import evaluate_table
-from .progress import Progress, add_progress_arguments
 from .report import why_no_figures
-from .runner import WorkerDied, executors, run_tasks
 from .tables import evaluation_report
+from .workers import WorkerDied, executors, run_tasks
 
 _DESCRIPTION = """\
 Compare the three diagnosers across shaft speeds: ALPIO, the baseline of Piltan and Kim (2019); the

@@ -15,20 +15,19 @@ from ..diagnosers import make_detector, make_diagnoser
 from ..persistence import save_diagnoser
 from ..verdicts import check_condition_names
 from .arguments import (
+    add_source_arguments,
     job_count,
     positive_int,
     positive_number,
     rate,
     speed_range,
+    table_recordings,
     window_length,
 )
 from .diagnosers import DIAGNOSERS
-from .errors import CommandError, UsageError, as_command_error
+from .messages import CommandError, UsageError, add_progress_arguments, as_command_error, counted
 from .models import calibration_basis, held_rate, is_model_file
-from .names import counted
-from .progress import add_progress_arguments
 from .results import check_output
-from .sources import add_source_arguments, table_recordings
 from .training import (
     DETECTOR,
     MOST_SAMPLES,

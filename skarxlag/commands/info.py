@@ -10,8 +10,8 @@ from sklearn.pipeline import Pipeline
 from .._answers import answers
 from .._validation import estimators_within
 from .._version import __version__
+from .messages import counted
 from .models import SavedModel, calibration_basis, held_rate, load_model, stated_facts
-from .names import counted
 
 _DESCRIPTION = """\
 Say what a saved model is: its conditions, speeds, windows, sampling rate and channels, the versions

@@ -10,7 +10,7 @@ import pandas as pd
 
 from ..recordings.listing import ListedRecording
 from .diagnosis import Diagnosis, file_state
-from .errors import CommandError
+from .messages import CommandError
 from .models import model_digest
 
 _FORMAT = "skarxlag journal 4"

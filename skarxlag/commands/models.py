@@ -18,7 +18,7 @@ from ..persistence import load_diagnoser
 from ..pipelines import in_one_pass
 from ..verdicts import Judge
 from .diagnosers import set_threads
-from .errors import CommandError, as_command_error, printable
+from .messages import CommandError, as_command_error, printable
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,7 @@ from .._files import write_atomically
 from ..accuracy_tables import confusion_table, scored_windows
 from ..diagnosers import make_diagnoser
 from ..recordings import load_recordings
-from .errors import UsageError, as_command_error
-from .progress import Progress
+from .messages import Progress, UsageError, as_command_error
 from .tables import matrix_text
 
 #: Windows are this long if every recording holds two of them.

@@ -16,9 +16,8 @@ from ..recordings.listing import ListedRecording
 from ..stretches import order_comparison
 from ..verdicts import NO_SIGNAL, NO_VERDICT
 from .diagnosis import Diagnosis, recording_windows
-from .errors import CommandError
+from .messages import CommandError, below_common_folder, counted
 from .models import SavedModel, model_heading
-from .names import below_common_folder, counted
 from .results import MARK
 from .tables import number_text
 

@@ -14,7 +14,7 @@ import pandas as pd
 from .._files import write_atomically
 from ..recordings.listing import ListedRecording
 from .diagnosis import Diagnosis
-from .errors import CommandError, UsageError, printable
+from .messages import CommandError, UsageError, printable
 
 #: Found in every file of results, so that a later run may replace it.
 MARK = "skarxlag results 1"

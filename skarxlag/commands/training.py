@@ -13,9 +13,8 @@ from ..diagnosers import make_detector, make_known_conditions
 from ..recordings.listing import ListedRecording
 from ..recordings.rig import cut_recordings
 from .diagnosers import set_threads
-from .errors import CommandError, as_command_error
+from .messages import CommandError, Progress, as_command_error
 from .models import calibration_basis
-from .progress import Progress
 
 DETECTOR = "detector"
 STRETCHES = "stretches"

@@ -21,7 +21,7 @@ from ..recordings.live_samples import RawSamples, TextSamples
 from ..recordings.live_times import StreamTimes
 from ..recordings.rates import rates_agree
 from .arguments import positive_number
-from .errors import CommandError, UsageError, as_command_error, printable
+from .messages import CommandError, UsageError, as_command_error, printable
 from .models import load_model
 from .watch_output import VerdictLines, sentence, summary
 from .watch_state import WatchState

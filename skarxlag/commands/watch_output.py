@@ -6,7 +6,7 @@ import sys
 from typing import Any
 
 from ..monitoring import MonitorVerdict
-from .errors import printable
+from .messages import printable
 
 #: What parsers count.
 _UNREAD = {

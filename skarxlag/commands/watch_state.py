@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from ..monitoring import load_monitor_state, save_monitor_state
-from .errors import CommandError, printable
+from .messages import CommandError, printable
 from .models import model_digest
 
 #: Bytes at the beginning of a growing file by which it is recognised.

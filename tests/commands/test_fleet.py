@@ -14,12 +14,10 @@ from scipy.signal import lfilter
 from sklearn.model_selection import GridSearchCV, cross_val_score
 
 from skarxlag import load_diagnoser, make_alpio, save_diagnoser
-from skarxlag.commands.cluster import Cluster
-from skarxlag.commands.diagnosis import Diagnosis, Task
-from skarxlag.commands.errors import CommandError
+from skarxlag.commands.diagnosis import Diagnosis, Task, file_state
 from skarxlag.commands.journal import Journal
-from skarxlag.commands.progress import Progress
-from skarxlag.commands.runner import WorkerDied, Workers, executors, run_tasks
+from skarxlag.commands.messages import CommandError, Progress
+from skarxlag.commands.workers import Cluster, WorkerDied, Workers, executors, run_tasks
 from skarxlag.recordings.listing import ListedRecording
 
 from .deadly_tasks import KILL, Deadly, Harmless
@@ -148,7 +146,7 @@ def test_the_simulated_rig_is_evaluated_on_a_cluster(run, cluster, tmp_path, mon
 
 
 def test_an_address_where_no_scheduler_answers_is_named(run, fleet, monkeypatch):
-    monkeypatch.setattr("skarxlag.commands.cluster._CONNECT_SECONDS", 0.3)
+    monkeypatch.setattr("skarxlag.commands.workers._CONNECT_SECONDS", 0.3)
     arguments = ("diagnose", fleet / "m.skops", fleet / "0.npy", "--dask", "tcp://127.0.0.1:1")
     code, out, err = run(*arguments)
     assert code == 1 and not out and "--dask tcp://127.0.0.1:1: no scheduler answers" in err
@@ -223,7 +221,7 @@ class IdleClient:
 
 
 def test_a_cluster_on_which_nothing_happens_is_not_waited_for(monkeypatch):
-    monkeypatch.setattr("skarxlag.commands.cluster._IDLE_SECONDS", -1)
+    monkeypatch.setattr("skarxlag.commands.workers._IDLE_SECONDS", -1)
     busy, idle, empty, gone = map(IdleClient, ({"a": ("key",)}, {"a": ()}, {}, None))
     for client in (busy, idle):
         cluster = Cluster(client, "tcp://host:1")
@@ -240,7 +238,7 @@ def test_a_cluster_on_which_nothing_happens_is_not_waited_for(monkeypatch):
 
 
 def test_workers_that_are_silent_are_looked_after(monkeypatch):
-    monkeypatch.setattr("skarxlag.commands.runner._LOOK_SECONDS", 0.01)
+    monkeypatch.setattr("skarxlag.commands.workers._LOOK_SECONDS", 0.01)
     future = Future()
     workers = Workers(lambda task: future, lambda: 1, lambda: future.set_result("found"))
     assert dict(run_tasks([Harmless(5)], workers)) == {0: "found"}
@@ -293,7 +291,7 @@ def test_a_result_at_another_speed_or_channel_is_not_used(fleet, tmp_path):
     journal = Journal(tmp_path / "out.csv", path, ["0.1"])
     windows = pd.DataFrame({"verdict": ["good"]})
     with pytest.raises(KeyboardInterrupt), journal:
-        journal.add(recording, Diagnosis({"verdict": "good"}, windows))
+        journal.add(recording, Diagnosis({"verdict": "good"}, windows, file=file_state(recording)))
         raise KeyboardInterrupt
     with journal:
         known = journal.result(recording)
@@ -352,7 +350,7 @@ def test_a_damaged_line_of_a_journal_is_computed_once_more(fleet, tmp_path, dama
     verdict = {"verdict": "a", "windows": 2}
     windows = pd.DataFrame({"verdict": ["a", "a"], "quality": ["good", "good"]})
     with pytest.raises(KeyboardInterrupt), journal:
-        journal.add(recording, Diagnosis(verdict, windows, 1.0, ()))
+        journal.add(recording, Diagnosis(verdict, windows, 1.0, (), file=file_state(recording)))
         raise KeyboardInterrupt
     head, line = journal.path.read_text().splitlines()
     with pytest.raises(KeyboardInterrupt), journal:

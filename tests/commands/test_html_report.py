@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from skarxlag import __version__, make_diagnoser, make_windows, save_diagnoser
 from skarxlag.commands import main
 from skarxlag.commands import report as report_module
-from skarxlag.commands.names import below_common_folder
+from skarxlag.commands.messages import below_common_folder
 from skarxlag.commands.report import _accuracy
 
 WINDOW, RATE = 400, 8_000.0

@@ -4,7 +4,7 @@ from argparse import Namespace
 
 import pytest
 
-from skarxlag.commands.progress import Progress
+from skarxlag.commands.messages import Progress
 
 
 class Terminal(io.StringIO):
