@@ -18,7 +18,7 @@ from benchmarks.pages.blocks import markdown, page_parser, publish
 
 RATES = (0.01, 0.05)
 #: Where the gain differs between recordings the level says nothing.
-FREE_GAIN = {"hit_sm"}
+FREE_GAIN = {"hit_sm", "hit_sm self-built"}
 SPLITS = {
     "left out": "healthy rows of all other speeds, tested at the one left out",
     "one speed": "healthy rows of one speed, tested at every other",
@@ -35,23 +35,25 @@ def splits(speeds):
     yield "same", speeds, speeds
 
 
-def methods(fixed_gain):
+def methods(fixed_gain, *, peers=True):
     """Detectors by name."""
     found = {"make_detector": partial(ours, fixed_gain=False)}
     if fixed_gain:
         found["make_detector, fixed gain"] = partial(ours, fixed_gain=True)
+    if not peers:
+        return found
     return found | {
         name: partial(peer, fixed_gain=fixed_gain, make=make) for name, make in PEERS.items()
     }
 
 
-def detection_rates(rig, row_length, fixed_gain):
+def detection_rates(rig, row_length, fixed_gain, *, peers=True):
     """One row for each detector, rate, split, tested speed and condition."""
     first, second = first_and_second_half(rig.recording, rig.start, row_length)
     healthy = rig.target == rig.target_names[0]
     seconds_of_signal = row_length / rig.sampling_rate
     rows = []
-    for name, calibrate in methods(fixed_gain).items():
+    for name, calibrate in methods(fixed_gain, peers=peers).items():
         for rate in RATES:
             for split, known, tested in splits(np.unique(rig.rpm)):
                 train = first & healthy & np.isin(rig.rpm, known)
@@ -151,13 +153,19 @@ def main(arguments=None):
     parser = page_parser(__doc__, "detection")
     parser.add_argument("--rig", nargs="+", default=list(RIGS), help=f"of {list(RIGS)}")
     parser.add_argument("--data-home", help="folder of the downloaded rigs")
+    parser.add_argument("--rows", nargs="+", default=["4800", "1 s"], help="4800 or '1 s'")
+    parser.add_argument("--no-peers", action="store_true", help="measure make_detector only")
     chosen = parser.parse_args(arguments)
     chosen.output.mkdir(parents=True, exist_ok=True)
     found = []
     for name in chosen.rig:
         for label, length in row_lengths(name).items():
+            if label not in chosen.rows:
+                continue
             rig = find_rig(name)(length, data_home=chosen.data_home)
-            rates = detection_rates(rig, length, fixed_gain=name not in FREE_GAIN)
+            rates = detection_rates(
+                rig, length, fixed_gain=name not in FREE_GAIN, peers=not chosen.no_peers
+            )
             found.append(rates.assign(rig=name, row=label))
             pd.concat(found).to_csv(chosen.output / "rates.csv", index=False)
     rates = pd.concat(found)

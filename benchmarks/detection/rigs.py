@@ -3,11 +3,11 @@
 from functools import partial
 
 from benchmarks.cross_speed.rigs import find
-from skarxlag.datasets import FETCHERS, simulate_rig
+from skarxlag.datasets import FETCHERS, fetch_hit_sm, simulate_rig
 
 WINDOW = 4800
 #: Windows of 4800 samples that make a row of about a second.
-SECOND = {"uestc": 4, "hit_sm": 10, "simulated rig, 3 mm": 52}
+SECOND = {"uestc": 4, "hit_sm": 10, "hit_sm self-built": 10, "simulated rig, 3 mm": 52}
 
 
 def simulated(window_length, data_home=None, random_state=0):
@@ -25,9 +25,14 @@ def fetched(window_length, *, name, data_home=None):
     return FETCHERS[name](window_length=window_length, data_home=data_home)
 
 
+def self_built(window_length, data_home=None):
+    return fetch_hit_sm(rig="self-built", window_length=window_length, data_home=data_home)
+
+
 RIGS = {
     "uestc": partial(fetched, name="uestc"),
     "hit_sm": partial(fetched, name="hit_sm"),
+    "hit_sm self-built": self_built,
     "simulated rig, 3 mm": simulated,
 }
 

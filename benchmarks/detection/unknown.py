@@ -18,7 +18,7 @@ from benchmarks.pages.blocks import markdown, page_parser, publish
 from skarxlag import make_known_conditions
 
 RATES = (0.01, 0.05)
-RIGS = ("uestc", "hit_sm")
+RIGS = ("uestc", "hit_sm", "hit_sm self-built")
 #: Rows of each other kind.
 N_OTHER = 20
 SPLITS = {
@@ -122,7 +122,7 @@ def kinds_table(kinds):
         lines.append(line)
     return (
         "Rows that are no signal of the machine, rejected at stated rates of 1 % / 5 %; all "
-        "conditions are known. *Other rig*: rows of the other of the two rigs."
+        "conditions are known. *Other rig*: rows of the next rig."
         f"\n\n{markdown(pd.DataFrame(lines))}"
     )
 
@@ -130,11 +130,14 @@ def kinds_table(kinds):
 def main(arguments=None):
     parser = page_parser(__doc__, "detection-unknown")
     parser.add_argument("--data-home", help="folder of the downloaded rigs")
+    parser.add_argument("--rows", nargs="+", default=["1200", "4800", "1 s"])
     chosen = parser.parse_args(arguments)
     chosen.output.mkdir(parents=True, exist_ok=True)
     rates, kinds = [], []
-    for name, other in (RIGS, RIGS[::-1]):
+    for name, other in zip(RIGS, RIGS[1:] + RIGS[:1], strict=True):
         for label, length in ({"1200": 1200} | row_lengths(name)).items():
+            if label not in chosen.rows:
+                continue
             rig, foreign = (find_rig(n)(length, data_home=chosen.data_home) for n in (name, other))
             here = {"rig": name, "row": label}
             found = rejection_rates(rig, length, foreign.data)

@@ -13,7 +13,7 @@ def row_rig():
     return rig
 
 
-def only_svm(fixed_gain):
+def only_svm(fixed_gain, *, peers):
     return {
         "make_detector": lambda rate, X, rpm: rates.ours(rate, X, rpm, fixed_gain=fixed_gain),
         "svm": lambda rate, X, rpm: peer(rate, X, rpm, fixed_gain=fixed_gain, make=one_class_svm),
