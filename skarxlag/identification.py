@@ -241,8 +241,9 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         if start_afresh:
             self._choose_networks(scaled, counted)
             n_sums = int(self.orders_.sum()) + 1
-            self.classes_, self.weights_ = classes, np.zeros(len(classes))
-            self.sums_ = np.zeros((len(classes), n_sums, n_sums))
+            self.classes_: NDArray[Any] = classes
+            self.weights_: NDArray[Any] = np.zeros(len(classes))
+            self.sums_: NDArray[Any] = np.zeros((len(classes), n_sums, n_sums))
         else:
             self._make_room_for(classes)
         self._add_to_sums(scaled, classes, counted)
@@ -272,7 +273,8 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
 
     def _choose_networks(self, scaled, counted):
         """Set orders and poles of the networks; search the poles that are not given."""
-        self.orders_, poles = check_networks(self.order, self.pole, scaled.shape[1])
+        orders, poles = check_networks(self.order, self.pole, scaled.shape[1])
+        self.orders_: NDArray[Any] = orders
         if None in poles:
             # Cross-spectra are squares of the signal, so a weight counts by its root.
             spectra = np.array(
@@ -282,7 +284,7 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
                 ]
             )
             poles = pole_search.search_poles(spectra, self.orders_, poles, self.alpha)
-        self.poles_ = np.asarray(poles, dtype=np.float64)
+        self.poles_: NDArray[Any] = np.asarray(poles, dtype=np.float64)
 
     def _add_to_sums(self, scaled, classes, counted):
         n_transient = self._n_transient(scaled.shape[-1])
@@ -298,9 +300,9 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
 
     def _solve(self):
         coef, error = zip(*(solve_sums(s, self.alpha) for s in self.sums_), strict=True)
-        self.coef_ = np.array(coef)
+        self.coef_: NDArray[Any] = np.array(coef)
         counted = np.where(self.weights_ > 0, self.weights_, 1.0)
-        self.noise_level_ = np.sqrt(np.array(error) / counted)
+        self.noise_level_: NDArray[Any] = np.sqrt(np.array(error) / counted)
 
     def _sums(self, windows, weights, n_transient):
         parts = map_batches(

@@ -156,7 +156,9 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         """
         validate_innovations(self, X, reset=True)
         self._check_parameters()
-        self.kp_, self.ki_ = member_gains(self.pole, self.n_members, self.bandwidth)
+        kp, ki = member_gains(self.pole, self.n_members, self.bandwidth)
+        self.kp_: NDArray[Any] = kp
+        self.ki_: NDArray[Any] = ki
         self._certify()
         remember_parameters(self)
         return self
@@ -263,8 +265,8 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
     def _certify(self):
         # Jury's first condition, a + k < 1, is the one that a larger gain breaks first.
         stable = (1 - (self.pole - self.kp_)) / self.ki_ - 1
-        self.bounds_ = np.zeros(self.n_members)
-        self.lyapunov_ = np.empty((self.n_members, 2, 2))
+        self.bounds_: NDArray[Any] = np.zeros(self.n_members)
+        self.lyapunov_: NDArray[Any] = np.empty((self.n_members, 2, 2))
         for m in range(self.n_members):
             for share in _SHARES:
                 bound = min(self.saturation, share * stable[m])

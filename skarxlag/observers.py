@@ -352,10 +352,10 @@ class PIObserver(Observer):
 
     def _certify(self):
         check_real(self.ki, "ki", min_val=0)
-        self.closed_loop_ = observer.loop_matrix(self.pole, self.kp, self.ki)
+        self.closed_loop_: NDArray[Any] = observer.loop_matrix(self.pole, self.kp, self.ki)
         a = self.pole - self.kp
         states = self.closed_loop_ if self.ki > 0 else self.closed_loop_[:1, :1]
-        self.spectral_radius_ = float(np.abs(np.linalg.eigvals(states)).max())
+        self.spectral_radius_: float = float(np.abs(np.linalg.eigvals(states)).max())
         if self.spectral_radius_ >= 1:
             raise ValueError(
                 f"The observer is unstable with pole={self.pole}, kp={self.kp}, ki={self.ki}: "
@@ -477,7 +477,7 @@ class ExtendedStatePIObserver(Observer):
                 f"gain * (1 + saturation ** exponent) is not finite with gain={self.gain}, "
                 f"saturation={self.saturation} and exponent={self.exponent}."
             )
-        self.closed_loops_ = np.array(
+        self.closed_loops_: NDArray[Any] = np.array(
             [observer.loop_matrix(self.pole, self.kp, self.ki_a, g) for g in (self.gain, largest)]
         )
         certificate = observer.common_lyapunov(*self.closed_loops_)
@@ -489,7 +489,7 @@ class ExtendedStatePIObserver(Observer):
                 f"{largest:.6g}: spectral radii {radii[0]:.6g} and {radii[1]:.6g}, expected below "
                 "1 with room between; lower ki_a, gain or saturation."
             )
-        self.lyapunov_ = certificate
+        self.lyapunov_: NDArray[Any] = certificate
 
     def _small_signal_gains(self):
         return self.pole, self.kp, self.ki_a * self.gain

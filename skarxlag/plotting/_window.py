@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._axes import new_axes
 from ._fitted import ordered_conditions
@@ -45,6 +46,8 @@ class TwoPanelDisplay(WindowDisplay):
 
     _: KW_ONLY
     sampling_rate: float | None = None
+    axes_: NDArray[Any] = field(init=False)
+    figure_: Any = field(init=False)
 
     def _panels(self, axes: Any, n_samples: int) -> tuple[Any, Any, Any]:
         """Return the time and the two axes."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
@@ -63,6 +63,9 @@ class IdentificationDisplay(TwoPanelDisplay):
 
     output: NDArray[Any]
     prediction: NDArray[Any]
+    output_line_: Any = field(init=False)
+    prediction_line_: Any = field(init=False)
+    error_line_: Any = field(init=False)
 
     @property
     def fit_percentage(self) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, Self
 
 import numpy as np
@@ -80,6 +80,11 @@ class OrderSpectrumDisplay:
     rpm: float | None = None
     fault_orders: dict[str, float] | None = None
     conditions: list[str] | None = None
+    axes_: Any = field(init=False)
+    figure_: Any = field(init=False)
+    lines_: dict[str, Any] = field(init=False)
+    reference_lines_: dict[str, Any] = field(init=False)
+    fault_lines_: dict[str, Any] = field(init=False)
 
     @classmethod
     def from_estimator(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -82,6 +82,11 @@ class ResidualDisplay(WindowDisplay):
     level: float | None = None
     detection_threshold: float | None = None
     isolation_thresholds: dict[str, float] | None = None
+    line_: Any = field(init=False)
+    level_line_: Any = field(init=False)
+    threshold_lines_: dict[str, Any] = field(init=False)
+    ax_: Any = field(init=False)
+    figure_: Any = field(init=False)
 
     @classmethod
     def from_estimator(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -55,6 +55,9 @@ class SpeedAccuracyDisplay:
     train_rpm: NDArray[Any]
     test_rpm: NDArray[Any]
     name: str | None = None
+    lines_: list[Any] = field(init=False)
+    ax_: Any = field(init=False)
+    figure_: Any = field(init=False)
 
     @classmethod
     def from_estimator(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
@@ -65,6 +65,9 @@ class TrajectoryDisplay(TwoPanelDisplay):
     innovations: NDArray[Any]
     error: NDArray[Any]
     fault_estimate: NDArray[Any]
+    innovations_line_: Any = field(init=False)
+    error_line_: Any = field(init=False)
+    fault_estimate_line_: Any = field(init=False)
 
     @classmethod
     def from_estimator(
