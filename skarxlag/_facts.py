@@ -15,6 +15,11 @@ def _is_count(value):
     return type(value) is int and value >= 1
 
 
+def _is_number_of_rows(value):
+    # Of a place of a fault that nobody recorded there are none.
+    return type(value) is int and value >= 0
+
+
 def _is_positive(value):
     return type(value) in (int, float) and 0 < value < math.inf
 
@@ -44,8 +49,9 @@ _KNOWN = {
     "sampling_rate": (_is_positive, "a number above 0"),
     "window_length": (_is_count, "an integer of at least 1"),
     "n_channels": (_is_count, "an integer of at least 1"),
-    "n_windows": (_list_of(_is_count), "a list of integers of at least 1"),
-    "n_recordings": (_list_of(_is_count), "a list of integers of at least 1"),
+    "n_windows": (_list_of(_is_number_of_rows), "a list of integers of at least 0"),
+    "n_recordings": (_list_of(_is_number_of_rows), "a list of integers of at least 0"),
+    "bearing": (_is_text, "a text"),
     "false_alarm_rate": (_is_share, "a number in (0, 1)"),
 }
 

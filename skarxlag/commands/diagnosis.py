@@ -22,7 +22,8 @@ _ADVICE = {
     NO_SIGNAL: "No window carries a signal. Check the sensor, its cable and the logger.",
     NONE_OF_THESE: "None of these: the recording resembles no condition of the model. Check the "
     "sensor, the unit and the stated speed; if they are right, the condition is new to it.",
-    CHANGED: "Changed: the healthy limits are exceeded, but no condition can be named.",
+    CHANGED: "Changed: the healthy limits are exceeded, but no condition can be named. Another "
+    "load, mounting or sensor can be the reason.",
 }
 
 

@@ -11,11 +11,13 @@ from time import perf_counter
 import numpy as np
 
 from .._answers import answers, requests
-from ..diagnosers import make_detector, make_diagnoser
+from ..diagnosers import make_detector, make_diagnoser, make_fault_order_classifier
+from ..fault_places import HEALTHY, FaultOrderClassifier
 from ..persistence import save_diagnoser
 from ..verdicts import check_condition_names
 from .arguments import (
     add_source_arguments,
+    bearing,
     job_count,
     positive_int,
     positive_number,
@@ -31,6 +33,7 @@ from .results import check_output
 from .training import (
     DETECTOR,
     MOST_SAMPLES,
+    ORDERS,
     STRETCHES,
     fit_healthy_limits,
     fit_known_conditions,
@@ -82,9 +85,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     model = parser.add_argument_group("model")
     model.add_argument(
         "--diagnoser",
-        choices=[*DIAGNOSERS, STRETCHES, DETECTOR],
+        choices=[*DIAGNOSERS, STRETCHES, ORDERS, DETECTOR],
         help="default: stretches, which takes the speeds of the table, if the recordings are long "
         "enough and neither --window-length, --hop nor --max-windows is given, else diagnoser",
+    )
+    model.add_argument(
+        "--bearing",
+        type=bearing,
+        metavar="BEARING",
+        help="name places of faults by the orders of this bearing (--diagnoser orders); recordings "
+        "of faults are not needed, healthy ones set the limits. A name such as 6205, dimensions "
+        "9,7.94,39.04, or orders outer=3.585,inner=5.415",
     )
     model.add_argument(
         "--fixed-gain",
@@ -141,7 +152,20 @@ def run(args: argparse.Namespace) -> int:
         raise CommandError("saving a diagnoser needs skops: pip install 'skarxlag[io]'")
     if args.fixed_gain and args.diagnoser != DETECTOR:
         raise UsageError(f"argument --fixed-gain: belongs to --diagnoser {DETECTOR}")
+    if args.bearing is not None:
+        if args.diagnoser not in (None, ORDERS):
+            raise UsageError(f"argument --bearing: belongs to --diagnoser {ORDERS}")
+        args.diagnoser = ORDERS
+    elif args.diagnoser == ORDERS:
+        raise UsageError(f"argument --bearing: none given, --diagnoser {ORDERS} needs it")
     rig, kind, rows = training_windows(args, listed)
+    if kind == ORDERS and rig.rpm is None:
+        raise CommandError(
+            f"{args.table}: no speed is stated, which --diagnoser {ORDERS} needs; expected a "
+            "column rpm or --rpm"
+        )
+    if kind == ORDERS and rig.target is None:
+        rig.target, rig.target_names = np.full(len(rig.recording), HEALTHY), [HEALTHY]
     chosen = _choose_speed(args, rig)
     conditions, healthy, reason = _conditions(args, kind, rig, chosen)
     if kind == DETECTOR and rig.target is not None:
@@ -161,11 +185,18 @@ def run(args: argparse.Namespace) -> int:
     with as_command_error():
         takes_rpm = requests(diagnoser, "fit", "rpm")
         notes = fit_quietly(diagnoser, X, y, rpm if takes_rpm else None, args)
+    if kind == ORDERS:
+        # Places that no recording shows are conditions, too.
+        classes = diagnoser[-1].classes_.tolist()
+        conditions = sorted(classes, key=lambda name: name != healthy)
+        n_windows = [int(np.sum(y == name)) for name in conditions]
+        n_recordings = [len(np.unique(recording[y == name])) for name in conditions]
     notes = [f"Note: {note}" for note in notes]
     known = detector = None
     if kind != DETECTOR and not args.no_p_values:
-        known, line = fit_known_conditions(X, y, rpm, args)
-        notes.append(line)
+        if kind != ORDERS:
+            known, line = fit_known_conditions(X, y, rpm, args)
+            notes.append(line)
         if healthy is not None:
             detector, line = fit_healthy_limits(X, y == healthy, rpm, args)
             notes.append(line)
@@ -187,6 +218,7 @@ def run(args: argparse.Namespace) -> int:
             n_windows=n_windows,
             n_recordings=n_recordings,
             false_alarm_rate=args.false_alarm_rate,
+            bearing=args.bearing,
             saved=datetime.now(UTC).strftime("%Y-%m-%d"),
         )
     if args.verbose:
@@ -207,6 +239,8 @@ def run(args: argparse.Namespace) -> int:
 def _make(args, kind, healthy, sampling_rate):
     if kind == DETECTOR:
         return make_detector(fixed_gain=args.fixed_gain)
+    if kind == ORDERS:
+        return make_fault_order_classifier(bearing=args.bearing, sampling_rate=sampling_rate)
     if kind == STRETCHES:
         return make_diagnoser(sampling_rate=sampling_rate, healthy=healthy)
     return DIAGNOSERS[kind][1](healthy=healthy)
@@ -216,6 +250,11 @@ def _calibration(decide, rate, rows):
     """Describe the basis of the alarm in one line."""
     if answers(decide).healthy_p_value:
         return f"Limits for a false-alarm rate of {rate:g} from {calibration_basis(decide, rows)}"
+    if isinstance(decide, FaultOrderClassifier):
+        return (
+            f"Limit of combs {decide.limit_:.2f} nepers above the healthy {rows} at a false-alarm "
+            f"rate of {rate:g}"
+        )
     threshold = decide.detection_threshold_
     return f"Detection threshold {threshold:.4g} at a false-alarm rate of {rate:g}"
 
@@ -276,7 +315,7 @@ def _conditions(args, kind, rig, chosen):
         if healthy is None:
             raise UsageError(f"argument --healthy: none, but --diagnoser {DETECTOR} needs one")
         return [healthy], healthy, reason
-    if len(present) < 2:
+    if len(present) < 2 and kind != ORDERS:
         raise CommandError(
             f"{args.table}: one condition, {present[0]!r}; --diagnoser {kind} needs two "
             f"or more, with healthy recordings only use --diagnoser {DETECTOR}"

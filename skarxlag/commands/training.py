@@ -18,6 +18,9 @@ from .models import calibration_basis
 
 DETECTOR = "detector"
 STRETCHES = "stretches"
+#: Places by the orders of the bearing.
+ORDERS = "orders"
+_OF_STRETCHES = (STRETCHES, ORDERS)
 #: Samples in a window; stretches consist of such windows.
 _WINDOW_LENGTH = 1200
 #: Samples in a row that the detector takes.
@@ -63,10 +66,10 @@ def training_windows(
     """
     kind = args.diagnoser
     is_cut = (args.window_length, args.hop, args.max_windows) != (None, None, None)
-    if is_cut or kind not in (None, STRETCHES, DETECTOR):
+    if is_cut or kind not in (None, DETECTOR, *_OF_STRETCHES):
         default = _DETECTOR_LENGTH if kind == DETECTOR else _WINDOW_LENGTH
         rig = _cut(args, listed, args.window_length or default)
-        return rig, kind or "diagnoser", STRETCHES if kind == STRETCHES else "windows"
+        return rig, kind or "diagnoser", STRETCHES if kind in _OF_STRETCHES else "windows"
     rig = _cut(args, listed, _WINDOW_LENGTH)
     n_windows = stretch_windows(rig)
     if n_windows is not None:
@@ -75,7 +78,7 @@ def training_windows(
         # Windows that were left out cannot be joined.
         del rig["data"]
         return _cut(args, listed, n_windows * _WINDOW_LENGTH), kind or STRETCHES, STRETCHES
-    if kind == STRETCHES:
+    if kind in _OF_STRETCHES:
         raise CommandError(
             f"{args.table}: the shortest recording is too short for two stretches of a second, or "
             "of ten turns; use --diagnoser diagnoser"

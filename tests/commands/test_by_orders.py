@@ -77,3 +77,38 @@ def test_what_is_wrong_with_one_recording_is_told(run, plant):
     assert code == 1 and "the sampling rate is not stated" in err
     code, _, err = run("diagnose", plant / "inner.npy", "--bearing", "6205", *RATES)
     assert code == 1 and "the speed of the shaft is not stated" in err
+
+
+def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
+    rng = np.random.default_rng(9)
+    lines = ["path,rpm,sampling_rate"]
+    for number in range(3):
+        np.save(plant / f"good{number}.npy", rng.normal(size=int(20 * RATE)))
+        lines.append(f"good{number}.npy,900,{RATE}")
+    (plant / "table.csv").write_text("\n".join(lines))
+    model = plant / "orders.skops"
+    code, out, err = run("fit", plant / "table.csv", "-o", model, "--bearing", "6205")
+    assert code == 0, err
+    assert "healthy: 3 recordings" in out and "Saved orders to" in out
+    rough = np.repeat(rng.normal(size=int(3 * RATE)), 2)[: int(3 * RATE)]
+    np.save(plant / "rough.npy", rough)
+    files = [plant / "inner.npy", plant / "good0.npy", plant / "rough.npy"]
+    code, out, err = run("diagnose", model, *files, "--rpm", 900, *RATES)
+    assert code == 0, err
+    verdicts = {line.split()[0]: line.split()[2] for line in out.splitlines() if ".npy" in line}
+    assert verdicts["inner.npy"] == "inner"
+    assert verdicts["good0.npy"] == "healthy"
+    # The healthy limits are exceeded and no comb is found.
+    assert verdicts["rough.npy"] == "changed"
+
+
+def test_fit_by_orders_needs_bearing_and_speed(run, plant):
+    table = plant / "table.csv"
+    table.write_text(f"path,sampling_rate\ninner.npy,{RATE}\nouter.npy,{RATE}")
+    output = ("-o", plant / "orders.skops")
+    code, _, err = run("fit", table, *output, "--diagnoser", "orders")
+    assert code == 2 and "argument --bearing: none given" in err
+    code, _, err = run("fit", table, *output, "--diagnoser", "alpio", "--bearing", "6205")
+    assert code == 2 and "argument --bearing: belongs to --diagnoser orders" in err
+    code, _, err = run("fit", table, *output, "--bearing", "6205", "--window-length", "10000")
+    assert code == 1 and "no speed is stated" in err
