@@ -66,7 +66,7 @@ class SpectralDistance(StretchTransformer):
     :math:`e^{\pm 0.1}`, as for all that follows the shaft. Where there are several training speeds,
     e is the difference of a mean from what the other training speeds predict for it, over the root
     of f. The factor f(q) is the variance of a Brownian bridge between the training speeds: it is 1
-    at a distance of 0.4 in :math:`\ln q` outside of them, and at least 0.05.
+    at a distance of 0.4 in :math:`\ln q` outside of them, and at least 0.2.
 
     The residual of condition c is the geometric mean over G groups, together with the distance
     :math:`r_c` of several groups joined to one vector, whose covariance also holds how they scatter

@@ -281,9 +281,9 @@ def literal_residual(X_train, y, rpm, row, speed, weight, learned_drift):
     def factor(q, speeds):
         below, above = speeds[speeds <= q], speeds[speeds >= q]
         if len(below) == 0 or len(above) == 0:
-            return max(np.abs(np.log(q / speeds)).min() / 0.4, 0.05)
+            return max(np.abs(np.log(q / speeds)).min() / 0.4, 0.2)
         parts = np.log(q / below.max()), np.log(above.min() / q)
-        return max(parts[0] * parts[1] / max(sum(parts), 1e-300) / 0.4, 0.05)
+        return max(parts[0] * parts[1] / max(sum(parts), 1e-300) / 0.4, 0.2)
 
     def distances(groups):
         own = np.array([mean(c, s, groups) for c, s in zip(y, rpm, strict=True)])

@@ -83,7 +83,7 @@ def test_match_shows_the_spectra_that_were_compared(fitted):
     X, _ = stretches(700, seed=2)
     found = fitted.match(X, rpm=700)
     assert found.spectra.shape == (8, 2, 4, len(fitted.orders_))
-    factor = max(np.log(900 / 700) / 0.4, 0.05)
+    factor = max(np.log(900 / 700) / 0.4, 0.2)
     squares = (found.spectra - fitted.references_) ** 2 / (fitted.variances_ + factor)
     unlikely = (np.log(found.factors) / 0.1) ** 2 / 50
     expected = np.sqrt(squares.mean(axis=(2, 3)) + unlikely)

@@ -22,7 +22,7 @@ UNIT_DISTANCE = float(np.log(1.3))
 SAME_SPEED = 0.04
 #: A change of log speed over which log spectra drift as `smooth_variance` states, and the least
 #: share of that drift, for recordings at one and the same speed.
-_SPECTRAL_DISTANCE, _LEAST_DRIFT = 0.4, 0.05
+_SPECTRAL_DISTANCE, _LEAST_DRIFT = 0.4, 0.2
 #: Speeds within this distance of each other count as one.
 SAME_LOG_SPEED = 0.02
 
@@ -100,7 +100,7 @@ def speed_distance(log_speed: NDArray[Any], known: NDArray[Any]) -> Distance:
 def drift_factor(variance: NDArray[Any]) -> NDArray[Any]:
     """Return the factor on the prior drift of log spectra, from the variance of the motion.
 
-    The prior is stated for a change of log speed by 0.4. At least 5 % of it remain at a training
+    The prior is stated for a change of log speed by 0.4. At least 20 % of it remain at a training
     speed, since two recordings at one speed differ, too.
 
     Parameters
@@ -117,7 +117,7 @@ def drift_factor(variance: NDArray[Any]) -> NDArray[Any]:
     --------
     >>> at = speed_distance(np.array([0.0, 0.2, 0.4]), np.zeros(1))
     >>> drift_factor(at.variance).round(3)
-    array([0.05, 0.5 , 1.  ])
+    array([0.2, 0.5, 1. ])
     """
     return np.maximum(variance * (UNIT_DISTANCE / _SPECTRAL_DISTANCE), _LEAST_DRIFT)
 
