@@ -68,16 +68,6 @@ PARTS = {
         tables=("ablation",),
         downloads=True,
     ),
-    "targets": Part(
-        "-m benchmarks.recipe targets --write docs/cross_speed.md",
-        {"docs/cross_speed.md": ("targets",)},
-        downloads=True,
-    ),
-    "constants": Part(
-        "-m benchmarks.recipe constants --write docs/cross_speed.md",
-        {"docs/cross_speed.md": ("constants",)},
-        downloads=True,
-    ),
     "confidence": Part(
         "-m benchmarks.recipe confidence --write docs/cross_speed.md",
         {"docs/cross_speed.md": ("confidence",)},
