@@ -214,7 +214,7 @@ def test_detector_and_known_conditions_are_saved_with_the_diagnoser(tmp_path):
     ],
 )
 def test_parameter_out_of_its_range_is_refused_at_load(step, name, value, tmp_path):
-    diagnoser = make_diagnoser(sampling_rate=10_000).fit(X, Y)
+    diagnoser = make_diagnoser(sampling_rate=10_000).fit(X, Y, rpm=20_000.0)
     part = diagnoser[step] if step != "compare" else diagnoser[step].order_residual_
     part._fitted_parameters[name] = value
     setattr(part, name, value)
