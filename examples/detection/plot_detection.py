@@ -20,7 +20,7 @@ rig = simulate_rig(
     rpm=(300, 400, 500, 600),
     crack_mm=3,
     conditions=["Normal", "IR", "OR", "Ball"],
-    n_samples=600_000,
+    n_samples=300_000,
     window_length=12_000,
 )
 is_healthy = rig.target == "Normal"

@@ -38,7 +38,8 @@ print("simulated rig, best gains between 400 and 500 rpm:", search.best_params_)
 
 # %%
 # Mean accuracy between 400 and 500 rpm. A hatched cell was not certified stable. With both gains at
-# 0 the error is the innovation itself, and the observer does nothing.
+# 0 the error is the innovation itself, and the observer does nothing. Wrong gains cost more than
+# half of the accuracy; on this rig, no gain is better than 0.
 kp, ki = grid["observe__kp"], grid["observe__ki"]
 # The grid's parameters run in alphabetical order, the last one fastest.
 accuracy = search.cv_results_["mean_test_score"].reshape(len(ki), len(kp)).T
