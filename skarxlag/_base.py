@@ -25,7 +25,7 @@ class DocumentedEstimator:
 class SignalEstimator(CheckedEstimator, DocumentedEstimator):
     """Estimator that accepts windows of several channels: arrays of three axes."""
 
-    def __sklearn_tags__(self):
+    def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.input_tags.three_d_array = True
         return tags
@@ -57,7 +57,7 @@ class ArrayTransformer(
         """
         return self
 
-    def __sklearn_tags__(self):
+    def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.transformer_tags.preserves_dtype = ["float64", "float32"]
         return tags
@@ -152,7 +152,7 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         check_input_names(self, input_features)
         return np.array([f"{name}_{self._suffix}" for name in self.classes_], dtype=object)
 
-    def __sklearn_tags__(self):
+    def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.target_tags.required = True
         tags.transformer_tags.preserves_dtype = ["float64", "float32"]

@@ -186,6 +186,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     tail_scale_: float
     healthy_speeds_: NDArray[Any]
     n_models_: int
+    n_healthy_: int
 
     _state = INNOVATIONS | {
         "classes_": Labels(),
@@ -313,7 +314,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     def _calibrate(self, scores, speeds):
         """Reference and limit from the scores and speeds of healthy rows."""
         self.healthy_speeds_ = np.sort(np.where(np.isnan(speeds), 1.0, speeds))
-        self.n_healthy_ = n_rows = len(scores)
+        n_rows = self.n_healthy_ = len(scores)
         self.reference_ = scores.mean(axis=0) if n_rows else np.zeros(len(PLACES))
         # A row is nearer to a mean that it is a part of.
         rest = (scores - self.reference_).max(axis=1, initial=-np.inf) * n_rows / max(n_rows - 1, 1)
@@ -660,7 +661,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         if self.n_models_ > 1:
             raise ValueError(f"n_models_ == {self.n_models_}, expected 0 or 1.")
 
-    def __sklearn_tags__(self):
+    def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.target_tags.required = False
         # Made for signals of bearings: on arbitrary features it need not separate anything.

@@ -183,6 +183,14 @@ class Judge:
         is below 1.
     """
 
+    conditions: list[Any]
+    healthy: Any
+    detects: bool
+    alarm_rate: float | None
+    train_rpm: list[float]
+    speed_factor: float
+    same_speed: bool
+
     def __init__(
         self,
         diagnoser: Any,

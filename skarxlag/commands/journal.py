@@ -32,6 +32,8 @@ class Journal:
         Everything else that results depend on, as JSON has it.
     """
 
+    path: Path
+
     def __init__(self, output: Path, model: Path, settings: list[Any]) -> None:
         self.path = output.with_name(output.name + _SUFFIX)
         self._head = {"format": _FORMAT, "model": model_digest(model), "settings": settings}

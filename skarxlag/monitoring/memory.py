@@ -34,6 +34,9 @@ class FadingEvidence:
         Seconds since the last window that was added; infinity before the first.
     """
 
+    weight: float
+    age: float
+
     def __init__(self, n_conditions: int, half_life: float) -> None:
         self.half_life = half_life
         self.weight, self.age = 0.0, np.inf
@@ -134,6 +137,12 @@ class CumulativeSumAlarm:
     >>> [alarm.add(exceeds) for exceeds in (True, False, True, True, True, False)]
     [False, False, False, False, True, True]
     """
+
+    step: int
+    limit: int
+    sum: int
+    active: bool
+    n_raised: int
 
     def __init__(
         self, run_length: float, rate: float, persistence: float, faulty_rate: float

@@ -148,6 +148,8 @@ class ConditionMonitor:
     ('worn', True)
     """
 
+    conditions: list[Any]
+
     def __init__(
         self,
         diagnoser: Any,

@@ -49,6 +49,11 @@ class WindowStream:
         Sum over the gaps.
     """
 
+    n_samples: int
+    n_gaps: int
+    n_steps_back: int
+    missing_seconds: float
+
     def __init__(
         self, window_length: int, hop: int, sampling_rate: float, gap_tolerance: float
     ) -> None:
