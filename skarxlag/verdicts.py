@@ -135,10 +135,18 @@ def combined_p_value(p_values: ArrayLike) -> float:
     >>> round(combined_p_value([0.01]), 4), round(combined_p_value([0.01] * 100), 4)
     (0.01, 0.0005)
     """
-    scores = norm.ppf(np.clip(p_values, _LEAST_P, _LARGEST_P))
-    return float(
-        norm.cdf(np.sqrt(effective_number(len(scores), P_VALUE_CORRELATION)) * scores.mean())
-    )
+    scores = p_value_score(p_values)
+    return combined_score(scores.mean(), len(scores))
+
+
+def p_value_score(p_values: ArrayLike) -> NDArray[Any]:
+    """Return standard normal quantiles of p-values, which are limited to the accurate range."""
+    return norm.ppf(np.clip(p_values, _LEAST_P, _LARGEST_P))
+
+
+def combined_score(mean: float, n_windows: float) -> float:
+    """Return the p-value of `n_windows` correlated windows with this mean of `p_value_score`."""
+    return float(norm.cdf(np.sqrt(effective_number(n_windows, P_VALUE_CORRELATION)) * mean))
 
 
 class Judge:

@@ -51,6 +51,8 @@ class SavedModel:
         Diagnoser, known conditions and detector of the file as one, for verdicts.
     known : Pipeline or None
         Known conditions that were saved with the diagnoser.
+    detector : Pipeline or None
+        Detector that was saved with the diagnoser.
     """
 
     path: Path
@@ -65,6 +67,7 @@ class SavedModel:
     train_rpm: list[Any] | None
     judge: Judge
     known: Any = None
+    detector: Any = None
 
 
 def load_model(path: str | os.PathLike[str], n_jobs: int | None = None) -> SavedModel:
@@ -127,6 +130,7 @@ def load_model(path: str | os.PathLike[str], n_jobs: int | None = None) -> Saved
         train_rpm=train_rpm,
         judge=judge,
         known=companions[0],
+        detector=companions[1],
     )
 
 

@@ -20,9 +20,10 @@ from ..recordings.live import (
 from ..recordings.live_samples import RawSamples, TextSamples
 from ..recordings.live_times import StreamTimes
 from ..recordings.rates import rates_agree
+from ..verdicts import HOLD
 from .arguments import positive_number
 from .messages import CommandError, UsageError, as_command_error, printable
-from .models import load_model
+from .models import load_model, model_heading
 from .watch_output import VerdictLines, sentence, summary
 from .watch_state import WatchState
 
@@ -31,7 +32,8 @@ Diagnose a running sensor with a diagnoser that `fit` saved. SOURCE is - for sta
 that grows, a named pipe or serial device, or a folder into which a logger drops files. Streams and
 growing files hold csv lines, or raw samples with --dtype; files in a folder are of any format that
 diagnose reads. Writes one line of JSON for each window to standard output, or fewer with --every,
-and a summary to standard error. Ends with the input, or on Ctrl-C.
+and a summary to standard error. The alarm takes the healthy limits that `fit` saved in the model.
+Ends with the input, or on Ctrl-C.
 """
 #: Seconds between two savings of the state.
 _SAVE_EVERY = 60.0
@@ -42,12 +44,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = _DESCRIPTION
     parser.add_argument("model", type=Path, metavar="MODEL.skops", help="what fit has saved")
     parser.add_argument("source", metavar="SOURCE", help="- or a file or a folder")
-    parser.add_argument(
-        "--detector",
-        type=Path,
-        metavar="MODEL.skops",
-        help="for the alarm; its windows may be others than those of the diagnoser",
-    )
     parser.add_argument(
         "--dtype", help="of raw samples: <i2, or '(4,)<f4' for four interleaved channels"
     )
@@ -143,75 +139,49 @@ def run(args: argparse.Namespace) -> int:
         )
     monitor = _monitor(args, model, sampling_rate)
     with as_command_error():
-        models = [args.model] if args.detector is None else [args.model, args.detector]
         reading = {
             "channel": args.channel,
             "dtype": args.dtype,
             "time column": args.time_column,
             "sampling rate": sampling_rate,
         }
-        state = WatchState(args.state, args.source, models, reading)
+        state = WatchState(args.state, args.source, args.model, reading)
         place = state.restore(monitor)
         # A file that cannot be written is told now, not in a minute.
         state.save(monitor, place)
+    _warn(printable(model_heading(model)))
+    lines = VerdictLines(args.every, model.healthy)
     with as_command_error(), Stopping() as stopping:
         parser, blocks = _source(args, model, sampling_rate, stopping, place)
         try:
-            _follow(args, model, monitor, blocks, stopping, state, place)
+            _follow(args, model, monitor, lines, blocks, stopping, state, place)
         except StopRequestedError:
             pass
         except ContentError as error:
             raise CommandError(f"{printable(args.source)}: {error}") from error
         finally:
             blocks.close()
-    _warn(summary(monitor.counts, parser))
+    _warn(summary(monitor, parser, lines.last))
     return 0
 
 
 def _monitor(args, model, sampling_rate):
-    diagnoser, detector = model.diagnoser, None
-    if args.detector is not None:
-        flagging = load_model(args.detector)
-        _check_same_sensor(args, model, flagging)
-        detector = flagging.diagnoser
-    if not answers(diagnoser).states_probabilities:
-        if detector is not None:
-            raise UsageError(f"argument --detector: {args.model} is a detector itself")
-        diagnoser, detector = None, diagnoser
-    can = None if detector is None else answers(detector)
-    if can is not None and can.needs_rpm and args.rpm is None:
+    can = answers(model.diagnoser)
+    if can.conditions is None and can.needs_rpm and args.rpm is None:
         listed = ", ".join(f"{speed:g}" for speed in can.speeds)
         raise UsageError(f"argument --rpm: needed, the detector was fitted at {listed} rpm")
     with as_command_error():
         return ConditionMonitor(
-            diagnoser,
+            model.diagnoser,
             sampling_rate,
-            detector=detector,
+            conditions=None if model.healthy is None else model.conditions,
+            detector=model.detector,
             window_length=model.window_length,
             hop=args.hop,
             half_life=args.half_life,
             false_alarm_interval=args.false_alarm_interval,
             gap_tolerance=args.gap_tolerance,
             train_rpm=model.train_rpm or (),
-        )
-
-
-def _check_same_sensor(args, model, flagging):
-    where = f"argument --detector: {args.detector} was fitted"
-    if not rates_agree(flagging.sampling_rate, model.sampling_rate):
-        raise UsageError(
-            f"{where} at {flagging.sampling_rate:g} Hz, expected {model.sampling_rate:g} as "
-            f"{args.model}"
-        )
-    if flagging.n_channels != model.n_channels:
-        raise UsageError(
-            f"{where} on {flagging.n_channels} channels, expected {model.n_channels} as "
-            f"{args.model}"
-        )
-    if flagging.window_length != model.window_length:
-        raise UsageError(
-            f"{where} on windows of {flagging.window_length} samples, expected "
-            f"{model.window_length} as {args.model}"
         )
 
 
@@ -254,9 +224,9 @@ def _source(args, model, sampling_rate, stopping, place):
     return parser, from_growing_file(path, parser, patience, _warn_printable, place)
 
 
-def _follow(args, model, monitor, blocks, stopping, state, place):
+def _follow(args, model, monitor, lines, blocks, stopping, state, place):
     told = saved = time.monotonic()
-    lines, is_at_place = VerdictLines(args.every), True
+    is_at_place, limits = True, None
     try:
         for block in blocks:
             if block.samples.shape[1] > 0:
@@ -268,6 +238,10 @@ def _follow(args, model, monitor, blocks, stopping, state, place):
                 is_at_place = False
                 verdicts = monitor.update(block.samples, time=block.time, rpm=args.rpm)
                 lines.write(verdicts, block.source)
+                for verdict in verdicts:
+                    if verdict.limits not in (HOLD, limits):
+                        limits = verdict.limits
+                        _warn(f"No alarm: {limits}.")
                 if verdicts and args.verbose and time.monotonic() - told >= 1.0:
                     told = time.monotonic()
                     _warn(sentence(verdicts[-1]))

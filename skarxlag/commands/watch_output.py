@@ -5,7 +5,7 @@ import math
 import sys
 from typing import Any
 
-from ..monitoring import MonitorVerdict
+from ..monitoring import ConditionMonitor, MonitorVerdict
 from .messages import printable
 
 #: What parsers count.
@@ -24,40 +24,49 @@ class VerdictLines:
     every : float or None
         Seconds of the sensor's time between two lines. A verdict that differs from the line before
         in condition, alarm or quality is written at once. None: every verdict is written.
+    healthy : label or None
+        The healthy condition, which each line states.
+
+    Attributes
+    ----------
+    last : MonitorVerdict or None
+        The last verdict, written or not.
     """
 
-    def __init__(self, every: float | None) -> None:
-        self._every, self._last = every, None
+    last: MonitorVerdict | None
+
+    def __init__(self, every: float | None, healthy: Any) -> None:
+        self._every, self._healthy, self._written, self.last = every, healthy, None, None
 
     def write(self, verdicts: list[MonitorVerdict], source: str | None) -> None:
         """Write what has to be written of some verdicts, and let it go at once."""
         for verdict in verdicts:
             if self._is_due(verdict):
-                self._last = verdict
-                print(_json(verdict, source))
+                self._written = verdict
+                print(self._json(verdict, source))
         if verdicts:
+            self.last = verdicts[-1]
             sys.stdout.flush()
 
     def _is_due(self, verdict):
-        if self._every is None or self._last is None or _news(verdict) != _news(self._last):
+        if self._every is None or self._written is None or _news(verdict) != _news(self._written):
             return True
-        passed = verdict.time - self._last.time
+        passed = verdict.time - self._written.time
         # A clock that was set back would keep all silent; times are sums of rounded steps.
         return passed < 0 or passed >= self._every * (1 - 1e-9)
+
+    def _json(self, verdict, source):
+        line = verdict._asdict() | {"healthy": self._healthy}
+        for name, value in line.items():
+            if isinstance(value, float) and not math.isfinite(value):
+                line[name] = None
+        if source is not None:
+            line["source"] = printable(source)
+        return json.dumps(line, allow_nan=False)
 
 
 def _news(verdict):
     return verdict.verdict, verdict.alarm, verdict.quality
-
-
-def _json(verdict, source):
-    line = {
-        name: None if isinstance(value, float) and math.isnan(value) else value
-        for name, value in verdict._asdict().items()
-    }
-    if source is not None:
-        line["source"] = printable(source)
-    return json.dumps(line, allow_nan=False)
 
 
 def sentence(verdict: MonitorVerdict) -> str:
@@ -65,30 +74,38 @@ def sentence(verdict: MonitorVerdict) -> str:
 
     Examples
     --------
-    >>> sentence(MonitorVerdict(0, 0.5, "good", "worn", "worn", 0.93, True, False, 0.25))
-    '0.5 s, worn, confidence 93%, alarm off at 25%'
+    >>> first = MonitorVerdict(
+    ...     0, 0.5, 900.0, "good", "worn", "worn", 0.93, True, False, 0.25, 0.003, "hold"
+    ... )
+    >>> sentence(first)
+    '0.5 s, worn, probability 93%, alarm off at 25%, p-value 0.003'
     """
     parts = [f"{verdict.time:.1f} s"]
     parts.append("no verdict" if verdict.verdict is None else f"{verdict.verdict}")
-    if verdict.verdict is not None:
-        parts.append(f"confidence {verdict.confidence:.0%}")
+    if not math.isnan(verdict.probability):
+        parts.append(f"probability {verdict.probability:.0%}")
     if verdict.alarm is not None:
         parts.append(f"alarm {'ON' if verdict.alarm else 'off'} at {verdict.alarm_level:.0%}")
+    if not math.isnan(verdict.p_value):
+        parts.append(f"p-value {verdict.p_value:.2g}")
     if verdict.quality != "good":
         parts.append(f"no signal: {verdict.quality}")
     return ", ".join(parts)
 
 
-def summary(counts: dict[str, Any], parser: Any) -> str:
-    """What came in all.
+def summary(monitor: ConditionMonitor, parser: Any, last: MonitorVerdict | None) -> str:
+    """Return the counts of a run and its last verdict.
 
     Parameters
     ----------
-    counts : dict
-        Of the monitor.
+    monitor : ConditionMonitor
+        The monitor.
     parser : RawSamples, TextSamples or None
         Counts what could not be read.
+    last : MonitorVerdict or None
+        The last verdict.
     """
+    counts = monitor.counts
     windows = ", ".join(f"{n} {name}" for name, n in sorted(counts["windows"].items()))
     parts = [f"{counts['samples']} samples", f"windows: {windows or 'none'}"]
     parts.append(f"{counts['gaps']} gaps of {counts['missing_seconds']:.1f} s")
@@ -98,4 +115,6 @@ def summary(counts: dict[str, Any], parser: Any) -> str:
         if getattr(parser, name, 0):
             parts.append(f"{getattr(parser, name)} {what}")
     parts.append(f"{counts['alarms']} alarms")
+    if last is not None:
+        parts.append(f"last: {printable(sentence(last))}")
     return "; ".join(parts)

@@ -21,20 +21,20 @@ class WatchState:
         The file; None where nothing is kept.
     source : str
         As the user named it.
-    models : list of Path
-        Diagnoser and, if there is one, detector.
+    model : Path
+        The model.
     reading : dict
         How the source is read: channel, type of samples, column of times, sampling rate.
     """
 
     def __init__(
-        self, path: Path | None, source: str, models: list[Path], reading: dict[str, Any]
+        self, path: Path | None, source: str, model: Path, reading: dict[str, Any]
     ) -> None:
         self.path = path
         self._file = Path(source) if source != "-" and Path(source).is_file() else None
         self._facts = reading | {
             "source": source if source == "-" else str(Path(source).resolve()),
-            "models": [model_digest(each) for each in models],
+            "model": model_digest(model),
         }
 
     def restore(self, monitor: Any) -> Any:
@@ -63,8 +63,8 @@ class WatchState:
         for name, own in self._facts.items():
             if facts.get(name, own) != own:
                 found = f"of {name} {facts[name]!r}, expected {own!r}"
-                if name == "models":
-                    found = "of another model or detector, although they may know the same"
+                if name == "model":
+                    found = "of another model, although both may know the same conditions"
                 raise CommandError(
                     printable(f"{self.path}: a state {found}; name another --state or delete it")
                 )

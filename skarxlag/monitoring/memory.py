@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from ..kernels.cumulative_sum import alarm_limit, reference_step
-from ..verdicts import effective_number
+from ..verdicts import combined_score, effective_number, p_value_score
 
 
 class FadingEvidence:
@@ -57,9 +57,14 @@ class FadingEvidence:
 
     def probabilities(self) -> NDArray[Any] | None:
         """Return the probability of each condition; None if no window is younger than T."""
+        mean = self.mean()
+        return None if mean is None else softmax(effective_number(self.weight) * mean)
+
+    def mean(self) -> NDArray[Any] | None:
+        """Return the weighted means; None if no window is younger than T."""
         if self.weight == 0.0 or self.age > self.half_life:
             return None
-        return softmax(effective_number(self.weight) * self._sums / self.weight)
+        return self._sums / self.weight
 
     def state(self) -> dict[str, Any]:
         """Return the state in plain values."""
@@ -81,6 +86,42 @@ class FadingEvidence:
                 f"state: evidence {state!r}, expected finite sums for {len(self._sums)} conditions"
             )
         self.weight, self.age, self._sums = state["weight"], state["age"], sums
+
+
+class FadingPValue:
+    """P-values of the windows so far as one, in which older windows weigh less.
+
+    Stouffer's method as in `combined_p_value`, with the weights of `FadingEvidence`.
+
+    Parameters
+    ----------
+    half_life : float
+        In seconds; infinity for no fading.
+
+    Examples
+    --------
+    >>> deviation = FadingPValue(1.0)
+    >>> for p_value in (0.01, 0.01):
+    ...     deviation.add(p_value)
+    >>> round(deviation.p_value(), 5) == round(combined_p_value([0.01, 0.01]), 5)
+    True
+    """
+
+    def __init__(self, half_life: float) -> None:
+        self._scores = FadingEvidence(1, half_life)
+        self.pass_time, self.state = self._scores.pass_time, self._scores.state
+        self.restore = self._scores.restore
+
+    def add(self, p_value: float) -> None:
+        """Add the p-value of a window."""
+        self._scores.add(p_value_score(p_value))
+
+    def p_value(self) -> float:
+        """Return the combined p-value; NaN if no window is younger than the half-life."""
+        mean = self._scores.mean()
+        if mean is None:
+            return np.nan
+        return combined_score(float(mean[0]), self._scores.weight)
 
 
 class CumulativeSumAlarm:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from numbers import Integral
 from typing import Any, NamedTuple, Self
 
@@ -14,7 +15,7 @@ from .._answers import answers
 from .._validation import check_real
 from ..speeds import SPEED_FACTOR
 from ..verdicts import CHANGED, NO_VERDICT, SMALLEST_PROBABILITY, Judge, no_verdict
-from .memory import CumulativeSumAlarm, FadingEvidence, healthy_windows, runs_of
+from .memory import CumulativeSumAlarm, FadingEvidence, FadingPValue, healthy_windows, runs_of
 from .windowing import WindowStream, check_count
 
 #: Largest number of windows that are diagnosed together.
@@ -31,6 +32,8 @@ class MonitorVerdict(NamedTuple):
     time : float
         Time in seconds at the end of the window: on the clock of the blocks' times, or since the
         first sample if there are none.
+    rpm : float
+        Stated shaft speed at the start of the window; NaN if there is none.
     quality : str
         ``"good"``; why the window carries no signal, see `signal_quality`; or ``"no verdict"``.
     window_verdict : object
@@ -40,7 +43,7 @@ class MonitorVerdict(NamedTuple):
         Condition by the evidence of all recent windows; ``"changed"`` if this is the healthy
         condition, or there is no classifier, while the alarm is on; ``"no verdict: ..."`` as for
         the window; None if no window within the half-life had a verdict.
-    confidence : float
+    probability : float
         Probability of `verdict`; NaN if it is no condition.
     exceeds : bool or None
         Whether this window alone exceeds the healthy limits; None if they do not hold at its speed,
@@ -49,17 +52,25 @@ class MonitorVerdict(NamedTuple):
         Whether the alarm is on; None if there are no healthy limits.
     alarm_level : float
         Cumulative sum over its limit, from 0 to 1; NaN if there are no healthy limits.
+    p_value : float
+        Probability that recent windows of the healthy machine deviate as much, from those for which
+        the healthy limits hold; NaN without a detector, or if there was none within the half-life.
+    limits : str
+        ``"hold"``, or why the healthy limits do not hold at the speed of the window.
     """
 
     start: int
     time: float
+    rpm: float
     quality: str
     window_verdict: object
     verdict: object
-    confidence: float
+    probability: float
     exceeds: bool | None
     alarm: bool | None
     alarm_level: float
+    p_value: float
+    limits: str
 
 
 class ConditionMonitor:
@@ -84,6 +95,9 @@ class ConditionMonitor:
         detector.
     sampling_rate : float
         In Hz.
+    conditions : sequence of label, default=None
+        Order of the conditions, the healthy one first: a permutation of those of the diagnoser. For
+        a detector alone, the name of the healthy condition. None: sorted, or ``["healthy"]``.
     detector : fitted Pipeline or None, default=None
         Detector with the healthy limits, such as the result of `make_detector`, fitted on windows
         of the same length. None: the detection threshold of the diagnoser, which holds at its
@@ -115,6 +129,8 @@ class ConditionMonitor:
     ----------
     conditions : list
         Conditions of the diagnoser; empty if there is none.
+    healthy : label or None
+        The healthy condition; None if it is not known.
     counts : dict
         Numbers of samples, windows by their quality, gaps, missing seconds, clock steps back and
         alarms.
@@ -155,6 +171,7 @@ class ConditionMonitor:
         diagnoser: Any,
         sampling_rate: float,
         *,
+        conditions: Sequence[Any] | None = None,
         detector: Any = None,
         window_length: int = 1200,
         hop: int | None = None,
@@ -178,6 +195,7 @@ class ConditionMonitor:
         _check_shares(persistence=persistence, faulty_rate=faulty_rate)
         self._judge = Judge(
             diagnoser,
+            conditions=conditions,
             detector=detector,
             train_rpm=train_rpm,
             speed_factor=speed_factor,
@@ -187,6 +205,7 @@ class ConditionMonitor:
         self._names = can.conditions is not None
         self._n_channels, self._frames_first = can.n_channels, None
         self.conditions = self._judge.conditions if self._names else []
+        self.healthy = self._judge.healthy
         self._windowing = {
             "window_length": int(window_length),
             "hop": int(hop),
@@ -206,6 +225,7 @@ class ConditionMonitor:
     def _start_afresh(self):
         self._stream = WindowStream(**self._windowing)
         self._evidence = FadingEvidence(len(self.conditions), self._half_life)
+        self._deviation = FadingPValue(self._half_life)
         self._alarm = None
         if self._judge.detects:
             self._alarm = CumulativeSumAlarm(
@@ -331,15 +351,18 @@ class ConditionMonitor:
         return signal.reshape(n, -1).astype(np.float64, copy=False)
 
     def _judged(self, windows, start, gap):
-        found = self._judge.opinions(
-            windows[:, 0] if self._n_channels == 1 else windows, self._speeds_at(start, windows)
-        )
+        speeds = self._speeds_at(start, windows)
+        found = self._judge.opinions(windows[:, 0] if self._n_channels == 1 else windows, speeds)
         verdicts = []
         for i, quality in enumerate(found.quality.tolist()):
             begin = start + i * self._stream.hop
             passed = 0 if self._last_start is None else begin - self._last_start
             self._last_start = begin
-            self._evidence.pass_time(passed / self._stream.sampling_rate + (gap if i == 0 else 0.0))
+            seconds = passed / self._stream.sampling_rate + (gap if i == 0 else 0.0)
+            self._evidence.pass_time(seconds)
+            self._deviation.pass_time(seconds)
+            if not np.isnan(found.p_value[i]):
+                self._deviation.add(found.p_value[i])
             end = self._stream.time_of(begin + self._stream.window_length)
             is_refused = quality == "good" and found.refusal[i] != ""
             quality = NO_VERDICT if is_refused else quality
@@ -351,7 +374,13 @@ class ConditionMonitor:
             if self._alarm is not None:
                 alarm, level = self._alarm.active, self._alarm.sum / self._alarm.limit
             said = self._conditions(found, i, quality, alarm)
-            verdicts.append(MonitorVerdict(begin, end, quality, *said, exceeds, alarm, level))
+            rpm = np.nan if speeds is None else float(speeds[i])
+            p_value, limits = self._deviation.p_value(), str(found.limits[i])
+            verdicts.append(
+                MonitorVerdict(
+                    begin, end, rpm, quality, *said, exceeds, alarm, level, p_value, limits
+                )
+            )
         return verdicts
 
     def _conditions(self, found, i, quality, alarm):
@@ -362,7 +391,7 @@ class ConditionMonitor:
             if quality == "good":
                 self._evidence.add(np.zeros(0))
             is_known = self._evidence.age <= self._half_life
-            return None, (CHANGED if alarm else self._judge.healthy) if is_known else None, np.nan
+            return None, (CHANGED if alarm else self.healthy) if is_known else None, np.nan
         window_verdict = None
         if quality == "good":
             logs = np.log(np.maximum(found.probability[i], SMALLEST_PROBABILITY))
@@ -372,7 +401,7 @@ class ConditionMonitor:
         if probability is None:
             return window_verdict, None, np.nan
         best = int(probability.argmax())
-        if alarm and self.conditions[best] == self._judge.healthy:
+        if alarm and self.conditions[best] == self.healthy:
             return window_verdict, CHANGED, np.nan
         return window_verdict, self.conditions[best], float(probability[best])
 
@@ -408,12 +437,14 @@ class ConditionMonitor:
             "stream": self._stream.state(),
             "qualities": dict(self._qualities),
             "evidence": self._evidence.state(),
+            "deviation": self._deviation.state(),
             "alarm": None if self._alarm is None else self._alarm.state(),
         }
 
     def _settings(self):
         return self._windowing | {
             "conditions": [str(name) for name in self.conditions],
+            "healthy": None if self.healthy is None else str(self.healthy),
             "n_channels": self._n_channels,
             "half_life": self._half_life,
             "run_length": self._run_length,
@@ -467,6 +498,7 @@ class ConditionMonitor:
         self._start_afresh()
         self._stream.restore(state["stream"])
         self._evidence.restore(state["evidence"])
+        self._deviation.restore(state["deviation"])
         if self._alarm is not None:
             self._alarm.restore(state["alarm"])
         qualities = {str(name): check_count(n) for name, n in state["qualities"].items()}

@@ -35,11 +35,12 @@ def fitted():
 
 @pytest.fixture(scope="module")
 def models(fitted, tmp_path_factory):
-    """Files of both."""
+    """Files of the diagnoser with its healthy limits, and of the detector alone."""
     folder = tmp_path_factory.mktemp("models")
     paths = folder / "diagnoser.skops", folder / "detector.skops"
     for model, path, names in zip(fitted, paths, (["good", "worn"], ["good"]), strict=True):
         facts = {"conditions": names, "n_channels": 1}
+        facts |= {} if model is fitted[1] else {"detector": fitted[1]}
         save_diagnoser(model, path, window_length=WINDOW, sampling_rate=RATE, **facts)
     return paths
 

@@ -84,30 +84,27 @@ def test_the_alarm_of_a_running_sensor(run, plant, model):
     assert alarms["well"] < 0.1 < alarms["worn"]
 
 
-def test_the_detector_beside_a_diagnoser(run, plant, model):
+def test_the_alarm_takes_the_limits_that_fit_saved(run, plant):
     lines = ["path,condition,rpm,sampling_rate"]
+    lines += [f"{rpm}.npy,healthy,{rpm},{RATE}" for rpm in SPEEDS]
     for condition, order in ORDERS.items():
         signal = healthy(750, 3, 6 * RATE) + strikes(order, 750, 4, 6 * RATE)
         np.save(plant / f"{condition}.npy", signal)
         lines.append(f"{condition}.npy,{condition},750,{RATE}")
     (plant / "faults.csv").write_text("\n".join(lines))
-    bearing, text = plant / "bearing.skops", plant / "outer.txt"
-    assert run("fit", plant / "faults.csv", "-o", bearing, "--healthy", "none")[0] == 0
-    np.savetxt(text, np.load(plant / "outer.npy")[: 3 * RATE])
-    code, out, err = run(
-        *("watch", bearing, text, "--detector", model, "--rpm", 750),
-        *("--idle", 0.03, "--poll", 0.005),
-    )
-    last = json.loads(out.splitlines()[-1])
-    assert code == 0 and last["verdict"] == "outer", err
+    bearing, text = plant / "bearing.skops", plant / "running.txt"
+    assert run("fit", plant / "faults.csv", "-o", bearing)[0] == 0
+    last = {}
+    for name in ("outer", "750"):
+        np.savetxt(text, np.load(plant / f"{name}.npy")[: 3 * RATE])
+        options = ("--rpm", 750, "--idle", 0.03, "--poll", 0.005)
+        code, out, err = run("watch", bearing, text, *options)
+        last[name] = json.loads(out.splitlines()[-1])
+        assert code == 0 and "Healthy: healthy" in err
+    assert [last[name]["verdict"] for name in last] == ["outer", "healthy"]
     # One stretch more is a part of the way to an alarm; a well bearing makes none.
-    np.savetxt(text, np.load(plant / "750.npy")[: 3 * RATE])
-    _, out, _ = run(
-        *("watch", bearing, text, "--detector", model, "--rpm", 750),
-        *("--idle", 0.03, "--poll", 0.005),
-    )
-    well = json.loads(out.splitlines()[-1])
-    assert last["alarm_level"] > 0.1 > 0.01 > well["alarm_level"]
+    assert last["outer"]["alarm_level"] > 0.1 > 0.01 > last["750"]["alarm_level"]
+    assert last["outer"]["p_value"] < 0.01 < last["750"]["p_value"]
 
 
 @pytest.mark.parametrize("options", [("--window-length", 4800), ("--max-windows", 5)])

@@ -10,7 +10,6 @@ import pytest
 from scipy.io import wavfile
 
 from skarxlag import (
-    ConditionMonitor,
     load_monitor_state,
     make_detector,
     make_windows,
@@ -53,17 +52,23 @@ FOLDER = {
 def test_csv_lines_on_standard_input(run, models, fitted, piped):
     signal = np.concatenate([sound("good", 1000, 3), sound("worn", 1050, 4)])
     piped(b"acceleration\n" + lines_of(signal))
-    code, out, err = run("watch", models[0], "-", "--detector", models[1], "--half-life", 0.5)
+    code, out, err = run("watch", models[0], "-", "--half-life", 0.5)
     assert code == 0
     assert verdicts_of(out) == expected(fitted, signal, half_life=0.5)
-    assert err == "2050 samples; windows: 10 good; 0 gaps of 0.0 s; 0 alarms\n"
+    heading, told = err.splitlines()
+    assert heading.endswith("Healthy: good")
+    last = verdicts_of(out)[-1]
+    assert told.startswith(
+        "2050 samples; windows: 10 good; 0 gaps of 0.0 s; 0 alarms; last: 2.0 s, worn, probability "
+    )
+    assert told.endswith(f"p-value {last['p_value']:.2g}")
 
 
 @pytest.mark.parametrize(("dtype", "scale"), [("<i2", 1000), ("<f4", 1.0), (">f8", 1.0)])
 def test_raw_samples_on_standard_input(run, models, fitted, piped, dtype, scale):
     samples = (scale * sound("worn", 700, 4)).astype(dtype)
     piped(samples.tobytes() + b"\0")
-    code, out, _ = run("watch", models[0], "-", "--dtype", dtype, "--detector", models[1])
+    code, out, _ = run("watch", models[0], "-", "--dtype", dtype)
     assert code == 0
     assert verdicts_of(out) == expected(fitted, samples)
 
@@ -74,7 +79,7 @@ def test_columns_are_chosen_and_bad_lines_are_missing_samples(run, models, fitte
     lines[250] = b"sensor lost"
     lines[251] = b"1.0"
     piped(b"a;b\n" + b"\n".join(lines))
-    code, out, err = run("watch", models[0], "-", "--channel", 1, "--detector", models[1])
+    code, out, err = run("watch", models[0], "-", "--channel", 1)
     signal[250:252] = np.nan
     assert code == 0 and verdicts_of(out) == expected(fitted, signal)
     assert "2 lines that are no numbers" in err and "1 not finite" in err
@@ -86,7 +91,7 @@ def test_a_growing_file_is_followed_and_a_restart_goes_on_where_it_was(
     path, state = tmp_path / "log.csv", tmp_path / "state.npz"
     signal = np.concatenate([sound("good", 1000, 3), sound("worn", 1000, 4)])
     content = lines_of(signal)
-    options = (*IDLE, "--state", state, "--hop", 90, "--detector", models[1])
+    options = (*IDLE, "--state", state, "--hop", 90)
     cut = len(content) // 3 + 1
     path.write_bytes(content[:cut])
     before = run("watch", models[0], path, *options)[1]
@@ -121,7 +126,7 @@ def test_files_of_a_folder_are_one_recording(run, models, fitted, tmp_path):
         os.utime(path, (1000 + number, 1000 + number))
     (tmp_path / "3b.npy").write_bytes(b"no array")
     (tmp_path / ".hidden.npy").write_bytes(b"")
-    code, out, err = run("watch", models[0], tmp_path, *IDLE, "--detector", models[1])
+    code, out, err = run("watch", models[0], tmp_path, *IDLE)
     found = verdicts_of(out)
     assert code == 0
     assert [v.pop("source") for v in found] == ["0.npy"] + ["1.npy"] * 3 + ["2.npy"] * 4 + [
@@ -259,7 +264,7 @@ def test_european_lines_with_times_and_units(run, models, fitted, piped, tmp_pat
     lines = [f"{k / 1000:.3f};{value:.4f};7\r\n" for k, value in enumerate(signal)]
     text = "Zeit;Lager A;Drehzahl\r\ns;m/s2;1/min\r\n" + "".join(lines).replace(".", ",")
     piped(text.encode())
-    options = ("--channel", "Lager*", "--detector", models[1])
+    options = ("--channel", "Lager*")
     code, out, err = run("watch", models[0], "-", *options)
     assert code == 0 and verdicts_of(out) == expected(fitted, signal)
     assert "no numbers" not in err
@@ -282,7 +287,7 @@ def test_a_named_pipe(run, models, fitted, tmp_path):
     os.mkfifo(path)
     writer = threading.Thread(target=path.write_bytes, args=(lines_of(signal),))
     writer.start()
-    out = run("watch", models[0], path, "--detector", models[1])[1]
+    out = run("watch", models[0], path)[1]
     writer.join()
     assert verdicts_of(out) == expected(fitted, signal)
 
@@ -291,7 +296,7 @@ def test_fewer_lines(run, models, fitted, piped):
     signal = np.concatenate([sound("good", 3000, 3), sound("worn", 3000, 4)])
     signal[1500] = np.nan
     piped(lines_of(signal))
-    options = ("--detector", models[1], "--half-life", 0.5, "--every", 1)
+    options = ("--half-life", 0.5, "--every", 1)
     found = verdicts_of(run("watch", models[0], "-", *options)[1])
     every = expected(fitted, signal, half_life=0.5)
     news = [(v["verdict"], v["alarm"], v["quality"]) for v in every]
@@ -326,7 +331,7 @@ def test_ctrl_c_and_termination_end_cleanly(run, models, monkeypatch, number, tm
         )
         code, _, err = run("watch", models[0], "-", "--state", tmp_path / "state.npz")
     assert code == 0
-    assert err == "450 samples; windows: 2 good; 0 gaps of 0.0 s; 0 alarms\n"
+    assert err.splitlines()[-1] == "450 samples; windows: 2 good; 0 gaps of 0.0 s; 0 alarms"
     assert load_monitor_state(tmp_path / "state.npz")[0]["stream"]["n_samples"] == 450
 
 
@@ -358,7 +363,7 @@ def test_a_line_a_second_for_people(run, models, piped, monkeypatch):
     monkeypatch.setattr("skarxlag.commands.watch.time.monotonic", lambda: next(ticks))
     piped(lines_of(sound("good", 450, 3)))
     err = run("watch", models[0], "-", "-v")[2]
-    assert err.startswith("0.4 s, good, confidence ")
+    assert err.splitlines()[1].startswith("0.4 s, good, probability ")
     assert "alarm off at " in err
 
 
@@ -398,33 +403,37 @@ def test_mistakes_are_told_in_one_line(run, models, piped, argv, code, message):
     assert found == code and message in err and out == "" and "Traceback" not in err
 
 
-def test_a_detector_alone_and_one_of_other_windows(run, models, fitted, piped, tmp_path):
+def test_a_detector_alone_names_the_healthy_condition(run, models, piped):
     piped(lines_of(sound("good", 450, 3)))
     found = verdicts_of(run("watch", models[1], "-")[1])
-    assert [v["verdict"] for v in found] == ["healthy"] * 2 and found[0]["alarm"] is False
-    code, _, err = run("watch", models[1], "-", "--detector", models[1])
-    assert code == 2 and "is a detector itself" in err
-    other = tmp_path / "other.skops"
-    detector = fitted[1]
-    signal = np.concatenate([sound("good", 1000, 3), sound("worn", 1000, 4)])
-    piped(lines_of(signal))
-    code, out, _ = run("watch", models[0], "-", "--detector", models[1])
-    both = ConditionMonitor(fitted[0], RATE, detector=detector, window_length=WINDOW)
-    assert code == 0
-    assert [v["alarm_level"] for v in verdicts_of(out)] == [
-        v.alarm_level for v in both.update(signal)
-    ]
-    of_300 = make_detector().fit(make_windows(sound("good", 30_000, 2), 300))
-    windows = make_windows(sound("good", 20_000, 2), WINDOW)
-    of_two = make_detector().fit(np.stack([windows, windows[::-1]], axis=1))
-    for each, facts, message in (
-        (detector, {"sampling_rate": 900.0}, "was fitted at 900 Hz, expected 1000 as"),
-        (of_two, {}, "was fitted on 2 channels, expected 1 as"),
-        (of_300, {}, "was fitted on windows of 300 samples, expected 200 as"),
-    ):
-        save_diagnoser(each, other, **facts)
-        code, _, err = run("watch", models[0], "-", "--detector", other)
-        assert code == 2 and message in err
+    assert [(v["verdict"], v["healthy"]) for v in found] == [("good", "good")] * 2
+    assert found[0]["alarm"] is False and found[0]["probability"] is None
+
+
+def test_p_values_come_from_the_healthy_limits_of_the_model(run, fitted, piped, tmp_path):
+    path, loud = tmp_path / "model.skops", 9 * sound("good", 2000, 3)
+    detector = make_detector(fixed_gain=True).fit(make_windows(sound("good", 20_000, 2), WINDOW))
+    facts = {"conditions": ["good", "worn"], "sampling_rate": RATE, "window_length": WINDOW}
+    last = {}
+    for name, limits in (("limits", detector), ("none", None)):
+        save_diagnoser(fitted[0], path, detector=limits, **facts)
+        piped(lines_of(loud))
+        last[name] = verdicts_of(run("watch", path, "-")[1])[-1]
+    assert last["limits"]["p_value"] < 0.01 and last["limits"]["alarm_level"] > 0
+    assert last["none"]["p_value"] is None
+
+
+def test_limits_that_do_not_hold_are_told_once(run, fitted, piped, tmp_path):
+    path = tmp_path / "alone.skops"
+    facts = {"conditions": ["worn", "good"], "sampling_rate": RATE, "train_rpm": [900.0]}
+    save_diagnoser(fitted[0], path, window_length=WINDOW, **facts)
+    piped(lines_of(sound("good", 1000, 3)))
+    code, out, err = run("watch", path, "-", "--rpm", 1800)
+    found = verdicts_of(out)
+    assert code == 0 and err.count("No alarm: healthy limits hold at 900 rpm only.") == 1
+    assert {(v["limits"], v["exceeds"], v["rpm"], v["healthy"]) for v in found} == {
+        ("healthy limits hold at 900 rpm only", None, 1800.0, "worn")
+    }
 
 
 def test_a_detector_of_several_speeds_asks_for_the_speed(run, fitted, piped, tmp_path):

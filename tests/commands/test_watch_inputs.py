@@ -51,7 +51,7 @@ def test_a_value_that_is_no_sample(run, models, piped, text, quality, n_bad):
 def test_names_that_come_again_and_a_first_line_that_was_cut(run, models, fitted, piped):
     samples = sound("good", 600, 3)
     lines = lines_of(np.stack([samples, samples])).splitlines()
-    options = ("--channel", "0", "--detector", models[1])
+    options = ("--channel", "0")
     piped(b"\n".join([b"a,b", *lines[:300], b"a,b", *lines[300:]]))
     code, out, err = run("watch", models[0], "-", *options)
     assert code == 0 and verdicts_of(out) == expected(fitted, samples) and "no numbers" not in err
@@ -82,7 +82,7 @@ def test_names_that_come_again_in_another_order(quote):
 def test_a_byte_order_mark_and_two_signs_at_the_end_of_a_line(run, models, fitted, piped, first):
     samples = sound("good", 450, 3)
     piped(first + lines_of(samples).replace(b"\n", b"\r\n"))
-    code, out, err = run("watch", models[0], "-", "--detector", models[1])
+    code, out, err = run("watch", models[0], "-")
     assert code == 0 and verdicts_of(out) == expected(fitted, samples) and "no numbers" not in err
 
 
@@ -148,7 +148,7 @@ def test_odd_entries_of_a_folder(run, models, tmp_path):
     os.mkfifo(folder / "pipe.npy")
     code, out, err = run("watch", models[0], folder, *IDLE)
     assert code == 0 and [v["source"] for v in verdicts_of(out)] == ["a:b\\n.npy"] * 2
-    skipped, summary = err.splitlines()
+    _, skipped, summary = err.splitlines()
     assert "c\\n.npy: holds pickled objects" in skipped and "2 good" in summary
 
 
@@ -203,7 +203,7 @@ def test_a_state_belongs_to_its_source_and_model(run, models, fitted, tmp_path):
     facts = {"conditions": ["good", "worn"], "n_channels": 1, "train_rpm": [300.0]}
     save_diagnoser(fitted[0], model, window_length=WINDOW, sampling_rate=RATE, **facts)
     code, out, err = run("watch", model, path, *options)
-    assert code == 1 and out == "" and "state of another model or detector" in err
+    assert code == 1 and out == "" and "state of another model" in err
     assert state.read_bytes() == saved
     for option, value, message in (
         ("--channel", "0", "of channel None, expected '0'"),

@@ -38,14 +38,14 @@ def test_a_gap_across_lines_is_a_gap_of_the_record(run, models, fitted, piped):
     times[500:] += 7.5
     for written, start in ((times, 0.0), (dates(times), START.timestamp())):
         piped(timed(written, signal))
-        code, out, err = run("watch", models[0], "-", "--detector", models[1])
+        code, out, err = run("watch", models[0], "-")
         monitor = ConditionMonitor(fitted[0], RATE, detector=fitted[1], window_length=WINDOW)
         told = monitor.update(signal[:500], time=5.0) + monitor.update(signal[500:], time=13.0)
         found = verdicts_of(out)
         assert code == 0 and "1 gaps of 7.5 s" in err
         assert [v["start"] for v in found] == [0, 200, 500, 700]
         assert [v["time"] - start for v in found] == pytest.approx([v.time for v in told], abs=1e-6)
-        assert [v["confidence"] for v in found] == [v.confidence for v in told]
+        assert [v["probability"] for v in found] == [v.probability for v in told]
 
 
 def test_times_are_told_alike_however_the_lines_come():
@@ -135,7 +135,7 @@ def test_which_column_holds_times(run, models, fitted, piped):
     clock = 50 + np.arange(450) / RATE
     columns = lines_of(np.stack([signal, clock]))
     piped(b"acc,clock\n" + columns)
-    options = ("--channel", "acc", "--detector", models[1])
+    options = ("--channel", "acc")
     assert verdicts_of(run("watch", models[0], "-", *options)[1]) == expected(fitted, signal)
     for column in ("clock", "1", "cl*"):
         piped(b"acc,clock\n" + columns)

@@ -7,6 +7,7 @@ import zipfile
 import numpy as np
 import pytest
 from scipy.special import softmax
+from scipy.stats import norm
 from sklearn.calibration import CalibratedClassifierCV
 from sklearn.svm import LinearSVC
 
@@ -94,13 +95,42 @@ def test_evidence_fades_with_the_stated_half_life(make, diagnoser):
         )
         best = diagnoser.classes_[expected.argmax()]
         if verdict.alarm and best == "good":
-            assert verdict.verdict == "changed" and np.isnan(verdict.confidence)
+            assert verdict.verdict == "changed" and np.isnan(verdict.probability)
         else:
-            assert verdict.confidence == pytest.approx(expected.max(), rel=1e-9)
+            assert verdict.probability == pytest.approx(expected.max(), rel=1e-9)
             assert verdict.verdict == best
     never = make(half_life=np.inf).update(signal)
     expected = softmax(effective_number(len(log_p)) * log_p.mean(axis=0))
-    assert never[-1].confidence == pytest.approx(expected.max(), rel=1e-9)
+    assert never[-1].probability == pytest.approx(expected.max(), rel=1e-9)
+
+
+def test_p_value_is_that_of_the_recent_windows(make, diagnoser, detector):
+    signal = np.concatenate([sound("good", 2000, 3), sound("good", 2000, 4, gain=9.0)])
+    table = window_verdicts(diagnoser, make_windows(signal, WINDOW), detector=detector)
+    scores = norm.ppf(np.clip(table["p-value"], 1e-300, 0.999))
+    for half_life in (0.7, np.inf):
+        verdicts = make(half_life=half_life).update(signal)
+        for k, verdict in enumerate(verdicts):
+            weights = 0.5 ** ((k - np.arange(k + 1)) * WINDOW / RATE / half_life)
+            n = effective_number(weights.sum(), 0.5)
+            expected = norm.cdf(np.sqrt(n) * np.average(scores[: k + 1], weights=weights))
+            assert verdict.p_value == pytest.approx(expected, rel=1e-9)
+        assert verdicts[9].p_value > 0.05 > verdicts[19].p_value
+    without = ConditionMonitor(diagnoser, RATE, window_length=WINDOW).update(signal)
+    assert all(np.isnan(v.p_value) for v in without)
+
+
+def test_conditions_name_the_healthy_one(diagnoser, detector):
+    assert ConditionMonitor(diagnoser, RATE, window_length=WINDOW).healthy == "good"
+    monitor = ConditionMonitor(
+        diagnoser, RATE, window_length=WINDOW, conditions=["worn", "good"], detector=detector
+    )
+    assert monitor.healthy == "worn" and monitor.conditions == ["worn", "good"]
+    assert monitor.update(sound("worn", 1000, 4))[-1].verdict == "worn"
+    alone = ConditionMonitor(
+        None, RATE, window_length=WINDOW, conditions=["run in"], detector=detector
+    )
+    assert alone.update(sound("good", 1000, 3))[-1].verdict == "run in"
 
 
 def test_a_short_half_life_follows_a_change_sooner(make):
@@ -169,7 +199,7 @@ def test_dead_missing_and_clipped_windows_are_counted_and_give_no_opinion(make):
     dead = [v for v in verdicts if v.quality == "constant"]
     # The last verdict stands for a while, with less confidence.
     assert {v.verdict for v in dead} == {"good"}
-    assert np.all(np.diff([v.confidence for v in dead]) < 1e-9)
+    assert np.all(np.diff([v.probability for v in dead]) < 1e-9)
 
 
 def test_a_verdict_gets_stale_when_no_window_says_anything(make):
@@ -177,7 +207,7 @@ def test_a_verdict_gets_stale_when_no_window_says_anything(make):
     monitor.update(sound("good", 1000, 3))
     silent = monitor.update(np.zeros(2000))
     assert [v.verdict for v in silent] == ["good"] * 5 + [None] * 5
-    assert np.isnan(silent[-1].confidence)
+    assert np.isnan(silent[-1].probability)
     assert monitor.update(sound("worn", 1000, 3))[-1].verdict == "worn"
 
 
@@ -256,6 +286,8 @@ def test_state_of_a_calibrated_monitor_keeps_the_calibration(make):
         (lambda s: s["stream"].update(rest=[1.0]), "damaged"),
         (lambda s: s["stream"].update(reference=[]), "damaged"),
         (lambda s: s["evidence"].update(weight=np.inf), "finite sums"),
+        (lambda s: s["deviation"].update(weight=-1.0), "finite sums for 1 conditions"),
+        (lambda s: s["settings"].update(healthy="worn"), "healthy is 'worn', expected 'good'"),
         (lambda s: s["healthy"].update(rate=None), "rate"),
         (lambda s: s["healthy"].update(persistence=-1.0), "persistence"),
         (lambda s: s.pop("healthy"), "healthy"),
@@ -440,7 +472,7 @@ def test_implausible_speed_gets_no_verdict(rpm, diagnoser):
         for verdict in refused:
             assert verdict.verdict == verdict.window_verdict
             assert verdict.verdict.startswith(f"no verdict: speed {rpm:g} rpm is ")
-            assert np.isnan(verdict.confidence) and verdict.exceeds is None
+            assert np.isnan(verdict.probability) and verdict.exceeds is None
             assert verdict.alarm_level == good[-1].alarm_level
         assert monitor.counts["windows"] == {"good": 5, "no verdict": 5}
         again = monitor.update(signal[:200], rpm=850.0 if watching else 900.0)

@@ -6,7 +6,9 @@ from skarxlag import MonitorVerdict
 
 
 def verdict(time, exceeds, alarm):
-    return MonitorVerdict(0, time, "good", None, None, np.nan, exceeds, alarm, 0.5)
+    return MonitorVerdict(
+        0, time, np.nan, "good", None, None, np.nan, exceeds, alarm, 0.5, np.nan, "hold"
+    )
 
 
 def test_row_tells_the_alarm_that_stays_from_those_that_went_off():
