@@ -411,7 +411,7 @@ def test_a_detector_alone_names_the_healthy_condition(run, models, piped):
 
 
 def test_p_values_come_from_the_healthy_limits_of_the_model(run, fitted, piped, tmp_path):
-    path, loud = tmp_path / "model.skops", 9 * sound("good", 2000, 3)
+    path, loud = tmp_path / "model.skops", 99 * sound("good", 2000, 3)
     detector = make_detector(fixed_gain=True).fit(make_windows(sound("good", 20_000, 2), WINDOW))
     facts = {"conditions": ["good", "worn"], "sampling_rate": RATE, "window_length": WINDOW}
     last = {}

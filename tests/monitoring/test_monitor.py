@@ -115,7 +115,8 @@ def test_p_value_is_that_of_the_recent_windows(make, diagnoser, detector):
             n = effective_number(weights.sum(), 0.5)
             expected = norm.cdf(np.sqrt(n) * np.average(scores[: k + 1], weights=weights))
             assert verdict.p_value == pytest.approx(expected, rel=1e-9)
-        assert verdicts[9].p_value > 0.05 > verdicts[19].p_value
+        if half_life < 1:
+            assert verdicts[9].p_value > 0.05 > verdicts[19].p_value
     without = ConditionMonitor(diagnoser, RATE, window_length=WINDOW).update(signal)
     assert all(np.isnan(v.p_value) for v in without)
 
