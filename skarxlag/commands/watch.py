@@ -122,6 +122,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="of the sensor's time between lines of JSON; a window with another verdict, alarm or "
         "quality than the line before is written at once; default: every window",
     )
+    parser.add_argument(
+        "--heartbeat",
+        type=positive_number,
+        metavar="SECONDS",
+        help='without a line after which a line of the kind "heartbeat" is written; default: never',
+    )
+    parser.add_argument(
+        "--sensor",
+        metavar="NAME",
+        help="stated in each line; default: name of SOURCE, for standard input that of the model",
+    )
     parser.add_argument("-v", "--verbose", action="store_true", help="a line a second for people")
     parser.set_defaults(run=run, fail=parser.error)
 
@@ -150,8 +161,9 @@ def run(args: argparse.Namespace) -> int:
         # A file that cannot be written is told now, not in a minute.
         state.save(monitor, place)
     _warn(printable(model_heading(model)))
-    lines = VerdictLines(args.every, model.healthy)
-    with as_command_error(), Stopping() as stopping:
+    sensor = args.sensor or (args.model if args.source == "-" else Path(args.source)).stem
+    lines = VerdictLines(args.every, model.healthy, sensor, args.heartbeat)
+    with as_command_error(), Stopping() as stopping, lines:
         parser, blocks = _source(args, model, sampling_rate, stopping, place)
         try:
             _follow(args, model, monitor, lines, blocks, stopping, state, place)

@@ -3,11 +3,17 @@
 import json
 import math
 import sys
-from typing import Any
+import threading
+import time
+from datetime import UTC, datetime
+from typing import Any, Self
 
 from ..monitoring import ConditionMonitor, MonitorVerdict
 from .messages import printable
 
+#: Range of the seconds since 1970 that are taken for dates, from 1973 to 2096. A clock that counts
+#: from the start of a machine is below it.
+_DATES = (1e8, 4e9)
 #: What parsers count.
 _UNREAD = {
     "n_bad": "lines that are no numbers",
@@ -26,6 +32,11 @@ class VerdictLines:
         in condition, alarm or quality is written at once. None: every verdict is written.
     healthy : label or None
         The healthy condition, which each line states.
+    sensor : str
+        Name of the sensor, which each line states.
+    heartbeat : float or None
+        Seconds without a line after which a line of the kind ``"heartbeat"`` is written, as long as
+        the context of this object lasts. None: never.
 
     Attributes
     ----------
@@ -35,17 +46,52 @@ class VerdictLines:
 
     last: MonitorVerdict | None
 
-    def __init__(self, every: float | None, healthy: Any) -> None:
-        self._every, self._healthy, self._written, self.last = every, healthy, None, None
+    def __init__(
+        self, every: float | None, healthy: Any, sensor: str, heartbeat: float | None = None
+    ) -> None:
+        self._every, self._written, self.last = every, None, None
+        self._facts = {"sensor": printable(sensor), "healthy": healthy}
+        self._heartbeat, self._lock, self._ended = heartbeat, threading.Lock(), threading.Event()
+        self._line_at = self._window_at = time.monotonic()
+
+    def __enter__(self) -> Self:
+        if self._heartbeat is not None:
+            threading.Thread(target=self._beat, daemon=True).start()
+        return self
+
+    def __exit__(self, *exception: Any) -> None:
+        # No line is written after this.
+        with self._lock:
+            self._ended.set()
+
+    def _beat(self):
+        pause = self._heartbeat
+        while not self._ended.wait(pause):
+            with self._lock:
+                now = time.monotonic()
+                if now - self._line_at >= self._heartbeat and not self._ended.is_set():
+                    self._line_at = now
+                    try:
+                        self._print_heartbeat(now)
+                    except (OSError, ValueError):
+                        return  # Nobody reads the output any more.
+                pause = self._line_at + self._heartbeat - now
+
+    def _print_heartbeat(self, now):
+        line = {"kind": "heartbeat", "time": _iso_date(None)} | self._facts
+        line |= {"seconds_without_window": round(now - self._window_at, 3)}
+        line |= {name: getattr(self.last, name, None) for name in ("verdict", "alarm")}
+        print(json.dumps(line, allow_nan=False), flush=True)
 
     def write(self, verdicts: list[MonitorVerdict], source: str | None) -> None:
         """Write what has to be written of some verdicts, and let it go at once."""
-        for verdict in verdicts:
-            if self._is_due(verdict):
-                self._written = verdict
+        if not verdicts:
+            return
+        with self._lock:
+            self.last, self._window_at = verdicts[-1], time.monotonic()
+            for verdict in filter(self._is_due, verdicts):
+                self._written, self._line_at = verdict, self._window_at
                 print(self._json(verdict, source))
-        if verdicts:
-            self.last = verdicts[-1]
             sys.stdout.flush()
 
     def _is_due(self, verdict):
@@ -56,13 +102,23 @@ class VerdictLines:
         return passed < 0 or passed >= self._every * (1 - 1e-9)
 
     def _json(self, verdict, source):
-        line = verdict._asdict() | {"healthy": self._healthy}
+        fields = verdict._asdict()
+        seconds = fields.pop("time")
+        line = {"kind": "verdict", "time": _iso_date(seconds)} | self._facts
+        line |= {"seconds": seconds} | fields
         for name, value in line.items():
             if isinstance(value, float) and not math.isfinite(value):
                 line[name] = None
         if source is not None:
             line["source"] = printable(source)
         return json.dumps(line, allow_nan=False)
+
+
+def _iso_date(seconds):
+    """Seconds since 1970 as ISO 8601 date in UTC; the present if they are no date."""
+    is_date = seconds is not None and _DATES[0] < seconds < _DATES[1]
+    moment = datetime.fromtimestamp(seconds, UTC) if is_date else datetime.now(UTC)
+    return moment.isoformat(timespec="milliseconds")
 
 
 def _news(verdict):

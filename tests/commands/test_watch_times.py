@@ -1,5 +1,6 @@
 """Times that a stream states, in ``watch``."""
 
+import json
 import os
 from datetime import UTC, datetime, timedelta
 
@@ -180,3 +181,34 @@ def test_files_that_state_dates(run, models, tmp_path):
 def test_columns_of_times_belong_to_lines(run, models, tmp_path):
     code, _, err = run("watch", models[0], tmp_path, "--time-column", "time")
     assert code == 2 and "--time-column: belongs to csv lines, not to a folder" in err
+
+
+@pytest.mark.parametrize("start", [START.timestamp(), 50.0])
+def test_each_line_states_sensor_date_and_speed(run, models, piped, start):
+    signal, before = sound("good", 450, 3), datetime.now(UTC)
+    for options, sensor in (((), "diagnoser"), (("--sensor", "pump 7"), "pump 7")):
+        piped(timed(start + np.arange(450) / RATE, signal))
+        code, out, _ = run("watch", models[0], "-", "--rpm", 900, *options)
+        lines = [json.loads(line) for line in out.splitlines()]
+        assert code == 0 and {(line["sensor"], line["rpm"]) for line in lines} == {(sensor, 900.0)}
+        assert [line["seconds"] - start for line in lines] == pytest.approx([0.2, 0.4], abs=1e-6)
+        assert not any(" " in name for line in lines for name in line)
+        dates = [datetime.fromisoformat(line["time"]) for line in lines]
+        if start == 50.0:
+            # The clock of the source states no date.
+            assert before - timedelta(seconds=1) <= dates[0] <= datetime.now(UTC)
+        else:
+            assert [(date - START).total_seconds() for date in dates] == [0.2, 0.4]
+
+
+def test_a_heartbeat_while_nothing_comes(run, models, tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_bytes(lines_of(sound("good", 250, 3)))
+    options = ("--idle", 0.8, "--poll", 0.005, "--heartbeat", 0.2)
+    lines = [json.loads(line) for line in run("watch", models[0], path, *options)[1].splitlines()]
+    kinds = [line["kind"] for line in lines]
+    assert kinds.count("verdict") == 1 and 2 <= kinds.count("heartbeat") <= 5
+    last = lines[-1]
+    assert last["kind"] == "heartbeat" and 0.2 < last["seconds_without_window"] < 2
+    found = [last[name] for name in ("sensor", "healthy", "verdict", "alarm")]
+    assert found == ["log", "good", "good", False]

@@ -18,7 +18,12 @@ def sound(condition, n_samples, seed):
 
 
 def verdicts_of(text):
-    return [json.loads(line) for line in text.splitlines()]
+    """The fields of `MonitorVerdict` and the healthy condition, in each line."""
+    lines = [json.loads(line) for line in text.splitlines()]
+    for line in lines:
+        assert line.pop("kind") == "verdict" and line.pop("sensor")
+        line["time"] = line.pop("seconds")
+    return lines
 
 
 def expected(fitted, signal, **settings):
