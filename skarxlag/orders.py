@@ -288,8 +288,9 @@ class OrderResidual(StretchTransformer):
             If a speed is not above 0, or farther than a factor of 5 outside the speeds of `fit`.
             The residuals of such a stretch are 1 for all conditions.
         """
+        X, _ = validate_innovations(self, X, reset=False, any_length=True)
         rpm, is_plausible = with_plausible_speeds(rpm, len(X), self.speeds_)
-        residuals = self.match(X, rpm=rpm).residuals
+        residuals = self._match(X, rpm).residuals
         # Equal residuals name no condition.
         residuals[~is_plausible] = 1.0
         return residuals
@@ -313,6 +314,9 @@ class OrderResidual(StretchTransformer):
             n_orders), the order spectra z at these factors, in nepers.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
+        return self._match(X, rpm)
+
+    def _match(self, X, rpm):
         turns = self._samples_a_turn(rpm, X)
         if rpm is None:
             deviation, factors = np.log(self.speed_range) / 2, np.ones(len(X))

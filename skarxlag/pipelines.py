@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -367,7 +366,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
     def _in_batches(self, method, X, params):
         if type(X).__module__.partition(".")[0] == "dask":
             raise TypeError(_LAZY)
-        X = np.asarray(X) if isinstance(X, Sequence) else X
+        X = X if hasattr(X, "shape") else np.asarray(X)  # other libraries' arrays and tables
         # The index of a table may hold numbers that are no positions.
         rows = X.iloc if isinstance(X, pd.DataFrame) else X
         n_windows = X.shape[0] if X.shape else 0

@@ -21,6 +21,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
+from sklearn.base import clone
 
 from benchmarks.cross_speed.protocol import first_and_second_half
 from benchmarks.pages.blocks import markdown, page_parser, publish
@@ -28,7 +29,7 @@ from benchmarks.recipe.random_rigs import VIBRATION, random_rig
 from skarxlag import make_diagnoser
 from skarxlag.commands.training import join_windows
 from skarxlag.kernels import order_spectra
-from skarxlag.orders import OrderResidual
+from skarxlag.stretches import ORDER_WEIGHT
 
 CHOOSING, CONFIRMING, FURTHER = range(200, 204), range(300, 304), range(400, 406)
 CLEAR = 0.01
@@ -57,7 +58,7 @@ class Setting(NamedTuple):
     """
 
     orders: tuple = ()
-    exponent: float = 1.0
+    exponent: float = ORDER_WEIGHT
     window_length: int = 4800
     independent_values: int | None = None
     knows_speed: bool = True
@@ -69,7 +70,7 @@ def _orders(**parameters):
 
 #: What is compared, by constant and value.
 SETTINGS = {
-    (IN_USE, "tolerance 0.1, exponent 1"): Setting(),
+    (IN_USE, f"tolerance 0.1, exponent {ORDER_WEIGHT:g}"): Setting(),
     ("speed_tolerance", "0"): _orders(speed_tolerance=0.0),
     ("speed_tolerance", "0.03"): _orders(speed_tolerance=0.03),
     ("speed_tolerance", "0.06"): _orders(speed_tolerance=0.06),
@@ -86,7 +87,7 @@ SETTINGS = {
     ("drift", "3"): _orders(drift=3.0),
     ("window_length", "1200"): Setting(window_length=1200),
     ("exponent", "0, windows alone"): Setting(exponent=0.0),
-    ("exponent", "0.5"): Setting(exponent=0.5),
+    ("exponent", "1"): Setting(exponent=1.0),
     ("exponent", "2"): Setting(exponent=2.0),
     ("no rpm, exponent", "0.25"): Setting(exponent=0.25, knows_speed=False),
     ("no rpm, exponent", "0.5 (in use)"): Setting(exponent=0.5, knows_speed=False),
@@ -145,31 +146,21 @@ def accuracy(rig, settings):
         diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate)
         X = diagnoser["identify"].fit_transform(rig.data[train], y)
         X_test = diagnoser["identify"].transform(rig.data[test])
-        known = {}
         for name, setting in settings.items():
-            windows = "windows", setting.window_length
-            if windows not in known:
-                known[windows] = _log_of_windows(diagnoser, X, y, X_test, setting.window_length)
-            orders = setting.orders, setting.independent_values, setting.knows_speed
-            if orders not in known:
-                residual = OrderResidual(sampling_rate=rig.sampling_rate, **dict(setting.orders))
-                with _worth(setting.independent_values):
-                    residual.fit(X, y, rpm=rig.nominal[train])
-                    speeds = rig.nominal[test] if setting.knows_speed else None
-                    known[orders] = np.log(residual.transform(X_test, rpm=speeds))
-            product = known[windows] + setting.exponent * known[orders]
-            verdict = np.unique(y)[product.argmin(axis=1)]
+            compare = clone(diagnoser["compare"]).set_params(
+                window_length=setting.window_length,
+                order_weight=setting.exponent,
+                **{f"order_residual__{each}": value for each, value in setting.orders},
+            )
+            with _worth(setting.independent_values):
+                compare.fit(X, y, rpm=rig.nominal[train])
+                residual = compare.transform(
+                    X_test, rpm=rig.nominal[test] if setting.knows_speed else None
+                )
+            verdict = compare.classes_[residual.argmin(axis=1)]
             by_speed = pd.Series(verdict == truth).groupby(rig.rpm[test]).mean()
             found[name].append(by_speed.mean())
     return {name: float(np.mean(each)) for name, each in found.items()}
-
-
-def _log_of_windows(diagnoser, X, y, X_test, window_length):
-    """Mean log residual of the windows in each test stretch, as `StretchResidual` has it."""
-    # With an exponent of 0 the rest of the product is left.
-    compare = diagnoser["compare"].set_params(window_length=window_length).fit(X, y)
-    residual = compare.window_residual_.transform(compare._windows(X_test))
-    return np.log(residual).reshape(len(X_test), -1, len(compare.classes_)).mean(axis=1)
 
 
 def _worth(independent_values):

@@ -109,7 +109,7 @@ def test_speed_pairs(pairs):
 def test_healthy_windows_move_the_references_towards_themselves(pairs):
     healthy = pairs[1].target == 1  # "bad", "ok"
     own = [np.mean(pairs[1][key][healthy, 1]) for key in ("residual", "adapted", "shifted")]
-    assert own[0] > 1.03 * max(own[1:])
+    assert own[0] > 1.02 * max(own[1:])
     others = [np.mean(pairs[0][key][:, 1]) for key in ("residual", "adapted", "shifted")]
     np.testing.assert_allclose(others, others[0])  # at the training speed nothing has moved
 

@@ -5,7 +5,7 @@ import pytest
 from benchmarks.cross_speed.protocol import first_and_second_half
 from benchmarks.recipe import random_rigs, stretches
 from benchmarks.recipe.stretches import IN_USE, SETTINGS
-from skarxlag import make_diagnoser
+from skarxlag import OrderResidual, make_diagnoser
 
 
 @pytest.fixture(scope="module")
@@ -64,9 +64,9 @@ def test_every_setting_changes_something(rig):
     assert stretches.order_spectra._INDEPENDENT_VALUES == 50
     assert train.any()
     for _, setting in SETTINGS.items():
-        residual = stretches.OrderResidual(**dict(setting.orders))
+        residual = OrderResidual(**dict(setting.orders))
         for name, value in setting.orders:
-            assert getattr(residual, name) == value != getattr(stretches.OrderResidual(), name)
+            assert getattr(residual, name) == value != getattr(OrderResidual(), name)
 
 
 def test_report_names_what_is_better_on_both(tmp_path, monkeypatch, capsys):
