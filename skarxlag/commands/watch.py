@@ -56,7 +56,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sampling-rate", type=positive_number, metavar="HZ", help="default: the model's"
     )
-    parser.add_argument("--rpm", type=positive_number, help="shaft speed, where the model uses it")
+    speed = parser.add_mutually_exclusive_group()
+    speed.add_argument("--rpm", type=positive_number, help="shaft speed, where the model uses it")
+    speed.add_argument(
+        "--rpm-column",
+        metavar="NAME",
+        help="name, position or pattern of the column of shaft speeds of csv lines; a window has "
+        "the speed at its middle",
+    )
     parser.add_argument(
         "--hop", type=int, metavar="SAMPLES", help="between windows; default: their length"
     )
@@ -154,6 +161,7 @@ def run(args: argparse.Namespace) -> int:
             "channel": args.channel,
             "dtype": args.dtype,
             "time column": args.time_column,
+            "rpm column": args.rpm_column,
             "sampling rate": sampling_rate,
         }
         state = WatchState(args.state, args.source, args.model, reading)
@@ -179,7 +187,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _monitor(args, model, sampling_rate):
     can = answers(model.diagnoser)
-    if can.conditions is None and can.needs_rpm and args.rpm is None:
+    is_stated = args.rpm is not None or args.rpm_column is not None
+    if can.conditions is None and can.needs_rpm and not is_stated:
         listed = ", ".join(f"{speed:g}" for speed in can.speeds)
         raise UsageError(f"argument --rpm: needed, the detector was fitted at {listed} rpm")
     with as_command_error():
@@ -205,8 +214,7 @@ def _source(args, model, sampling_rate, stopping, place):
         channel = [name.strip() for name in channel.split(";")]
     patience = Patience(stopping, args.poll, args.idle)
     if args.source != "-" and path.is_dir():
-        if args.time_column is not None:
-            raise UsageError("argument --time-column: belongs to csv lines, not to a folder")
+        _check_columns(args, "a folder")
         options = {
             "channel": channel,
             "dtype": args.dtype,
@@ -220,10 +228,9 @@ def _source(args, model, sampling_rate, stopping, place):
     if args.dtype is None:
         tolerance = args.gap_tolerance or 0.5 * model.window_length / sampling_rate
         times = StreamTimes(args.time_column, sampling_rate, tolerance, model.window_length)
-        parser = TextSamples(channel, times)
-    elif args.time_column is not None:
-        raise UsageError("argument --time-column: belongs to csv lines, not to raw samples")
+        parser = TextSamples(channel, times, args.rpm_column)
     else:
+        _check_columns(args, "raw samples")
         parser = RawSamples(args.dtype, channel)
     if args.source == "-":
         if sys.stdin is None:
@@ -236,19 +243,29 @@ def _source(args, model, sampling_rate, stopping, place):
     return parser, from_growing_file(path, parser, patience, _warn_printable, place)
 
 
+def _check_columns(args, source):
+    for name in ("time_column", "rpm_column"):
+        if getattr(args, name) is not None:
+            option = "--" + name.replace("_", "-")
+            raise UsageError(f"argument {option}: belongs to csv lines, not to {source}")
+
+
 def _follow(args, model, monitor, lines, blocks, stopping, state, place):
     told = saved = time.monotonic()
     is_at_place, limits = True, None
     try:
         for block in blocks:
             if block.samples.shape[1] > 0:
-                if len(block.samples) != model.n_channels:
+                samples, rpm = block.samples, args.rpm
+                if args.rpm_column is not None:
+                    samples, rpm = samples[:-1], samples[-1]
+                if len(samples) != model.n_channels:
                     raise ContentError(
-                        f"{len(block.samples)} channels, but {args.model} was fitted on "
+                        f"{len(samples)} channels, but {args.model} was fitted on "
                         f"{model.n_channels}; --channel chooses"
                     )
                 is_at_place = False
-                verdicts = monitor.update(block.samples, time=block.time, rpm=args.rpm)
+                verdicts = monitor.update(samples, time=block.time, rpm=rpm)
                 lines.write(verdicts, block.source)
                 for verdict in verdicts:
                     if verdict.limits not in (HOLD, limits):

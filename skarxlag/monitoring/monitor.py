@@ -33,7 +33,7 @@ class MonitorVerdict(NamedTuple):
         Time in seconds at the end of the window: on the clock of the blocks' times, or since the
         first sample if there are none.
     rpm : float
-        Stated shaft speed at the start of the window; NaN if there is none.
+        Stated shaft speed in the middle of the window; NaN if there is none.
     quality : str
         ``"good"``; why the window carries no signal, see `signal_quality`; or ``"no verdict"``.
     window_verdict : object
@@ -246,7 +246,7 @@ class ConditionMonitor:
         }
 
     def update(
-        self, samples: ArrayLike, *, time: float | None = None, rpm: float | None = None
+        self, samples: ArrayLike, *, time: float | None = None, rpm: ArrayLike | None = None
     ) -> list[MonitorVerdict]:
         """Add the next block, and return a verdict for each window that is complete now.
 
@@ -259,8 +259,9 @@ class ConditionMonitor:
         time : float or None, default=None
             Time of the first sample, in seconds on any clock. None: the block follows the block
             before.
-        rpm : float or None, default=None
-            Shaft speed from here on. None: as before.
+        rpm : float, array-like of shape (n_samples,) or None, default=None
+            Shaft speed from here on, or at each sample; NaN within an array is the speed before.
+            None: as before. A window has the speed at its middle.
 
         Returns
         -------
@@ -270,13 +271,14 @@ class ConditionMonitor:
         Raises
         ------
         ValueError
-            If the samples are not real numbers, or have another number of channels than the model.
+            If the samples are not real numbers, or have another number of channels than the model;
+            if there is not one speed, or one for each sample.
         """
         signal = self._check_samples(samples)
         if time is not None:
             check_real(time, "time")
         if rpm is not None:
-            self._speeds.append((self._stream.n_samples, _number(rpm)))
+            self._note_speeds(rpm, signal.shape[1])
         verdicts = []
         for start, windows, gap in self._stream.push(signal, time):
             for first in range(0, len(windows), _BATCH):
@@ -405,14 +407,33 @@ class ConditionMonitor:
             return window_verdict, CHANGED, np.nan
         return window_verdict, self.conditions[best], float(probability[best])
 
+    def _note_speeds(self, rpm, n_samples):
+        """Note where the speed changes."""
+        if np.ndim(rpm) == 0:
+            self._speeds.append((self._stream.n_samples, _number(rpm)))
+            return
+        rpm = np.asarray(rpm, dtype=np.float64)
+        if rpm.shape != (n_samples,):
+            raise ValueError(f"rpm of shape {rpm.shape}, expected one speed or ({n_samples},)")
+        known = np.concatenate([[self._speeds[-1][1] if self._speeds else np.nan], rpm])
+        latest = np.maximum.accumulate(np.where(np.isnan(known), 0, np.arange(len(known))))
+        known = known[latest]
+        is_new = (known[1:] != known[:-1]) & ~np.isnan(known[1:])
+        if not self._speeds and n_samples > 0:
+            is_new[0] = True
+        places = np.flatnonzero(is_new)
+        samples = (self._stream.n_samples + places).tolist()
+        self._speeds += zip(samples, known[1:][places].tolist(), strict=True)
+
     def _speeds_at(self, start, windows):
-        """Speed at the start of each window, or None if none was stated so far."""
-        starts = start + self._stream.hop * np.arange(len(windows))
+        """Speed in the middle of each window, or None if none was stated so far."""
+        middle = start + self._stream.window_length // 2
+        middles = middle + self._stream.hop * np.arange(len(windows))
         changes = np.array([sample for sample, _ in self._speeds])
-        current = np.searchsorted(changes, starts, "right") - 1
+        current = np.searchsorted(changes, middles, "right") - 1
         if not self._speeds:
             return None
-        # A window that began before the first stated speed takes that one.
+        # A window whose middle is before the first stated speed takes that one.
         current = np.maximum(current, 0)
         speeds = np.array([rpm for _, rpm in self._speeds])[current]
         del self._speeds[: current[-1]]

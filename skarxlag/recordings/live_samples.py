@@ -109,6 +109,8 @@ class TextSamples:
         Chosen columns, in their order; None for all but those of times and shaft speeds.
     times : StreamTimes or None
         Parser of the column of times; None does not look for one.
+    rpm_column : str or None
+        Column of shaft speeds, which becomes the last row of the samples; None for none.
 
     Attributes
     ----------
@@ -119,9 +121,13 @@ class TextSamples:
     n_bad: int
 
     def __init__(
-        self, channel: str | Sequence[str] | None = None, times: StreamTimes | None = None
+        self,
+        channel: str | Sequence[str] | None = None,
+        times: StreamTimes | None = None,
+        rpm_column: str | None = None,
     ) -> None:
         self.n_bad, self._channel, self._times = 0, channel, times
+        self._rpm_column = rpm_column
         self.begin()
 
     @property
@@ -236,6 +242,9 @@ class TextSamples:
             self._time = self._times.find(names, units, rows, self._positions)
         if self._time in self._positions and self._channel is None:
             self._positions.remove(self._time)
+        if self._rpm_column is not None:
+            speed = names.index(choose_channel(names, self._rpm_column))
+            self._positions = [each for each in self._positions if each != speed] + [speed]
         if rows and not any(
             len(row) == len(names) and all(is_number(row[i], decimal) for i in self._positions)
             for row in rows

@@ -276,3 +276,26 @@ def test_a_request_to_end_waits_for_the_end_of_a_file(run, models, tmp_path, mon
     assert len(told) == 5
     run("watch", models[0], folder, *IDLE, "--state", state)
     assert len(told) == 5
+
+
+def test_a_column_of_shaft_speeds(run, models, piped, tmp_path):
+    signal, rpm = sound("good", 1000, 3), np.repeat([900.0, 905.5], 500)
+    for header, column in ((b"acc,n\n", "n"), (b"acc,speed of shaft\n", "speed*"), (b"", "1")):
+        piped(header + lines_of(np.stack([signal, rpm])))
+        code, out, err = run("watch", models[0], "-", "--rpm-column", column)
+        found = verdicts_of(out)
+        assert code == 0 and [v["rpm"] for v in found] == [900.0] * 2 + [905.5] * 3, err
+    piped(b"n,acc\n" + lines_of(np.stack([rpm, signal])))
+    moved = verdicts_of(run("watch", models[0], "-", "--rpm-column", "n", "--channel", "acc")[1])
+    assert moved == found
+    piped(lines_of(signal))
+    code, _, err = run("watch", models[0], "-", "--rpm-column", "n")
+    assert code == 1 and "-: no channel 'n'" in err
+    for source, extra, what in (
+        (tmp_path, (), "a folder"),
+        ("-", ("--dtype", "<f4"), "raw samples"),
+    ):
+        code, _, err = run("watch", models[0], source, "--rpm-column", "n", *extra)
+        assert code == 2 and f"--rpm-column: belongs to csv lines, not to {what}" in err
+    code, _, err = run("watch", models[0], "-", "--rpm-column", "n", "--rpm", 900)
+    assert code == 2 and "not allowed with argument" in err

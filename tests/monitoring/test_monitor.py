@@ -484,6 +484,32 @@ def test_implausible_speed_gets_no_verdict(rpm, diagnoser):
     assert wide.update(signal, rpm=15.0)[-1].verdict in ("good", "changed")
 
 
+def test_a_speed_for_each_sample(diagnoser):
+    def monitor():
+        return ConditionMonitor(diagnoser, RATE, window_length=WINDOW, train_rpm=[900.0])
+
+    signal = sound("good", 2000, 3)
+    rpm = np.linspace(850.0, 950.0, 2000)
+    rpm[::7] = np.nan
+    whole = monitor().update(signal, rpm=rpm)
+    middles = np.arange(100, 2000, 200)
+    expected = [rpm[m] if np.isfinite(rpm[m]) else rpm[m - 1] for m in middles]
+    assert [v.rpm for v in whole] == expected
+    for seed in range(3):
+        blocks = random_blocks(np.stack([signal, rpm]), seed)
+        one = monitor()
+        found = [v for block in blocks for v in one.update(block[0], rpm=block[1])]
+        assert repr(found) == repr(whole)
+        assert len(one.state()["speeds"]) <= WINDOW
+    steps = np.repeat([900.0, np.nan, 910.0], [500, 300, 1200])
+    assert [v.rpm for v in monitor().update(signal, rpm=steps)] == [900.0] * 4 + [910.0] * 6
+    unknown = np.r_[np.full(500, np.nan), np.full(1500, 900.0)]
+    first = monitor().update(signal, rpm=unknown)
+    assert [v.quality for v in first] == ["no verdict"] * 2 + ["good"] * 8
+    with pytest.raises(ValueError, match=r"rpm of shape \(3,\), expected one speed or \(2000,\)"):
+        monitor().update(signal, rpm=[900.0] * 3)
+
+
 def test_speed_must_be_a_number(make):
     with pytest.raises(ValueError, match="rpm == 'fast', expected a number"):
         make().update([0.0], rpm="fast")
