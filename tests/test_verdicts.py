@@ -16,6 +16,7 @@ from skarxlag import (
 )
 from skarxlag.verdicts import (
     CORRELATION,
+    NEAREST_CORRELATION,
     P_VALUE_CORRELATION,
     Judge,
     check_condition_names,
@@ -168,7 +169,9 @@ def test_recording_that_resembles_no_condition(diagnoser, windows, healthy):
     assert np.isnan(found.loc["strange", "probability"])
     nearest = window_verdicts(diagnoser, new, known=known, rpm=900.0)["p-value of nearest"]
     np.testing.assert_allclose(nearest, np.exp(known.score_samples(new, rpm=900.0)))
-    assert found.loc["known", "p-value of nearest"] == combined_p_value(nearest[8:])
+    assert found.loc["known", "p-value of nearest"] == combined_p_value(
+        nearest[8:], NEAREST_CORRELATION
+    )
 
 
 @pytest.mark.parametrize(

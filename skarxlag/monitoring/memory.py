@@ -100,10 +100,11 @@ class FadingPValue:
 
     Examples
     --------
+    >>> from scipy.stats import norm
     >>> deviation = FadingPValue(1.0)
     >>> for p_value in (0.01, 0.01):
     ...     deviation.add(p_value)
-    >>> round(deviation.p_value(), 5) == round(combined_p_value([0.01, 0.01]), 5)
+    >>> round(deviation.p_value(), 5) == round(combined_score(norm.ppf(0.01), 2), 5)
     True
     """
 

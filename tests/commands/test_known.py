@@ -8,7 +8,7 @@ import pytest
 from scipy.signal import lfilter
 
 from skarxlag.persistence import load_diagnoser
-from skarxlag.verdicts import combined_p_value
+from skarxlag.verdicts import NEAREST_CORRELATION, combined_p_value
 
 from .test_fit_diagnose import signal
 
@@ -61,7 +61,9 @@ def test_what_is_of_no_condition_is_told(run, plant, model):
     assert rows["remark"].str.contains("None of these: the recording resembles").all()
     assert out.count("All recordings: None of these: ") == 1
     windows = pd.read_csv(plant / "out_windows.csv")
-    p_values = windows.groupby("recording")["p_value_of_nearest"].agg(combined_p_value)
+    p_values = windows.groupby("recording")["p_value_of_nearest"].agg(
+        combined_p_value, correlation=NEAREST_CORRELATION
+    )
     np.testing.assert_allclose(rows["p_value_of_nearest"], p_values[rows["recording"]])
 
 
