@@ -424,8 +424,33 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             Nepers above the reference; the limit for healthy. For two classes the second's score
             less the first's.
         """
-        scores = self._scores(self.match(X, rpm))
-        return scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
+        return _of_two(self._scores(self.match(X, rpm)))
+
+    @uses_fitted
+    def diagnose(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
+        """Compute scores, probabilities, classes and alarms from one match.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Rows.
+        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
+            Nominal speed, as in `match`.
+
+        Returns
+        -------
+        Bunch
+            ``score``, ``probability``, ``verdict`` and ``alarm``: the results of
+            `decision_function`, `predict_proba`, `predict` and `detect`.
+        """
+        found = self.match(X, rpm)
+        scores = self._scores(found)
+        return Bunch(
+            score=_of_two(scores),
+            probability=np.exp(log_softmax(_CONFIDENCE * scores, axis=1)),
+            verdict=self.classes_[scores.argmax(axis=1)],
+            alarm=self._exceeds(found),
+        )
 
     def _scores(self, found):
         """Scores of the classes from those of the places."""
@@ -782,3 +807,8 @@ def envelope_spectrum(
     part = (0.0, 0.5) if band is None else (band[0] / sampling_rate, band[1] / sampling_rate)
     power = squared_envelope_spectrum(signal, part, prewhiten)
     return np.arange(len(power)) * sampling_rate / len(signal), power
+
+
+def _of_two(scores):
+    """Scores of the classes; of two classes the second's less the first's."""
+    return scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores

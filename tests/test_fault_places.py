@@ -80,6 +80,17 @@ def test_the_limit_is_the_score_with_the_stated_p_value(rows, healthy):
     assert limit > fitted.limit_
 
 
+@pytest.mark.parametrize("classes", [None, ["healthy", "outer", "outer"]])
+def test_diagnose_is_what_the_methods_return(rows, classes):
+    fitted = classifier().fit(rows, classes, rpm=900)
+    found = fitted.diagnose(rows, rpm=900)
+    methods = ("decision_function", "predict_proba", "predict", "detect")
+    for name, method in zip(("score", "probability", "verdict", "alarm"), methods, strict=True):
+        np.testing.assert_array_equal(found[name], getattr(fitted, method)(rows, rpm=900))
+    pipeline = DiagnosisPipeline([("decide", fitted)])
+    np.testing.assert_array_equal(pipeline.diagnose(rows, rpm=900).score, found.score)
+
+
 def test_speed_slip_and_gear_ratio(rows):
     fitted = classifier().fit(rows)
     assert fitted.predict([row("inner", rpm=930)], rpm=900)[0] == "inner"

@@ -188,9 +188,9 @@ def run(args: argparse.Namespace) -> int:
 def _monitor(args, model, sampling_rate):
     can = answers(model.diagnoser)
     is_stated = args.rpm is not None or args.rpm_column is not None
-    if can.conditions is None and can.needs_rpm and not is_stated:
-        listed = ", ".join(f"{speed:g}" for speed in can.speeds)
-        raise UsageError(f"argument --rpm: needed, the detector was fitted at {listed} rpm")
+    if can.needs_rpm and not is_stated:
+        listed = ", ".join(f"{speed:g}" for speed in model.train_rpm or can.speeds)
+        raise UsageError(f"argument --rpm: needed, {args.model} was fitted at {listed} rpm")
     with as_command_error():
         return ConditionMonitor(
             model.diagnoser,

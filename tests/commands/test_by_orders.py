@@ -100,6 +100,13 @@ def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
     assert verdicts["good0.npy"] == "healthy"
     # The healthy limits are exceeded and no comb is found.
     assert verdicts["rough.npy"] == "changed"
+    running = plant / "running.csv"
+    np.savetxt(running, np.load(plant / "inner.npy"), fmt="%.5f")
+    command = ("watch", model, running, "--idle", 0.02, "--poll", 0.005)
+    code, out, err = run(*command, "--rpm", 900)
+    assert code == 0 and json.loads(out.splitlines()[-1])["verdict"] == "inner", err
+    code, out, err = run(*command)
+    assert code == 2 and out == "" and "--rpm: needed" in err and "fitted at 900 rpm" in err
 
 
 def test_fit_by_orders_needs_bearing_and_speed(run, plant):
