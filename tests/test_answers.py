@@ -104,6 +104,7 @@ def stretches():
     return X, np.repeat(CONDITIONS, 20)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rpm", [None, 600.0])
 def test_speed_is_taken_if_fit_knew_it(rpm, stretches):
     X, y = stretches

@@ -155,6 +155,7 @@ def failures(estimator):
     return {r["check_name"] for r in results if r["status"] != "passed"}, len(results)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "make",
     [make_alpio, make_extended_state_pio, make_single_observer_pio, make_diagnoser],
@@ -169,6 +170,7 @@ def test_diagnosers_fail_no_check_that_a_pipeline_can_pass(make):
 
 
 # These checks transform arrays after a fit on tables, and the other way round, on purpose.
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:X does not have valid feature names:UserWarning")
 @pytest.mark.filterwarnings("ignore:X has feature names, but:UserWarning")
 @pytest.mark.parametrize("estimator", TABLES, ids=str)
@@ -279,6 +281,7 @@ class TestEveryEstimator:
             with pytest.raises(ValueError, match=message):
                 outputs(fitted, bad)
 
+    @pytest.mark.slow
     def test_rows_do_not_depend_on_their_neighbours(self, estimator):
         X, y = signals((130, 40)), labels(130)
         fitted = clone(estimator).fit(X, y)

@@ -98,6 +98,7 @@ print(signal.tolist(), rate)
 """
 
 
+@pytest.mark.slow
 def test_each_change_is_one_piece_and_one_line_of_a_list(tmp_path):
     for folder in ("skarxlag", "benchmarks"):
         ignore = shutil.ignore_patterns("__pycache__")

@@ -37,6 +37,7 @@ def _name(path):
     return path.relative_to(ROOT).as_posix()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=_name)
 def test_blocks_of_page(page):
     text = page.read_text(encoding="utf-8")
@@ -147,6 +148,7 @@ def test_links_on_the_site(source, page, link, on_site):
     assert relink(f"[text]({link})", source, page) == f"[text]({on_site})"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", EXAMPLES, ids=_name)
 def test_example(example, monkeypatch, capsys):
     if "fetch_" in example.read_text("utf-8"):

@@ -149,6 +149,7 @@ def test_healthy_rows_are_the_reference(rows, healthy):
     assert fitted.predict(rows[2:], rpm=900)[0] == "inner"
 
 
+@pytest.mark.slow
 def test_stated_false_alarm_rate_holds_for_rows_like_the_reference():
     rng = np.random.default_rng(6)
     X = rng.normal(size=(300, 6000))

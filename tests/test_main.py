@@ -8,6 +8,7 @@ import skarxlag
 from skarxlag.commands import main
 
 
+@pytest.mark.slow
 def test_module_runs_as_a_program(tmp_path):
     command = [sys.executable, "-m", "skarxlag"]
     shown = subprocess.run([*command, "--version"], capture_output=True, text=True, check=True)
@@ -36,6 +37,7 @@ def test_commands_are_named_if_none_is_given(argv, capsys):
     assert "COMMAND" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="file names of Windows are always text")
 def test_a_name_that_is_no_text_ends_without_a_traceback(tmp_path):
     odd = os.fsencode(tmp_path) + b"/caf\xe9.skops"
@@ -54,6 +56,7 @@ PRINTS_MUCH = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no signal for a pipe without a reader")
 def test_a_reader_that_went_away_ends_without_a_traceback():
     reader, writer = os.pipe()
@@ -63,6 +66,7 @@ def test_a_reader_that_went_away_ends_without_a_traceback():
     assert (gone.returncode, gone.stderr) == (141, "")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     not os.path.exists("/dev/full"), reason="this system has no device that is always full"
 )

@@ -153,6 +153,7 @@ def test_splitter_within_a_search_within_a_cross_validation(routing):
     assert len(scores["test_score"]) == 3 and scores["test_score"].min() > 0.5
 
 
+@pytest.mark.slow
 def test_predictions_out_of_speed_make_a_confusion_matrix():
     found = cross_speed_predict(ThresholdLadder(), LEVELS, LABELS, groups=SPEED)
     assert confusion_matrix(found["true"], found["predicted"]).sum(axis=1).tolist() == [60, 60]

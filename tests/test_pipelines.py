@@ -97,6 +97,7 @@ def test_order_and_batch_size_change_no_bit(make, data):
     np.testing.assert_array_equal(diagnoser.predict_proba(X[order]), probability[order])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", MAKERS)
 @pytest.mark.parametrize("table", ["pandas", "polars"])
 def test_set_output_reaches_the_steps_that_return_tables(make, table, data):
@@ -120,6 +121,7 @@ class CountedARXLaguerre(ARXLaguerre):
         return super().fit(X, y)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("observer", "grid"),
     [
@@ -380,6 +382,7 @@ def test_adapt_reaches_its_step_through_the_steps_before(data):
     assert first["scale"].adapted_[0] is X
 
 
+@pytest.mark.slow
 def test_batches_are_counted_in_bytes(data, monkeypatch):
     seen = []
     original = ARXLaguerre.transform

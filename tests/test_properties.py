@@ -104,6 +104,7 @@ def test_layout_and_byte_order_do_not_matter(fitted, seed, dtype, layout):
     )
 
 
+@pytest.mark.slow
 @some_examples
 @given(
     st.sampled_from(MAKERS),

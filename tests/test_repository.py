@@ -33,6 +33,7 @@ def test_every_supported_python_is_tested_and_told():
     assert PROJECT["requires-python"] == f">={tested[0]}"
 
 
+@pytest.mark.slow
 def test_workflows_and_updates_are_valid():
     pytest.importorskip("check_jsonschema")
     check = [sys.executable, "-m", "check_jsonschema", "--quiet", "--builtin-schema"]

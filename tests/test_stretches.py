@@ -61,6 +61,7 @@ def test_diagnoser_in_cross_validation(data):
     np.testing.assert_array_equal(scores, 1)
 
 
+@pytest.mark.slow
 def test_batches_order_and_threads_change_no_bit(diagnoser, data):
     X = np.concatenate([data[0]] * 3)
     rpm = np.linspace(850, 950, len(X))
@@ -73,6 +74,7 @@ def test_batches_order_and_threads_change_no_bit(diagnoser, data):
     assert len(names) >= 5 and all(threads.get_params()[name] == 2 for name in names)
 
 
+@pytest.mark.slow
 def test_residual_is_the_product_of_its_parts(data):
     X, y = data
     X = X[:, np.newaxis]

@@ -79,6 +79,7 @@ def test_what_is_wrong_with_one_recording_is_told(run, plant):
     assert code == 1 and "the speed of the shaft is not stated" in err
 
 
+@pytest.mark.slow
 def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
     rng = np.random.default_rng(9)
     lines = ["path,rpm,sampling_rate"]

@@ -41,6 +41,7 @@ MAKERS = {
 }
 
 
+@pytest.mark.slow
 def test_writes_tables_and_figures_of_each_crack_size(simulated):
     names = {path.name for path in simulated.iterdir()}
     tables = ["conditions_500rpm", "speeds", "summary", "verdicts"]
@@ -120,6 +121,7 @@ def test_progress_and_folder_are_told(run, tmp_path, no_figures):
     assert not list(folder.glob("*.png"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "is_same"),
     [
@@ -136,6 +138,7 @@ def test_seed_changes_the_rig_and_threads_and_processes_change_nothing(
     assert ((tmp_path / name).read_text() == (simulated / name).read_text()) == is_same
 
 
+@pytest.mark.slow
 def test_a_process_that_dies_each_time_names_its_trial(run, tmp_path, no_figures, monkeypatch):
     run_tasks = evaluate.run_tasks
     deadly = lambda tasks, workers: run_tasks([Deadly() for _ in tasks[:2]], workers)  # noqa: E731
@@ -178,6 +181,7 @@ def fetched(monkeypatch, real_rig):
     return asked
 
 
+@pytest.mark.slow
 def test_real_rig_is_calibrated_at_every_speed(run, tmp_path, fetched, real_rig):
     code, out, _ = run(
         "evaluate", "--rig", "uestc", "--data-home", tmp_path, "--output", tmp_path / "out"

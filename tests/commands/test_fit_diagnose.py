@@ -177,6 +177,7 @@ def test_threads_change_nothing(run, model, workshop):
     )
 
 
+@pytest.mark.slow
 def test_reading_in_parts_changes_nothing(run, model, workshop, monkeypatch):
     output = workshop / "verdicts.csv"
     arguments = (model, workshop / "inner_300.npy", "--table", workshop / "table.csv", "-o", output)

@@ -88,11 +88,13 @@ def in_order(diagnose):
     return diagnose("--n-jobs", "1", name="order.csv")
 
 
+@pytest.mark.slow
 def test_threads_and_processes_change_nothing(diagnose, in_order):
     assert diagnose("--n-jobs", "2") == in_order
     assert diagnose("--n-jobs", "2", "--processes") == in_order
 
 
+@pytest.mark.slow
 def test_a_cluster_that_loses_a_worker_during_the_run_changes_nothing(
     diagnose, in_order, cluster, monkeypatch
 ):
@@ -110,6 +112,7 @@ def test_a_cluster_that_loses_a_worker_during_the_run_changes_nothing(
     assert victim not in [worker.pid for worker in cluster.workers.values()]
 
 
+@pytest.mark.slow
 def test_a_recording_that_kills_each_of_its_workers_costs_itself_alone(
     diagnose, in_order, cluster, fleet, tmp_path, monkeypatch
 ):
@@ -133,6 +136,7 @@ def test_a_recording_that_kills_each_of_its_workers_costs_itself_alone(
             assert error == f"{fleet / killer}: every process that read it died"
 
 
+@pytest.mark.slow
 def test_the_simulated_rig_is_evaluated_on_a_cluster(run, cluster, tmp_path, monkeypatch):
     monkeypatch.setattr("skarxlag.commands.evaluate.why_no_figures", lambda: "No figures today.")
     tiny = ("evaluate", "--n-samples", "1200", "--window-length", "400")
@@ -156,6 +160,7 @@ class Options:
     n_jobs, processes, dask = 2, True, None
 
 
+@pytest.mark.slow
 def test_a_death_costs_a_retry_and_a_second_one_that_task_alone(tmp_path):
     tasks = [Harmless(0), Deadly(tmp_path / "flag"), Harmless(2), Deadly()]
     tasks += [Harmless(place) for place in range(4, 9)]
@@ -244,6 +249,7 @@ def test_workers_that_are_silent_are_looked_after(monkeypatch):
     assert dict(run_tasks([Harmless(5)], workers)) == {0: "found"}
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_goes_on_where_it_stopped(run, fleet, tmp_path, monkeypatch, diagnose):
     whole = diagnose(name="order.csv")
     output = tmp_path / "out.csv"
@@ -329,6 +335,7 @@ def test_a_dask_array_is_refused_with_a_recipe_that_works(fleet):
     np.testing.assert_array_equal(verdicts.compute(scheduler="sync"), diagnoser.predict(X))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "damage",
     [

@@ -146,6 +146,7 @@ def test_a_report_needs_jinja2(plant, monkeypatch, capsys):
     assert "good.npy" not in err
 
 
+@pytest.mark.slow
 def test_many_recordings_are_a_short_page(plant):
     """60 healthy recordings have a line each, and no section."""
     page = diagnosed(plant, *[plant / "good.npy"] * 60)

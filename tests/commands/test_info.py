@@ -98,6 +98,7 @@ def classifiers(windows, tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_classifiers_of_others_in_all_commands(run, classifiers, windows, monkeypatch):
     folder = classifiers
     model = folder / "calibrated.skops"

@@ -31,6 +31,7 @@ def workshop(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["table", "campaigns"])
 def test_own_recordings_are_evaluated_across_speeds(run, workshop, name):
     output = workshop / f"results_{name}"
@@ -72,6 +73,7 @@ def test_a_table_that_cannot_be_evaluated_is_named(run, workshop):
         assert code == 2 and "bad.csv" in err and message in err
 
 
+@pytest.mark.slow
 def test_a_rig_of_one_channel_is_evaluated_with_figures(run, tmp_path, monkeypatch):
     def one_channel(**options):
         rig = simulate_rig(rpm=(300, 500), crack_mm=6, n_samples=2400, window_length=400)

@@ -55,6 +55,7 @@ def test_long_recordings_are_compared_by_stretches_and_speeds(run, workshop):
     np.testing.assert_allclose(windows["probability_of_inner"][:4], by_hand[:, 0])
 
 
+@pytest.mark.slow
 def test_a_speed_may_be_unknown(run, workshop):
     model = workshop / "bearing.skops"
     run("fit", workshop / "900.csv", *HEALTHY, "-o", model)
@@ -86,6 +87,7 @@ def test_options_that_say_otherwise(run, workshop, options, expected):
     assert code == 0 and expected in out
 
 
+@pytest.mark.slow
 def test_more_than_memory_shall_hold_is_sampled(run, workshop, monkeypatch):
     """By stretches and by windows, as the options say and as they do not."""
     fit = ("fit", workshop / "900.csv", *HEALTHY, "-o", workshop / "sampled.skops")
@@ -157,6 +159,7 @@ def figures(page):
     return codes, [b64decode(c).decode() for c in re.findall(r"svg\+xml;base64,([^\"]*)", page)]
 
 
+@pytest.mark.slow
 def test_report_draws_orders_and_marks_the_faults_of_a_bearing(run, workshop, model):
     captions, (_, plain) = figures(report_of(run, workshop, model))
     # The healthy recording has a line, the other one has figures.

@@ -23,6 +23,7 @@ def select(rig, **columns):
     return rig.data[rows]
 
 
+@pytest.mark.slow
 def test_default_is_table_1(default_rig):
     rig = default_rig
     assert isinstance(rig, Bunch)

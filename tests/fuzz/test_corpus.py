@@ -30,6 +30,7 @@ def test_inconsistent_model_is_refused(path):
 
 
 # The writer of universal files leaves them open.
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 def test_intact_files_are_read(tmp_path):
@@ -40,6 +41,7 @@ def test_intact_files_are_read(tmp_path):
     assert {path.name: handle(path) for path in files} == {path.name: "read" for path in files}
 
 
+@pytest.mark.slow
 @needs_linux
 def test_a_few_damaged_files_are_handled(tmp_path):
     source = random.Random(0)

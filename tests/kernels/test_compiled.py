@@ -51,16 +51,19 @@ def run(code, folder, **environment):
     return done.stdout
 
 
+@pytest.mark.slow
 def test_nothing_is_compiled_at_import():
     run(COUNT_SIGNATURES, PACKAGE.parent)
 
 
+@pytest.mark.slow
 def test_machine_code_is_cached_where_a_folder_can_be_written(tmp_path):
     root = str(PACKAGE.parent)
     run(WORK.format(root=root), root, NUMBA_CACHE_DIR=str(tmp_path))
     assert list(tmp_path.rglob("*.nbi"))
 
 
+@pytest.mark.slow
 def test_works_where_no_cache_folder_can_be_written(tmp_path):
     # Files where folders would have to be: not even an administrator can write in there.
     shutil.copytree(PACKAGE, tmp_path / "skarxlag", ignore=shutil.ignore_patterns("__pycache__"))

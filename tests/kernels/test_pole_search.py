@@ -194,6 +194,7 @@ def test_search_is_no_worse_than_a_fine_grid(order):
     assert error <= best * (1 + 1e-4)
 
 
+@pytest.mark.slow
 def test_search_in_two_channels_is_no_worse_than_a_grid():
     windows = simulated([3, 2], [0.5, -0.4], [0.4, 0.2, -0.3, 0.6, 0.5], 3000, noise=0.5)
     found = poles_of(windows, [2, 2], [None, None])

@@ -36,6 +36,7 @@ def test_switching_gain_levels_are_those_of_the_trajectories(innovations):
     np.testing.assert_allclose(levels, expected, rtol=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [0.0, 1e-300, 1e-160, 1e160, 1e300])
 def test_levels_of_extreme_windows_stay_beside_ordinary_ones(size):
     linear = (*LOOP[:6], 0.0)

@@ -71,6 +71,7 @@ def test_conditions_have_the_figures_that_the_paper_gives_them():
     assert list(RESIDUAL_FIGURES) == load_tables().tables[6].frame.index.tolist()
 
 
+@pytest.mark.slow
 def test_command_writes_the_images_of_the_page(tmp_path, monkeypatch):
     small = paper_figures.simulate_rig
     monkeypatch.setattr(paper_figures, "simulate_rig", lambda **kw: small(n_samples=12_000, **kw))

@@ -47,6 +47,7 @@ def test_missing_matplotlib_tells_what_to_install(monkeypatch, draw):
         draw()
 
 
+@pytest.mark.slow
 def test_importing_the_displays_does_not_import_matplotlib():
     code = (
         "import sys, skarxlag, skarxlag.plotting, skarxlag.commands\n"

@@ -106,6 +106,7 @@ def test_only_what_is_given_is_drawn(ax):
     assert zeros.ax_.get_title(loc="left") == "residual, model of a"
 
 
+@pytest.mark.slow
 def test_line_keywords_and_repeated_plots(ax):
     display = ResidualDisplay.from_predictions([0.5, -0.5], condition=2, ax=ax)
     assert ax.get_title(loc="left") == "residual, window of 2"

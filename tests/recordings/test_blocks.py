@@ -62,6 +62,7 @@ def small_blocks(monkeypatch):
     monkeypatch.setattr("skarxlag.recordings.windows._BLOCK", 25)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_samples", [1, 20, N_SAMPLES, 1000])
 @pytest.mark.parametrize("name", WRITERS)
 def test_blocks_are_the_recording(tmp_path, name, n_samples):
@@ -168,6 +169,7 @@ print(n_windows, peak() - before)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/proc/self/status"), reason="memory is read as on Linux")
 @pytest.mark.parametrize("suffix", [".npy", ".wav"])
 def test_memory_does_not_grow_with_the_recording(tmp_path, suffix):

@@ -40,6 +40,7 @@ def program(tmp_path, monkeypatch):
     _isolation.end_readers()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("prelude", ["", "import sys; sys.stdin.readline();"])
 def test_a_crash_is_told_and_the_next_file_is_read(run, program, monkeypatch, prelude):
     program(prelude + "import os; os.abort()")
@@ -65,6 +66,7 @@ def test_a_hang_is_ended(run, program, monkeypatch):
         read_recording(run)
 
 
+@pytest.mark.slow
 def test_a_caller_that_takes_its_time_is_no_hang(run, monkeypatch):
     blocks = recording_blocks(run, 20)
     next(blocks)
@@ -83,6 +85,7 @@ def test_one_process_reads_file_after_file(run):
     assert _isolation._idle[os.getpid()] is reader
 
 
+@pytest.mark.slow
 def test_a_recording_that_is_not_read_to_its_end(run):
     blocks = recording_blocks(run, 10)
     next(blocks)
@@ -91,6 +94,7 @@ def test_a_recording_that_is_not_read_to_its_end(run):
     np.testing.assert_array_equal(read_recording(run)[0], Y)
 
 
+@pytest.mark.slow
 def test_several_files_at_a_time(tmp_path):
     paths = [tmp_path / f"{i}.mat" for i in range(6)]
     for i, path in enumerate(paths):
@@ -104,6 +108,7 @@ def test_several_files_at_a_time(tmp_path):
     assert _isolation._idle[os.getpid()].is_free
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked as on POSIX")
 def test_a_fork_has_a_reader_of_its_own(run):
     read_recording(run)
@@ -166,6 +171,7 @@ def test_texts_that_unpack_to_gigabytes(tmp_path, monkeypatch, n_samples):
             pass
 
 
+@pytest.mark.slow
 def test_the_end_of_a_packed_text_is_read_before_it_is_unpacked(tmp_path, monkeypatch):
     with gzip.open(tmp_path / "run.csv.gz", "wb") as file:
         for _ in range(300):
@@ -184,6 +190,7 @@ def test_members_of_a_packed_text_are_counted_while_they_are_unpacked(tmp_path, 
         read_recording(tmp_path / "run.csv.gz")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", DAMAGED, ids=lambda path: path.name)
 def test_files_that_have_crashed_the_reader_or_never_ended(path, run, monkeypatch):
     """Found by altering some bytes of a good file; with some versions of SciPy they are read."""

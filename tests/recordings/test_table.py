@@ -143,6 +143,7 @@ def test_recording_shorter_than_a_window_is_named(folder):
         load_recordings(write(folder, GOOD), window_length=10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -231,6 +232,7 @@ def test_rates_that_differ_by_rounding(folder):
     assert read_recording_table(write(folder, text)).sampling_rate == 49999.9
 
 
+@pytest.mark.slow
 def test_resampling_is_told(folder):
     wavfile.write(folder / "slow.wav", 25_000, RNG.normal(size=100))
     text = "path,sampling_rate,channel\nslow.wav,,\nsub/b.mat,50e3,y\n"

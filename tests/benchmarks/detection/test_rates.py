@@ -81,6 +81,7 @@ def test_alarm_needs_three_of_five():
     assert runs.first_alarm(np.zeros(9, dtype=bool)) is None
 
 
+@pytest.mark.slow
 def test_what_is_not_known_is_rejected_at_the_training_speed():
     foreign = np.cumsum(np.random.default_rng(0).normal(size=(30, LENGTH)), axis=1)
     rates, kinds = unknown.rejection_rates(row_rig(), LENGTH, foreign)

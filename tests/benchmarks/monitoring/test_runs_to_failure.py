@@ -32,6 +32,7 @@ def run():
     return snapshots, 10.0 * np.arange(300)
 
 
+@pytest.mark.slow
 def test_alarm_goes_on_after_the_strikes_began(run):
     verdicts, n_healthy = watch_run(*run, 1000.0, 10_000.0)
     row = alarm_row(verdicts, 3000.0)
@@ -39,6 +40,7 @@ def test_alarm_goes_on_after_the_strikes_began(run):
     assert 2000 < float(row["alarm, s"]) < 2600 and row["alarms before, that went off"] == 0
 
 
+@pytest.mark.slow
 def test_command_writes_the_table_and_the_figure(run, tmp_path, capsys):
     path, page, figure = (tmp_path / name for name in ("a.npz", "page.md", "a.svg"))
     snapshots, seconds = run

@@ -145,6 +145,7 @@ def test_as_fast_as_has_the_least_gain_that_settles():
 ROWS = {"observers": 4, "synthetic": 4 * 4, "bearing": 2 * 3 * 4, "gains": 6 * 2}
 
 
+@pytest.mark.slow
 def test_command(tmp_path, capsys):
     pytest.importorskip("matplotlib")
     page = tmp_path / "page.md"

@@ -256,6 +256,7 @@ ROWS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sensitivity.STUDIES)
 def test_command(name, small, tmp_path, capsys):
     pytest.importorskip("matplotlib")

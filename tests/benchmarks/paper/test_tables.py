@@ -94,6 +94,7 @@ def blocks(page):
     return dict(found)
 
 
+@pytest.mark.slow
 def test_every_run_has_every_table(written):
     for name, block in blocks(written / "page.md").items():
         if name == "compared":

@@ -62,6 +62,7 @@ def test_the_rule_chooses_among_the_admissible():
     assert shown["least against the recipe in use"]["loses_on_a"] == pytest.approx(-0.03)
 
 
+@pytest.mark.slow
 def test_candidates_and_variants_are_fitted_and_scored():
     rig = random_rigs.random_rig("strikes", 0, 400)
     sources, variants = sensitivity.variants()

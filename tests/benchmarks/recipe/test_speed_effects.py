@@ -114,6 +114,7 @@ def test_healthy_windows_move_the_references_towards_themselves(pairs):
     np.testing.assert_allclose(others, others[0])  # at the training speed nothing has moved
 
 
+@pytest.mark.slow
 def test_command(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(spectra, "POLES", (0.0,))
     monkeypatch.setattr(evidence, "GROUP_SIZES", (1, 2))

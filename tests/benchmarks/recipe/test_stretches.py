@@ -15,6 +15,7 @@ def rig():
         yield stretches.stretches_of("strikes", 1)
 
 
+@pytest.mark.slow
 def test_nominal_speeds_are_wrong_at_every_recording_by_another_share(rig):
     assert rig.data.shape[-1] == int(0.5 * rig.sampling_rate / 1200) * 1200
     by_recording = pd.DataFrame({"error": rig.nominal / rig.rpm - 1}).groupby(rig.recording)
@@ -38,6 +39,7 @@ def test_severities_of_a_place_strike_at_one_order(monkeypatch):
         assert found == n_orders if one_order_a_place else found >= 4
 
 
+@pytest.mark.slow
 def test_what_is_in_use_scores_as_the_diagnoser_does(rig):
     unknown = "no rpm, exponent", "0.5 (in use)"
     known = next(name for name in SETTINGS if name[0] == IN_USE)

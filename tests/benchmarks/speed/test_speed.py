@@ -246,6 +246,7 @@ def test_children(tmp_path, capsys):
         assert np.load(tmp_path / "long.npy").shape == (50_000,)
 
 
+@pytest.mark.slow
 def test_peak_memory_is_counted_from_after_the_imports(tmp_path):
     # The names of the package are imported when they are used: a fresh process has imported none.
     program = f"""

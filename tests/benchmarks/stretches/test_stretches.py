@@ -83,6 +83,7 @@ def test_places_of_compound_faults_are_unknown():
     assert places(["IR5", "O", "B", "N", "IR-OR"]).tolist() == expected
 
 
+@pytest.mark.slow
 def test_command_writes_results_and_the_block_of_a_page(rig, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(command, "rigs_of_stretches", lambda name, *args: [(name, rig)])
     page = tmp_path / "page.md"

@@ -55,6 +55,7 @@ def test_truncated_files(tmp_path, suffix, kept):
         read_recording(path)
 
 
+@pytest.mark.slow
 def test_a_constant_of_gigabytes_is_read_in_parts_only(tmp_path):
     n = 40_000_000
     pd.DataFrame({"y": pd.array(np.zeros(n), dtype="float64")}).to_parquet(tmp_path / "run.parquet")
@@ -64,6 +65,7 @@ def test_a_constant_of_gigabytes_is_read_in_parts_only(tmp_path):
     assert len(signal) == 1000
 
 
+@pytest.mark.slow
 def test_parquet_is_read_one_group_of_rows_after_another(tmp_path):
     path, signal = tmp_path / "a.parquet", np.arange(25.0)
     pd.DataFrame({"acc": signal}).to_parquet(path, row_group_size=10)
@@ -73,6 +75,7 @@ def test_parquet_is_read_one_group_of_rows_after_another(tmp_path):
     np.testing.assert_array_equal(np.concatenate(list(iter_windows(path, 4))).ravel(), signal[:24])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="tells no peak of memory")
 def test_a_group_of_rows_is_not_loaded_whole(tmp_path):
     program = """

@@ -26,6 +26,7 @@ def write(tmp_path, times, name="time", suffix="csv"):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["csv", "parquet", "npz", "mat"])
 @pytest.mark.parametrize("rate", [25_600, 20_000, 51_200, 97_656.25, 12.5])
 def test_rate(tmp_path, suffix, rate):

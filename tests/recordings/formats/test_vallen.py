@@ -40,6 +40,7 @@ def write(path, *, gap=0.0, compression=False, pretrigger=0, n_records=(4, 4)):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compression", [False, True])
 @pytest.mark.parametrize("n_samples", [None, 50, N, 1000])
 def test_records_without_a_gap_are_one_recording(tmp_path, compression, n_samples):
