@@ -91,9 +91,10 @@ _BALLS_62 = {
 #: Bearings by name, upper case without spaces and hyphens. Sources: 6203 and 6205, the dimensions
 #: that Case Western Reserve University publishes with its bearing data. 6204 and 6206, balls of
 #: 5/16 in and 3/8 in on the mean of bore and outside diameter (ISO 15); inserts UC 204 to UC 206
-#: have the inside of the bearings 6204 to 6206. ER-12K and ER-16K, the bearings of the machinery
-#: fault simulator as its maker SpectraQuest lists them. ZA-2115, the IMS run-to-failure data.
-#: Other makers' bearings of the same name may differ by one ball or by 1 % in their orders.
+#: have the inside of the bearings 6204 to 6206. ER-12K and ER-16K (balls of 5/16 in) and ZA-2115:
+#: dimensions in common use for the machinery fault simulator and for the IMS run-to-failure data;
+#: they were not compared with a maker's sheet. Other makers' bearings of the same name may differ
+#: by one ball or by 1 % in their orders.
 BEARINGS = {
     "6203": _SKF_6203,
     "6205": SKF_6205,
