@@ -1,6 +1,7 @@
 """Memory of a monitor: fading evidence, and an alarm by Page's cumulative sum."""
 
 from collections import Counter
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -107,6 +108,10 @@ class FadingPValue:
     >>> round(deviation.p_value(), 5) == round(combined_score(norm.ppf(0.01), 2), 5)
     True
     """
+
+    pass_time: Callable[[float], None]
+    state: Callable[[], dict[str, Any]]
+    restore: Callable[[dict[str, Any]], None]
 
     def __init__(self, half_life: float) -> None:
         self._scores = FadingEvidence(1, half_life)

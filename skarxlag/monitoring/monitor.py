@@ -165,6 +165,7 @@ class ConditionMonitor:
     """
 
     conditions: list[Any]
+    healthy: Any
 
     def __init__(
         self,
