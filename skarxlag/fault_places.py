@@ -134,13 +134,13 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     limit_ : float
         Largest score of a healthy row, in nepers above `reference_`, at the speeds of the healthy
         rows.
-    healthy_speeds_ : ndarray of shape (n_healthy_,)
+    healthy_speeds_ : ndarray of shape (n_healthy,)
         Speed of each healthy row in revolutions per minute, ascending.
     reference_ : ndarray of shape (3,)
         Mean scores of healthy rows at the ball, the inner and the outer race; 0 without such rows.
     n_healthy_ : int
         Healthy rows in `fit`.
-    healthy_scores_ : ndarray of shape (n_healthy_,)
+    healthy_scores_ : ndarray of shape (n_healthy,)
         Largest scores of the healthy rows above the reference, ascending.
     tail_scale_ : float
         Scale of the exponential tail above the largest of these.
