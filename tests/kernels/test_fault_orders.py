@@ -120,3 +120,46 @@ def test_gain_does_not_matter():
     signal = impacts(5.4)
     one, other = (kernel.order_contrast(g * signal, 2000.0, 20_000.0) for g in (1.0, 1e-200))
     np.testing.assert_allclose(one, other, atol=1e-6)
+
+
+@pytest.mark.parametrize("n_samples", [1000, 1001])
+def test_squared_envelope_spectrum_is_that_of_the_analytic_signal(n_samples):
+    signal = np.random.default_rng(5).normal(size=n_samples) + 3
+    squared = np.abs(hilbert(signal - signal.mean())) ** 2
+    windowed = (squared / squared.mean() - 1) * np.hanning(n_samples + 2)[1:-1]
+    expected = (np.abs(np.fft.rfft(windowed)) * 4 / n_samples) ** 2
+    found = kernel.squared_envelope_spectrum(signal, (0.0, 0.5), False)
+    # The frequency 0.5 has no negative counterpart, which `hilbert` weighs by one half.
+    np.testing.assert_allclose(found, expected, rtol=0.05, atol=0.02 * expected.max())
+    tone = 1 + 0.5 * np.cos(2 * np.pi * 20 * np.arange(n_samples) / n_samples)
+    carrier = np.cos(2 * np.pi * 250 * np.arange(n_samples) / n_samples)
+    found = kernel.squared_envelope_spectrum(tone * carrier, (0.1, 0.4), False)
+    # (1 + cos(x)/2)^2 = 1.125 + cos(x) + cos(2x)/8: amplitudes over the mean are 8/9 and 1/9.
+    np.testing.assert_allclose(np.sqrt(found[[20, 40]]), [8 / 9, 1 / 9], rtol=0.01)
+
+
+def test_segments_are_whole_seconds_or_turns_and_five_of_them():
+    rate, rng = 2000.0, np.random.default_rng(6)
+    for seconds, turn, length in ((12.0, 100.0, 2000), (12.0, 240.0, 2400)):
+        samples = rng.normal(size=int(seconds * rate))
+        found = kernel.contrast_parts(samples, turn, rate)
+        parts = samples.reshape(-1, length)
+        frame = 4  # 1.25 ms are 2.5 samples; no frame is shorter than 4
+        banded = [
+            kernel.contrasts(*kernel.envelopes_over_angle(part, turn, frame, 1, 40)).mean(axis=0)
+            for part in parts
+        ]
+        whitened = [_whitened_contrast(part, turn) for part in parts]
+        n_long = max(len(samples) // (5 * length), 1)
+        long = samples[: len(samples) // n_long * n_long].reshape(n_long, -1)
+        expected = [
+            np.mean(banded, axis=0),
+            np.mean(whitened, axis=0),
+            np.mean([_whitened_contrast(part, turn) for part in long], axis=0),
+        ]
+        np.testing.assert_allclose(found, expected)
+
+
+def _whitened_contrast(part, turn):
+    envelope, step = kernel.prewhitened_envelope(part, turn)
+    return kernel.contrasts(envelope[np.newaxis], step)[0]
