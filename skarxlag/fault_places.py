@@ -428,7 +428,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
     @uses_fitted
     def diagnose(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
-        """Compute scores, probabilities, classes and alarms from one match.
+        """Compute all that is known of each row from one match.
 
         Parameters
         ----------
@@ -440,8 +440,9 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         Returns
         -------
         Bunch
-            ``score``, ``probability``, ``verdict`` and ``alarm``: the results of
-            `decision_function`, `predict_proba`, `predict` and `detect`.
+            ``score``, ``probability``, ``verdict``, ``alarm``, ``p_value``, ``named`` and
+            ``evidence``: the results of `decision_function`, `predict_proba`, `predict`, `detect`,
+            `p_values`, `verdicts` and `evidence`.
         """
         found = self.match(X, rpm)
         scores = self._scores(found)
@@ -450,6 +451,9 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             probability=np.exp(log_softmax(_CONFIDENCE * scores, axis=1)),
             verdict=self.classes_[scores.argmax(axis=1)],
             alarm=self._exceeds(found),
+            p_value=self._p_values(found),
+            named=self._verdicts(found),
+            evidence=np.array(self._sentences(found), dtype=object),
         )
 
     def _scores(self, found):

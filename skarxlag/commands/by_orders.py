@@ -72,25 +72,21 @@ def _diagnosed(recording, bearing):
         verdict = {"verdict": NO_SIGNAL, "probability": np.nan, "alarm": "-", "p-value": np.nan}
         return Diagnosis(verdict | {"windows": 1, "no signal": 1}, windows, rate)
     classifier = make_fault_order_classifier(bearing=bearing, sampling_rate=rate).fit(X)
-    decide, innovations = classifier[-1], classifier[:-1].transform(X)
-    rpm = recording.rpm
-    verdict = decide.verdicts(innovations, rpm=rpm)[0]
-    alarm = bool(decide.detect(innovations, rpm=rpm)[0])
-    (probabilities,) = decide.predict_proba(innovations, rpm=rpm)
-    is_class = decide.classes_ == verdict
+    found = classifier.diagnose(X, rpm=recording.rpm)
+    classes, probabilities = classifier.classes_, found.probability[0]
+    verdict, alarm = found.named[0], bool(found.alarm[0])
+    is_class = classes == verdict
     answer = {
         "verdict": verdict,
         "probability": float(probabilities[is_class][0]) if is_class.any() else np.nan,
         "alarm": "yes" if alarm else "no",
-        "p-value": float(decide.p_values(innovations, rpm=rpm)[0]),
+        "p-value": float(found.p_value[0]),
         "windows": 1,
         "no signal": 0,
     }
-    each = {
-        f"probability of {name}": p for name, p in zip(decide.classes_, probabilities, strict=True)
-    }
+    each = {f"probability of {name}": p for name, p in zip(classes, probabilities, strict=True)}
     windows = row({"start": 0, "verdict": verdict, "alarm": alarm, "quality": quality} | each)
-    (evidence,) = decide.evidence(innovations, rpm=rpm)
+    evidence = found.evidence[0]
     return Diagnosis(answer, windows, rate, (evidence[0].upper() + evidence[1:] + ".",))
 
 
