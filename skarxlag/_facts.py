@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from ._answers import Answers
-from .verdicts import check_condition_names
+from .verdicts import check_conditions
 
 _TYPES = (str, int, float, type(None))
 
@@ -93,18 +93,6 @@ def check_facts(facts: dict[str, Any], can: Answers) -> None:
         if None not in (own, facts.get(name)) and facts[name] != own:
             raise ValueError(f"{name}={facts[name]}, but the model was fitted with {own}")
     if "conditions" in facts:
-        _check_conditions(facts["conditions"], can)
+        check_conditions(facts["conditions"], can.conditions)
     if not all(str(name).isprintable() for name in can.conditions or ()):
         raise ValueError(f"conditions {can.conditions} have a character that is not printable")
-
-
-def _check_conditions(conditions, can):
-    check_condition_names(conditions)
-    known = can.conditions
-    if known is None:
-        fits, expected = len(conditions) == 1, "the name of the healthy condition"
-    else:
-        fits = len(conditions) == len(known) and set(conditions) == set(known)
-        expected = f"a permutation of {list(known)}"
-    if not fits:
-        raise ValueError(f"conditions={conditions!r}, expected {expected}")

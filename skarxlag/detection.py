@@ -42,7 +42,7 @@ from .kernels.healthy_limits import (
 from .kernels.healthy_rows import Rows, measure_rows, number_of_cepstra
 from .kernels.ladder import rows_that_hold
 from .kernels.speed_drift import SAME_SPEED, UNIT_DISTANCE, group_speeds
-from .speeds import with_plausible_speeds
+from .speeds import speeds_of_rows, with_plausible_speeds
 
 #: Drift scale of a condition without rows at several speeds: faults drift more than a healthy
 #: bearing.
@@ -830,12 +830,7 @@ def _log_speeds(rpm, n_rows):
     """Return the logarithms of the speeds of rows, or None for none."""
     if rpm is None:
         return None
-    try:
-        speeds = np.asarray(rpm, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"rpm must hold numbers, got {rpm!r}.") from error
-    if speeds.ndim == 0:
-        speeds = np.full(n_rows, speeds)
+    speeds = speeds_of_rows(rpm, n_rows)
     if speeds.shape != (n_rows,):
         raise ValueError(
             f"rpm has shape {speeds.shape}, expected one speed for each of {n_rows} rows."

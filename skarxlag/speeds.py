@@ -21,6 +21,38 @@ LEAST_TURNS = 3
 SPEED_FACTOR = 5.0
 
 
+def speeds_of_rows(rpm: ArrayLike, n_rows: int) -> NDArray[np.float64]:
+    """Return stated speeds as an array, in which one number stands for all rows.
+
+    Parameters
+    ----------
+    rpm : float or array-like
+        Revolutions per minute.
+    n_rows : int
+        Number of rows.
+
+    Returns
+    -------
+    ndarray of shape (n_rows,), or of the shape of `rpm`
+        Speeds, which are not checked.
+
+    Raises
+    ------
+    ValueError
+        If `rpm` does not hold numbers.
+
+    Examples
+    --------
+    >>> speeds_of_rows(900, 2)
+    array([900., 900.])
+    """
+    try:
+        speeds = np.asarray(rpm, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"rpm must hold numbers, got {rpm!r}.") from error
+    return np.full(n_rows, speeds) if speeds.ndim == 0 else speeds
+
+
 def speed_errors(
     rpm: ArrayLike, n_rows: int, train_rpm: Sequence[float] = (), factor: float = SPEED_FACTOR
 ) -> NDArray[Any]:
@@ -53,12 +85,7 @@ def speed_errors(
     ['', 'speed 15 rpm is outside 120 to 6000 rpm', 'speed nan rpm is not a number above 0']
     """
     check_real(factor, "speed_factor", min_val=1)
-    try:
-        speeds = np.asarray(rpm, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"rpm must hold numbers, got {rpm!r}.") from error
-    if speeds.ndim == 0:
-        speeds = np.full(n_rows, speeds)
+    speeds = speeds_of_rows(rpm, n_rows)
     if speeds.ndim not in (1, 2) or len(speeds) != n_rows:
         raise ValueError(
             f"rpm has shape {speeds.shape}, expected one speed for each of {n_rows} rows."
@@ -150,8 +177,7 @@ def with_plausible_speeds(
     is_plausible = plausible_speeds(rpm, n_rows, train_rpm)
     if is_plausible.all():
         return rpm, is_plausible
-    speeds = np.array(rpm, dtype=np.float64)
-    speeds = np.full(n_rows, speeds) if speeds.ndim == 0 else speeds
+    speeds = speeds_of_rows(rpm, n_rows).copy()
     speeds[~is_plausible] = train_rpm[0] if len(train_rpm) > 0 else 1.0
     return speeds, is_plausible
 
@@ -222,12 +248,7 @@ def check_speeds(rpm: ArrayLike, n_stretches: int, n_samples: int) -> NDArray[An
     ValueError
         If a speed is not above 0, or the shape is another.
     """
-    try:
-        speeds = np.asarray(rpm, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"rpm must hold numbers, got {rpm!r}.") from error
-    if speeds.ndim == 0:
-        speeds = np.full(n_stretches, speeds)
+    speeds = speeds_of_rows(rpm, n_stretches)
     fits = speeds.shape == (n_stretches,) or (
         speeds.ndim == 2
         and len(speeds) == n_stretches

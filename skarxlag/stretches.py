@@ -27,7 +27,7 @@ from .comparison import SpectralDistance
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
 from .spectra import LogSpectra
-from .speeds import LEAST_TURNS, log_speeds, with_plausible_speeds
+from .speeds import LEAST_TURNS, log_speeds, speeds_of_rows, with_plausible_speeds
 
 #: Constants of the recommended diagnoser, see ``python -m benchmarks.recipe constants``: order of
 #: the model; settings of `SpectralDistance`, whose joint distance is that of colour and steadiness;
@@ -278,7 +278,7 @@ class StretchResidual(StretchTransformer):
             turns = _turns(X, rpm, self.order_residual_.sampling_rate)
             rows = np.flatnonzero(turns >= LEAST_TURNS)
             if len(rows) > 0:
-                own = None if rpm is None else np.broadcast_to(rpm, _shape(rpm, len(X)))[rows]
+                own = None if rpm is None else speeds_of_rows(rpm, len(X))[rows]
                 of_orders = self.order_residual_.transform(X[rows], rpm=own)
                 residuals[rows] *= np.asarray(of_orders) ** self.order_weight
         # Equal residuals name no condition.
@@ -375,7 +375,3 @@ def _turns(X, rpm, sampling_rate):
         else np.exp(log_speeds(rpm, len(X), X.shape[-1]))
     )
     return X.shape[-1] * speeds / (60 * sampling_rate)
-
-
-def _shape(rpm, n_rows):
-    return (n_rows,) if np.ndim(rpm) == 0 else np.shape(rpm)

@@ -18,7 +18,7 @@ from ._validation import check_real
 from .kernels.speed_drift import SAME_LOG_SPEED, UNIT_DISTANCE
 from .pipelines import in_one_pass
 from .quality import signal_quality
-from .speeds import SPEED_FACTOR, speed_errors
+from .speeds import SPEED_FACTOR, speed_errors, speeds_of_rows
 
 #: Verdict on a recording whose healthy limits are exceeded and whose condition cannot be named.
 CHANGED = "changed"
@@ -81,6 +81,38 @@ def check_condition_names(conditions: Sequence[Any]) -> None:
             raise ValueError(
                 f"condition {name!r}: this name is a verdict of its own, expected another name"
             )
+
+
+def check_conditions(conditions: Sequence[Any], known: Sequence[Any] | None) -> None:
+    """Check the conditions that a user states for a model.
+
+    Parameters
+    ----------
+    conditions : sequence of label
+        Stated conditions.
+    known : sequence of label or None
+        Conditions of the model. None for a detector, which has the healthy one only.
+
+    Raises
+    ------
+    ValueError
+        If they are no permutation of those of the model, or one is named like another verdict.
+
+    Examples
+    --------
+    >>> check_conditions(["worn"], ["good", "worn"])
+    Traceback (most recent call last):
+        ...
+    ValueError: conditions=['worn'], expected a permutation of ['good', 'worn']
+    """
+    if known is None:
+        fits, expected = len(conditions) == 1, "the name of the healthy condition"
+    else:
+        fits = len(conditions) == len(known) and set(conditions) == set(known)
+        expected = f"a permutation of {list(known)}"
+    if not fits:
+        raise ValueError(f"conditions={conditions!r}, expected {expected}")
+    check_condition_names(conditions)
 
 
 def effective_number(n_windows: ArrayLike, correlation: float = CORRELATION) -> NDArray[Any]:
@@ -247,20 +279,14 @@ class Judge:
         if can is None:
             chosen = ["healthy"] if chosen is None else list(chosen)
             healthy = healthy or "healthy"
-            fits, expected = len(chosen) == 1, "the name of the healthy condition"
         else:
             if not can.states_probabilities:
                 raise ValueError(
                     "diagnoser states no probabilities, expected a classifier with predict_proba"
                 )
-            known = list(can.conditions)
             healthy = can.healthy if chosen is None else healthy
-            chosen = known if chosen is None else list(chosen)
-            fits = len(chosen) == len(known) and set(chosen) == set(known)
-            expected = f"a permutation of {known}"
-        if not fits:
-            raise ValueError(f"conditions={chosen!r}, expected {expected}")
-        check_condition_names(chosen)
+            chosen = list(can.conditions if chosen is None else chosen)
+        check_conditions(chosen, None if can is None else can.conditions)
         return chosen, healthy
 
     def opinions(self, X: NDArray[Any], rpm: ArrayLike | None = None) -> Bunch:
@@ -288,8 +314,7 @@ class Judge:
         speed_error = np.full(n, "")
         if rpm is not None:
             speed_error = speed_errors(rpm, n, self.train_rpm, self.speed_factor)
-            rpm = np.asarray(rpm, dtype=np.float64)
-            rpm = np.full(n, rpm) if rpm.ndim == 0 else rpm
+            rpm = speeds_of_rows(rpm, n)
         refusal = speed_error.astype(object)
         limits = self._limits(rpm, n)
         if "diagnoser" not in self._can:
