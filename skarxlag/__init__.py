@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from .ladder import ThresholdLadder as ThresholdLadder
     from .model_selection import SpeedSplit as SpeedSplit
     from .model_selection import cross_speed_predict as cross_speed_predict
-    from .model_selection import speed_splits as speed_splits
     from .monitoring import ConditionMonitor as ConditionMonitor
     from .monitoring import MonitorVerdict as MonitorVerdict
     from .monitoring import load_monitor_state as load_monitor_state
@@ -102,7 +101,6 @@ _MODULES = {
     "save_diagnoser": "persistence",
     "save_monitor_state": "monitoring",
     "signal_quality": "quality",
-    "speed_splits": "model_selection",
     "window_verdicts": "verdicts",
 }
 __all__ = list(_MODULES)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -17,86 +18,6 @@ from sklearn.utils import check_array, check_consistent_length, check_scalar, co
 _CLOSE = 0.01
 
 
-def speed_splits(
-    rpm: ArrayLike,
-    *,
-    train_rpm: float | None = None,
-    recording: ArrayLike | None = None,
-    start: ArrayLike | None = None,
-    window_length: int | None = None,
-    same_speed: bool = False,
-    tolerance: float | None = None,
-) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Split windows into training windows of one speed and test windows of another.
-
-    The splits are row numbers of these windows. Use `SpeedSplit` instead inside another
-    cross-validation, which passes on only some of the windows.
-
-    Parameters
-    ----------
-    rpm : array-like of shape (n_windows,)
-        Nominal shaft speed of each window.
-    train_rpm : float or None, default=None
-        The speed to train at. None: every speed in turn.
-    recording : array-like of shape (n_windows,) or None, default=None
-        Recording of each window, in time order. The first half of every recording is then used for
-        training and the second half for testing; the middle window of an odd number belongs to
-        neither. None: all windows are used.
-    start : array-like of int of shape (n_windows,) or None, default=None
-        Index of the first sample of each window in its recording. Windows that overlap need it: the
-        recording is then cut by time, and windows that straddle the cut belong to neither half.
-    window_length : int or None, default=None
-        Samples in a window. It is needed with `start`.
-    same_speed : bool, default=False
-        Whether the training speed is among the test speeds. It needs `recording`: without halves
-        a window would be on both sides.
-    tolerance : float or None, default=None
-        Neighbouring speeds that differ by at most this share, at least 0, count as one speed. None:
-        all speeds are different, and speeds that differ by less than 1 % raise an error.
-
-    Returns
-    -------
-    list of tuple of ndarray
-        Pairs (train indices, test indices), one for each ordered pair of speeds, in ascending
-        order of the training speed, then of the test speed.
-
-    Raises
-    ------
-    ValueError
-        If there are not two speeds, `train_rpm` is not in `rpm`, `same_speed` is True without
-        `recording`, `start` and `window_length` are not given together, halves leave no window at
-        a speed, or `tolerance` is None and speeds differ by less than 1 %.
-
-    See Also
-    --------
-    SpeedSplit : The same as a splitter, for searches and nested cross-validation.
-
-    Examples
-    --------
-    >>> for train, test in speed_splits([300, 300, 400, 500], train_rpm=300):
-    ...     print(train, test)
-    [0 1] [2]
-    [0 1] [3]
-    """
-    rpm = column_or_1d(check_array(rpm, ensure_2d=False, input_name="rpm"))
-    rpm, train_rpm = _nominal_speeds(rpm, train_rpm, tolerance)
-    speeds = np.unique(rpm)
-    if same_speed and recording is None:
-        raise ValueError("same_speed=True needs `recording`, to split each recording in time.")
-    if len(speeds) < 2 and not same_speed:
-        raise ValueError(f"rpm has one speed, {speeds.tolist()}, expected at least two.")
-    if train_rpm is not None and train_rpm not in speeds:
-        raise ValueError(f"train_rpm={train_rpm!r} is not in rpm, which has {speeds.tolist()}.")
-    first, second = _halves(rpm, recording, start, window_length)
-    splits = [
-        (np.flatnonzero(first & (rpm == train)), np.flatnonzero(second & (rpm == test)))
-        for train in (speeds if train_rpm is None else [train_rpm])
-        for test in speeds
-        if same_speed or test != train
-    ]
-    return _checked(splits)
-
-
 def _nominal_speeds(rpm, train_rpm, tolerance):
     """Replace the speeds, and the training speed, by the median of the group they belong to."""
     speeds = np.unique(rpm)
@@ -105,12 +26,12 @@ def _nominal_speeds(rpm, train_rpm, tolerance):
         if np.any(shares < _CLOSE):
             i = int(shares.argmin())
             raise ValueError(
-                f"rpm has {len(speeds)} speeds, and some differ by less than {_CLOSE:.0%}, such as "
-                f"{speeds[i]:g} and {speeds[i + 1]:g}. State how far speeds that count as one may "
-                "differ, such as tolerance=0.02."
+                f"groups has {len(speeds)} speeds, and some differ by less than {_CLOSE:.0%}, such "
+                f"as {speeds[i]:g} and {speeds[i + 1]:g}. State how far speeds that count as one "
+                "may differ, such as tolerance=0.02."
             )
         return rpm, train_rpm
-    check_scalar(tolerance, "tolerance", (int, float, np.floating), min_val=0)
+    check_scalar(tolerance, "tolerance", Real, min_val=0)
     group = np.concatenate([[0], np.cumsum(shares > tolerance)])
     nominal = np.array([np.median(speeds[group == g]) for g in range(group[-1] + 1)])
     if train_rpm is not None:
@@ -163,68 +84,59 @@ def first_and_second_half(
     return start + window_length <= middle, start >= middle
 
 
-def _halves(rpm, recording, start, window_length):
-    if (start is None) != (window_length is None):
-        raise ValueError("`start` and `window_length` are needed together.")
-    if recording is None:
-        if start is not None:
-            raise ValueError("`start` needs `recording`, in which it counts samples.")
-        everything = np.ones(len(rpm), dtype=bool)
-        return everything, everything
-    check_consistent_length(rpm, recording)
-    if start is None:
-        return first_and_second_half(recording)
-    check_scalar(window_length, "window_length", (int, np.integer), min_val=1)
-    return first_and_second_half(recording, start, window_length)
-
-
-def _checked(splits):
-    if not all(len(train) and len(test) for train, test in splits):
-        raise ValueError(
-            "Halves of each `recording` leave no window at some speed, expected recordings of at "
-            "least two windows."
-        )
-    return splits
-
-
 class SpeedSplit(BaseCrossValidator):
     """Splitter that trains at one speed and tests at another.
 
-    It computes the splits of `speed_splits` for the windows that it is given. So it works in
-    `cross_validate`, in `GridSearchCV`, and in one of these inside another one.
+    It works in `cross_validate`, in `GridSearchCV`, and in one of these inside another one. Use
+    `cross_speed_predict` instead for the predictions themselves, such as for a confusion matrix.
 
     Parameters
     ----------
     train_rpm : float or None, default=None
         The speed to train at. None: every speed in turn.
     leave_out : bool, default=False
-        False: train at one speed, test at one other; a split for each ordered pair. True: train at
-        all speeds but one and test at that; a split for each speed. The outer one of two nested
-        splitters needs True, because the inner one needs windows of several speeds.
+        False: train at one speed, test at one other; a split for each ordered pair, in ascending
+        order of the training speed, then of the test speed. True: train at all speeds but one and
+        test at that; a split for each speed. The outer one of two nested splitters needs True,
+        because the inner one needs windows of several speeds.
     same_speed : bool, default=False
-        Whether the training speed is among the test speeds. It needs recordings in `groups`.
+        Whether the training speed is among the test speeds. It needs recordings in `groups`:
+        without halves, a window would be on both sides.
     window_length : int or None, default=None
         Samples in a window. It is needed if `groups` has the starts of windows.
     tolerance : float or None, default=None
-        Share by which speeds that count as one may differ, as in `speed_splits`.
+        Neighbouring speeds that differ by at most this share, at least 0, count as one speed. None:
+        all speeds are different, and speeds that differ by less than 1 % raise an error.
 
     See Also
     --------
-    cross_speed_predict : Predictions at all test speeds, for a confusion matrix.
+    cross_speed_predict : Predictions at all test speeds.
 
     Notes
     -----
     `groups` holds the speed of each window, and in further columns its recording and the index of
-    its first sample there. With recordings, first halves are for training and second halves for
-    testing. `groups` is an array, a list of rows or a table; the order of its columns counts.
+    its first sample there. It is an array, a list of rows or a table; the order of its columns
+    counts.
+
+    With recordings, the first half of every recording is used for training and the second half for
+    testing. The middle window of an odd number belongs to neither. Windows that overlap need their
+    starts: the recording is then cut by time, and windows that straddle the cut belong to neither
+    half.
 
     Examples
     --------
+    >>> for train, test in SpeedSplit(train_rpm=300).split(None, groups=[300, 300, 400, 500]):
+    ...     print(train, test)
+    [0 1] [2]
+    [0 1] [3]
+
+    In a search, each combination is scored at speeds that it was not trained at:
+
     >>> import numpy as np
     >>> from sklearn.model_selection import GridSearchCV
     >>> from skarxlag import ThresholdLadder
     >>> levels = np.array([[1.0], [3.0], [1.1], [3.2], [1.3], [3.5]])
-    >>> y, rpm = list("abababab")[:6], [300, 300, 400, 400, 500, 500]
+    >>> y, rpm = list("ababab"), [300, 300, 400, 400, 500, 500]
     >>> search = GridSearchCV(ThresholdLadder(), {"false_alarm_rate": [0.01, 0.1]}, cv=SpeedSplit())
     >>> search.fit(levels, y, groups=rpm).n_splits_
     6
@@ -254,7 +166,7 @@ class SpeedSplit(BaseCrossValidator):
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, ...)
+        X : array-like of shape (n_windows, ...) or None
             Windows; only their number counts.
         y : ignored
             Here by convention.
@@ -269,28 +181,59 @@ class SpeedSplit(BaseCrossValidator):
         Raises
         ------
         ValueError
-            If `groups` is missing or has another shape, or as in `speed_splits`.
+            If `groups` is missing or has another shape, the speeds are not two numbers or more,
+            `train_rpm` is not among them, `tolerance` is None and speeds differ by less than 1 %,
+            halves leave no window at a speed, or settings contradict each other.
         """
         rpm, recording, start = self._columns(X, groups)
-        settings = {"recording": recording, "start": start, "window_length": self.window_length}
-        if not self.leave_out:
-            settings |= {"train_rpm": self.train_rpm, "same_speed": self.same_speed}
-            settings["tolerance"] = self.tolerance
-            yield from speed_splits(rpm, **settings)
-            return
-        if self.train_rpm is not None or self.same_speed:
-            raise ValueError("leave_out=True goes with neither `train_rpm` nor `same_speed`.")
-        rpm, _ = _nominal_speeds(rpm, None, self.tolerance)
+        rpm, train_rpm = _nominal_speeds(rpm, self.train_rpm, self.tolerance)
         speeds = np.unique(rpm)
-        if len(speeds) < 2:
-            raise ValueError(f"groups has one speed, {speeds.tolist()}, expected at least two.")
-        first, second = _halves(rpm, **settings)
-        yield from _checked(
-            [
-                (np.flatnonzero(first & (rpm != s)), np.flatnonzero(second & (rpm == s)))
-                for s in speeds
+        self._check_settings(speeds, train_rpm, recording)
+        if self.leave_out:
+            sides = [(rpm != speed, rpm == speed) for speed in speeds]
+        else:
+            sides = [
+                (rpm == train, rpm == test)
+                for train in (speeds if train_rpm is None else [train_rpm])
+                for test in speeds
+                if self.same_speed or test != train
             ]
-        )
+        first, second = self._halves(recording, start)
+        splits = [
+            (np.flatnonzero(first & train), np.flatnonzero(second & test)) for train, test in sides
+        ]
+        if not all(len(train) and len(test) for train, test in splits):
+            raise ValueError(
+                "Halves of each recording in groups leave no window at some speed, expected "
+                "recordings of at least two windows."
+            )
+        yield from splits
+
+    def _check_settings(self, speeds, train_rpm, recording):
+        if self.leave_out and (self.train_rpm is not None or self.same_speed):
+            raise ValueError("leave_out=True goes with neither `train_rpm` nor `same_speed`.")
+        if self.same_speed and recording is None:
+            raise ValueError(
+                "same_speed=True needs a second column in groups, the recording of each window."
+            )
+        if len(speeds) < 2 and not self.same_speed:
+            raise ValueError(f"groups has one speed, {speeds.tolist()}, expected at least two.")
+        if train_rpm is not None and train_rpm not in speeds:
+            raise ValueError(
+                f"train_rpm={train_rpm!r} is not in groups, which has {speeds.tolist()}."
+            )
+
+    def _halves(self, recording, start):
+        if recording is None:
+            return True, True
+        if start is None:
+            return first_and_second_half(recording)
+        if self.window_length is None:
+            raise ValueError(
+                "groups has the starts of windows, but window_length=None; expected their samples."
+            )
+        check_scalar(self.window_length, "window_length", Integral, min_val=1)
+        return first_and_second_half(recording, start, self.window_length)
 
     def get_n_splits(
         self, X: ArrayLike | None = None, y: Any = None, groups: ArrayLike | None = None
@@ -299,7 +242,7 @@ class SpeedSplit(BaseCrossValidator):
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, ...)
+        X : array-like of shape (n_windows, ...) or None, default=None
             Windows.
         y : ignored
             Here by convention.
@@ -324,7 +267,7 @@ class SpeedSplit(BaseCrossValidator):
             )
         columns = [table.iloc[:, i].to_numpy() for i in range(table.shape[1])]
         try:
-            columns[0] = columns[0].astype(float)
+            columns[0] = check_array(columns[0], dtype=np.float64, ensure_2d=False)
         except (TypeError, ValueError) as error:
             raise ValueError(f"groups: the first column is no speed ({error}).") from error
         if len(columns) == 3:
@@ -344,8 +287,9 @@ def cross_speed_predict(
 ) -> pd.DataFrame:
     """Predict conditions at speeds that the estimator was not fitted at.
 
-    Unlike in `sklearn.model_selection.cross_val_predict`, a window may be tested in several splits,
-    one for each training speed, or in none.
+    Use `sklearn.model_selection.cross_validate` with `SpeedSplit` instead if only scores count.
+    `sklearn.model_selection.cross_val_predict` does not fit here: a window may be tested in several
+    splits, one for each training speed, or in none.
 
     Parameters
     ----------

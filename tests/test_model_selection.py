@@ -6,12 +6,17 @@ from sklearn.base import clone
 from sklearn.metrics import confusion_matrix
 from sklearn.model_selection import GridSearchCV, cross_validate
 
-from skarxlag import SpeedSplit, ThresholdLadder, cross_speed_predict, make_alpio, speed_splits
+from skarxlag import SpeedSplit, ThresholdLadder, cross_speed_predict, make_alpio
 from skarxlag.model_selection import first_and_second_half
 
 
 def as_lists(splits):
     return [(train.tolist(), test.tolist()) for train, test in splits]
+
+
+def speed_splits(rpm, *columns, **settings):
+    groups = pd.DataFrame(dict(enumerate([rpm, *columns])))
+    return list(SpeedSplit(**settings).split(None, groups=groups))
 
 
 def test_every_ordered_pair_of_speeds_in_ascending_order():
@@ -36,11 +41,11 @@ def test_halves_are_taken_in_time_within_each_recording():
     rpm = [1, 1, 1, 2, 2, 1, 1, 2, 2, 2, 2]
     recording = list("aaabbccdddd")
     # a: 0 | (1) | 2; b: 3 | 4; c: 5 | 6; d: 7 8 | 9 10
-    assert as_lists(speed_splits(rpm, recording=recording)) == [
+    assert as_lists(speed_splits(rpm, recording)) == [
         ([0, 5], [4, 9, 10]),
         ([3, 7, 8], [2, 6]),
     ]
-    assert as_lists(speed_splits(rpm, recording=recording, same_speed=True)) == [
+    assert as_lists(speed_splits(rpm, recording, same_speed=True)) == [
         ([0, 5], [2, 6]),
         ([0, 5], [4, 9, 10]),
         ([3, 7, 8], [2, 6]),
@@ -49,56 +54,37 @@ def test_halves_are_taken_in_time_within_each_recording():
 
 
 def test_recordings_need_not_lie_in_one_piece():
-    splits = speed_splits([1, 2, 1, 2], recording=["a", "b", "a", "b"])
+    splits = speed_splits([1, 2, 1, 2], ["a", "b", "a", "b"])
     assert as_lists(splits) == [([0], [3]), ([1], [2])]
 
 
 def test_one_speed_against_itself():
-    assert as_lists(speed_splits([5, 5], recording=[0, 0], same_speed=True)) == [([0], [1])]
+    assert as_lists(speed_splits([5, 5], [0, 0], same_speed=True)) == [([0], [1])]
 
 
 def test_nothing_is_on_both_sides():
     rng = np.random.default_rng(0)
     rpm, recording = rng.integers(3, size=90), rng.integers(9, size=90)
-    for train, test in speed_splits(rpm, recording=rpm * 10 + recording, same_speed=True):
+    for train, test in speed_splits(rpm, rpm * 10 + recording, same_speed=True):
         assert len(train) and len(test)
         assert not set(train) & set(test)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"rpm": [1, 1]}, r"one speed, \[1\]"),
-        ({"rpm": [1, 2], "train_rpm": 3}, r"train_rpm=3 .* \[1, 2\]"),
-        ({"rpm": [1, 2], "same_speed": True}, "recording"),
-        ({"rpm": [1, 2], "recording": ["a"]}, "inconsistent numbers"),
-        ({"rpm": [1, 2, np.nan]}, "rpm contains NaN"),
-        ({"rpm": [[1, 2], [3, 4]]}, "1d array"),
-        ({"rpm": [1, 2], "start": [0, 0]}, "`start` and `window_length`"),
-        ({"rpm": [1, 2], "start": [0, 0], "window_length": 3}, "`start` needs `recording`"),
-        ({"rpm": [1, 2], "recording": [0, 1], "start": [0, 0], "window_length": 0}, "must be >= 1"),
-    ],
-)
-def test_errors_name_what_is_wrong(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        speed_splits(**arguments)
-
-
 def test_recordings_of_one_window_are_refused_where_they_leave_nothing():
     with pytest.raises(ValueError, match="recording"):
-        speed_splits([1, 1, 2], recording=["a", "a", "b"])
+        speed_splits([1, 1, 2], ["a", "a", "b"])
 
 
 def test_overlapping_windows_of_different_halves_share_no_sample():
     start = np.tile(np.arange(0, 5000, 250), 2)
     rpm = np.repeat([300, 500], 20)
     ((train, test),) = speed_splits(
-        rpm, train_rpm=300, recording=rpm, start=start, window_length=1000, same_speed=True
+        rpm, rpm, start, train_rpm=300, window_length=1000, same_speed=True
     )[:1]
     assert start[train].max() + 1000 <= start[test].min()
     assert len(train) == len(test) == 8
     # Without the starts windows are taken to follow one another.
-    ((train, test),) = speed_splits(rpm, train_rpm=300, recording=rpm, same_speed=True)[:1]
+    ((train, test),) = speed_splits(rpm, rpm, train_rpm=300, same_speed=True)[:1]
     assert start[train].max() + 1000 > start[test].min()
 
 
@@ -119,19 +105,15 @@ GROUPS = pd.DataFrame({"rpm": SPEED, "recording": RUN, "start": START})
 
 @pytest.mark.parametrize("same_speed", [False, True])
 @pytest.mark.parametrize("train_rpm", [None, 400])
-def test_splitter_gives_the_splits_of_the_function(train_rpm, same_speed):
-    settings = {"train_rpm": train_rpm, "same_speed": same_speed}
-    splitter = SpeedSplit(window_length=200, **settings)
-    expected = speed_splits(SPEED, recording=RUN, start=START, window_length=200, **settings)
-    for groups in (GROUPS, GROUPS.to_numpy(), GROUPS.to_numpy().tolist()):
-        assert as_lists(splitter.split(LEVELS, groups=groups)) == as_lists(expected)
+def test_groups_are_a_table_an_array_or_rows(train_rpm, same_speed):
+    splitter = SpeedSplit(window_length=200, train_rpm=train_rpm, same_speed=same_speed)
+    expected = as_lists(splitter.split(LEVELS, groups=GROUPS))
+    assert len(expected) == (1 if train_rpm else 3) * (3 if same_speed else 2)
+    for groups in (GROUPS.to_numpy(), GROUPS.to_numpy().astype(str), GROUPS.to_numpy().tolist()):
+        assert as_lists(splitter.split(LEVELS, groups=groups)) == expected
         assert splitter.get_n_splits(LEVELS, groups=groups) == len(expected)
     assert clone(splitter, safe=False).train_rpm == train_rpm
     assert repr(SpeedSplit(train_rpm=4)).startswith("SpeedSplit(")
-
-
-def test_splitter_without_recordings_uses_all_windows():
-    assert as_lists(SpeedSplit().split(LEVELS, groups=SPEED)) == as_lists(speed_splits(SPEED))
 
 
 def test_one_speed_is_left_out():
@@ -198,7 +180,15 @@ def test_metadata_of_windows_reach_fit_and_predict():
         (SpeedSplit(), np.ones(60), "one speed"),
         (SpeedSplit(leave_out=True), np.ones(60), "one speed"),
         (SpeedSplit(leave_out=True, train_rpm=300), SPEED, "leave_out=True goes with neither"),
-        (SpeedSplit(), GROUPS, "window_length"),
+        (SpeedSplit(), GROUPS, "window_length=None"),
+        (SpeedSplit(window_length=0), GROUPS, "window_length == 0, must be >= 1"),
+        (
+            SpeedSplit(train_rpm=3),
+            SPEED,
+            r"train_rpm=3 is not in groups, .* \[300.0",
+        ),
+        (SpeedSplit(same_speed=True), SPEED, "same_speed=True needs a second column"),
+        (SpeedSplit(), np.where(SPEED > 400, np.nan, SPEED), "no speed .*contains NaN"),
     ],
 )
 def test_splitter_says_what_is_wrong(splitter, groups, message):
@@ -216,14 +206,11 @@ def test_diagnosers_are_cross_validated_at_other_speeds():
 def test_speeds_with_jitter_ask_for_a_tolerance():
     rng = np.random.default_rng(0)
     rpm = np.repeat([600.0, 900.0], 200) + rng.uniform(-0.1, 0.1, 400)
-    for splits in (
-        speed_splits,
-        lambda rpm: list(SpeedSplit(leave_out=True).split(rpm, None, rpm)),
-    ):
+    for splitter in (SpeedSplit(), SpeedSplit(leave_out=True)):
         with pytest.raises(
-            ValueError, match=r"rpm has 400 speeds, and some differ by less than 1%"
+            ValueError, match=r"groups has 400 speeds, and some differ by less than 1%"
         ):
-            splits(rpm)
+            splitter.get_n_splits(rpm, None, rpm)
     nominal = np.round(rpm)
     for train_rpm in (None, 600.2):
         found = speed_splits(rpm, tolerance=0.01, train_rpm=train_rpm)
@@ -240,5 +227,5 @@ def test_tolerance_of_zero_takes_every_speed_for_another():
     assert len(speed_splits([600, 601, 700], tolerance=0.01)) == 2
     with pytest.raises(ValueError, match="tolerance == -1, must be >= 0"):
         speed_splits([600, 700], tolerance=-1)
-    with pytest.raises(ValueError, match=r"train_rpm=650 is not in rpm, which has \[600.5, 700"):
+    with pytest.raises(ValueError, match=r"train_rpm=650 is not in groups, which has \[600.5, 700"):
         speed_splits([600, 601, 700], tolerance=0.01, train_rpm=650)

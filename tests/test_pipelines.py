@@ -18,6 +18,7 @@ from skarxlag import (
     DiagnosisPipeline,
     ExtendedStatePIObserver,
     PIObserver,
+    SpeedSplit,
     ThresholdLadder,
     make_alpio,
     make_detector,
@@ -25,7 +26,6 @@ from skarxlag import (
     make_extended_state_pio,
     make_known_conditions,
     make_single_observer_pio,
-    speed_splits,
 )
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
@@ -169,8 +169,10 @@ def test_cross_validation_across_speeds(make):
     X, y = zip(*(simulate(6, seed, length=150) for seed in range(3)), strict=True)
     rpm = np.repeat([300, 400, 500], 18)
     recording = [f"{speed}-{name}" for speed, name in zip(rpm, np.concatenate(y), strict=True)]
-    splits = speed_splits(rpm, train_rpm=500, recording=recording)
-    scores = cross_val_score(make(), np.concatenate(X), np.concatenate(y), cv=splits)
+    groups = list(zip(rpm, recording, strict=True))
+    splitter = SpeedSplit(train_rpm=500)
+    X, y = np.concatenate(X), np.concatenate(y)
+    scores = cross_val_score(make(), X, y, groups=groups, cv=splitter)
     assert scores.shape == (2,)
     assert scores.min() > 0.5
 

@@ -7,7 +7,7 @@ from sklearn.utils.metadata_routing import get_routing_for_object
 
 from benchmarks.paper.printed_tables import load_tables
 from skarxlag.accuracy_tables import scored_windows
-from skarxlag.model_selection import speed_splits
+from skarxlag.model_selection import SpeedSplit
 
 #: "Dataset 4 is used as a training dataset to adjust the threshold" (section 5).
 CALIBRATION_RPM = 500.0
@@ -57,9 +57,9 @@ def run_protocol(load, diagnosers, *, progress=lambda text: None):
     for crack_mm in printed[2].frame.columns.unique("crack_mm"):
         progress(f"crack {crack_mm:g} mm: {CALIBRATION_RPM:g} rpm,")
         rig = load(crack_mm, CALIBRATION_RPM)
-        ((first, second),) = speed_splits(
-            rig.rpm, train_rpm=CALIBRATION_RPM, recording=rig.recording, same_speed=True
-        )
+        splitter = SpeedSplit(train_rpm=CALIBRATION_RPM, same_speed=True)
+        groups = np.column_stack([rig.rpm, rig.recording])
+        ((first, second),) = splitter.split(rig.data, groups=groups)
         constants = {
             name: {"diagnoser": name, "crack_mm": crack_mm, "train_rpm": CALIBRATION_RPM}
             for name in diagnosers

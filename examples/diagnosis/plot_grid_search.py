@@ -15,7 +15,7 @@ import numpy as np
 from sklearn.exceptions import FitFailedWarning
 from sklearn.model_selection import GridSearchCV
 
-from skarxlag import make_alpio, speed_splits
+from skarxlag import SpeedSplit, make_alpio
 from skarxlag.datasets import simulate_rig
 
 # %%
@@ -25,7 +25,7 @@ rig = simulate_rig(
 )
 seen = rig.rpm > 300
 X, y = rig.data[seen], rig.target[seen]
-splits = speed_splits(rig.rpm[seen], recording=rig.recording[seen])
+groups = list(zip(rig.rpm[seen], rig.recording[seen], strict=True))
 
 # %%
 grid = {"observe__kp": [-0.5, 0.0, 0.1, 0.5], "observe__ki": [0.0, 0.01, 0.05, 0.2, 1.0]}
@@ -33,7 +33,8 @@ with TemporaryDirectory() as cache, warnings.catch_warnings():
     # Some of these gains are unstable, and are there to show what happens then.
     warnings.simplefilter("ignore", FitFailedWarning)
     warnings.filterwarnings("ignore", "One or more of the test scores", UserWarning)
-    search = GridSearchCV(make_alpio(memory=cache), grid, cv=splits).fit(X, y)
+    search = GridSearchCV(make_alpio(memory=cache), grid, cv=SpeedSplit())
+    search.fit(X, y, groups=groups)
 print("simulated rig, best gains between 400 and 500 rpm:", search.best_params_)
 
 # %%

@@ -15,7 +15,7 @@ from sklearn.utils.metadata_routing import get_routing_for_object
 from .._files import write_atomically
 from ..accuracy_tables import scored_windows
 from ..datasets import FETCHERS, simulate_rig
-from ..model_selection import speed_splits
+from ..model_selection import SpeedSplit
 from . import figures
 from .arguments import add_execution_arguments, positive_int, seed, speed_or_all, window_length
 from .diagnosers import DIAGNOSERS
@@ -169,9 +169,9 @@ class Trial:
         """Return ``verdicts`` on the second halves, the fitted ``diagnoser`` and ``seconds``."""
         rig = load_rig(self.rig)
         started = perf_counter()
-        splits = speed_splits(
-            rig.rpm, train_rpm=self.train_rpm, recording=rig.recording, same_speed=True
-        )
+        splitter = SpeedSplit(train_rpm=self.train_rpm, same_speed=True)
+        groups = np.column_stack([rig.rpm, rig.recording])
+        splits = list(splitter.split(rig.data, groups=groups))
         title, make = DIAGNOSERS[self.diagnoser]
         diagnoser = make(healthy=rig.target_names[0], n_jobs=self.n_jobs)
         takes_rpm = get_routing_for_object(diagnoser).consumes("fit", ["rpm"])

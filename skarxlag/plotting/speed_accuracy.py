@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import clone
 from sklearn.utils import check_consistent_length
 
-from ..model_selection import speed_splits
+from ..model_selection import SpeedSplit
 from ._axes import new_axes
 from ._style import condition_styles
 
@@ -87,7 +87,7 @@ class SpeedAccuracyDisplay:
         recording : array-like of shape (n_windows,) or None, default=None
             Recording of each window. If given, clones are fitted on the first half of each
             recording and tested on the second half, and the training speed is tested, too. See
-            `speed_splits`.
+            `SpeedSplit`.
         train_rpm : float or None, default=None
             The only training speed. If None, every speed is the training speed in turn.
         name : str or None, default=None
@@ -101,12 +101,11 @@ class SpeedAccuracyDisplay:
             The display, after drawing.
         """
         X, y, rpm = np.asarray(X), np.asarray(y), np.asarray(rpm, dtype=float)
-        splits = speed_splits(
-            rpm, recording=recording, train_rpm=train_rpm, same_speed=recording is not None
-        )
+        splitter = SpeedSplit(train_rpm=train_rpm, same_speed=recording is not None)
+        groups = rpm if recording is None else np.column_stack([rpm, recording])
         true, predicted, trained, tested = [], [], [], []
         fitted, fitted_at = None, None
-        for train, test in splits:
+        for train, test in splitter.split(X, groups=groups):
             if rpm[train[0]] != fitted_at:
                 fitted_at = rpm[train[0]]
                 fitted = clone(estimator).fit(X[train], y[train])

@@ -4,7 +4,7 @@ import pytest
 from matplotlib.figure import Figure
 from sklearn.dummy import DummyClassifier
 
-from skarxlag import make_alpio, speed_splits
+from skarxlag import SpeedSplit, make_alpio
 from skarxlag.plotting import SpeedAccuracyDisplay
 from skarxlag.plotting._style import PALETTE
 
@@ -49,9 +49,8 @@ def test_accuracy_of_speed_pairs_from_estimator(ax, rig, train_rpm, halves):
         name="A",
         ax=ax,
     )
-    splits = speed_splits(
-        rig.rpm, recording=recording, train_rpm=train_rpm, same_speed=recording is not None
-    )
+    groups = np.column_stack([rig.rpm, rig.recording]) if halves else rig.rpm
+    splits = list(SpeedSplit(train_rpm=train_rpm, same_speed=halves).split(rig.X, groups=groups))
     for train, test in splits:
         row = list(display.train_rpm).index(rig.rpm[train[0]])
         column = list(display.test_rpm).index(rig.rpm[test[0]])
