@@ -3,6 +3,7 @@
 import argparse
 import math
 import os
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,196 +14,138 @@ from ..recordings.speeds import SpeedRange
 from .messages import UsageError
 
 
-def add_execution_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare what many recordings are worked on with."""
-    group = parser.add_argument_group("workers")
-    group.add_argument(
-        "--n-jobs", type=job_count, default=-1, metavar="N", help="at a time; default: all cores"
-    )
-    where = group.add_mutually_exclusive_group()
-    where.add_argument(
-        "--processes",
-        action="store_true",
-        help="use processes instead of threads: for many small or compressed files, and where a "
-        "damaged one could end the process that reads it",
-    )
-    where.add_argument(
-        "--dask",
-        metavar="ADDRESS",
-        help="use the workers of a dask.distributed scheduler, such as tcp://host:8786; they read "
-        "the files and the model themselves, from the same paths",
-    )
+def checked(parse: Callable[[str], Any]) -> Callable[[str], Any]:
+    """Return a type for argparse that shows the message of the ValueError that `parse` raises."""
+
+    def parse_argument(text: str) -> Any:
+        try:
+            return parse(text)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(str(error)) from error
+
+    return parse_argument
 
 
-def positive_int(text: str) -> int:
-    """An integer of at least 1."""
-    return _integer(text, "an integer of at least 1", lambda value: value >= 1)
+def number(
+    kind: type[int] | type[float], expected: str, is_valid: Callable[[Any], bool]
+) -> Callable[[str], Any]:
+    """Return a type for argparse that parses a finite number and checks it."""
+
+    def parse(text: str) -> Any:
+        try:
+            value = kind(text)
+            if math.isfinite(value) and is_valid(value):
+                return value
+        except (ValueError, OverflowError):
+            pass
+        raise ValueError(f"{text!r}, expected {expected}")
+
+    return checked(parse)
 
 
-def window_length(text: str) -> int:
-    """A number of samples; in fewer there is no model to identify."""
-    return _integer(text, "an integer of at least 100", lambda value: value >= 100)
-
-
-def seed(text: str) -> int:
-    """An integer that seeds a random number generator."""
-    return _integer(text, "an integer from 0 to 4294967295", lambda value: 0 <= value < 2**32)
-
-
-def job_count(text: str) -> int:
-    """A number of threads, or a negative one as in joblib."""
-    return _integer(text, "a number of threads, or -1 for all cores", lambda value: value != 0)
-
-
-def positive_number(text: str) -> float:
-    """A finite number above 0."""
-    return _number(text, "a number above 0", lambda value: value > 0)
-
-
-def rate(text: str) -> float:
-    """A number strictly between 0 and 1."""
-    return _number(text, "a number between 0 and 1", lambda value: 0 < value < 1)
-
-
-def speed_range(text: str) -> SpeedRange:
-    """A shaft speed, alone, with a tolerance, or as a range."""
-    try:
-        return SpeedRange.parse(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from error
+positive_int = number(int, "an integer of at least 1", lambda value: value >= 1)
+window_length = number(int, "an integer of at least 100", lambda value: value >= 100)
+seed = number(int, "an integer from 0 to 4294967295", lambda value: 0 <= value < 2**32)
+job_count = number(int, "a number of threads, or -1 for all cores", lambda value: value != 0)
+positive_number = number(float, "a number above 0", lambda value: value > 0)
+rate = number(float, "a number between 0 and 1", lambda value: 0 < value < 1)
+speed = number(float, "a speed in rpm, or all", lambda value: value > 0)
+speed_range = checked(SpeedRange.parse)
 
 
 def speed_or_all(text: str) -> float | str:
-    """A shaft speed, or the word all."""
-    return text if text == "all" else _number(text, "a speed in rpm, or all", lambda v: v > 0)
+    """Parse a shaft speed, or the word all."""
+    return text if text == "all" else speed(text)
 
 
+@checked
 def bearing(text: str) -> str:
     """Check a name, dimensions or orders of a bearing, as `bearing_orders` takes them."""
     try:
         bearing_orders(text)
     except ValueError as error:
-        raise argparse.ArgumentTypeError(f"{text!r}: {error}") from error
+        raise ValueError(f"{text!r}: {error}") from error
     return text
 
 
-def _integer(text, expected, is_valid):
-    try:
-        value = int(text)
-    except ValueError:
-        value = None
-    if value is None or not is_valid(value):
-        raise argparse.ArgumentTypeError(f"{text!r}, expected {expected}")
-    return value
-
-
-def _number(text, expected, is_valid):
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value) or not is_valid(value):
-        raise argparse.ArgumentTypeError(f"{text!r}, expected {expected}")
-    return value
-
-
-#: Arguments that say what no table says, by the names that the readers give them.
-_STATED = ("pattern", "channel", "sampling_rate", "dtype")
+def add_execution_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare how recordings are distributed to workers."""
+    group = parser.add_argument_group("workers")
+    group.add_argument(
+        "--n-jobs", type=job_count, default=-1, metavar="N", help="workers; default: all cores"
+    )
+    where = group.add_mutually_exclusive_group()
+    where.add_argument(
+        "--processes",
+        action="store_true",
+        help="use processes instead of threads: for many small or compressed files, and if a "
+        "damaged file can crash the process that reads it",
+    )
+    where.add_argument(
+        "--dask",
+        metavar="ADDRESS",
+        help="use the workers of a dask.distributed scheduler, such as tcp://host:8786. They read "
+        "the files and the model from the same paths",
+    )
 
 
 def add_source_arguments(parser: argparse.ArgumentParser, of: str) -> None:
-    """Declare the arguments that tell about recordings without a table.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Of the command.
-    of : str
-        What they belong to.
-    """
+    """Declare facts of recordings that no table lists."""
     group = parser.add_argument_group(f"facts of {of}")
     group.add_argument(
         "--pattern",
         metavar="REGEX",
-        help="tells condition, rpm and other facts from the names of files, such as "
-        r"'(?P<condition>[A-Z]+)_(?P<rpm>\d+)'",
+        help="named groups are facts in the file's name: '(?P<condition>[A-Z]+)_(?P<rpm>\\d+)'",
     )
     group.add_argument(
         "--channel",
         metavar="NAME",
-        help="channel, its position, or a pattern such as *DE_time; several are "
-        "separated by ; with the output first",
+        help="name, position, or pattern such as *DE_time; several are separated by ; with the "
+        "output first",
     )
     group.add_argument(
-        "--sampling-rate",
-        type=positive_number,
-        metavar="HZ",
-        help="if the files do not state it",
+        "--sampling-rate", type=positive_number, metavar="HZ", help="if the files do not state it"
     )
     group.add_argument("--rpm", type=positive_number, help="shaft speed, the same for all")
     group.add_argument("--dtype", metavar="TYPE", help="samples of raw binary files, such as <i2")
 
 
+def option_of(name: str) -> str:
+    """Return the option that sets an entry of the parsed arguments."""
+    return "--" + name.replace("_", "-")
+
+
 def stated(args: argparse.Namespace) -> dict[str, Any]:
-    """What the arguments tell about recordings without a table.
-
-    Parameters
-    ----------
-    args : argparse.Namespace
-        With the arguments of `add_source_arguments`.
-
-    Returns
-    -------
-    dict
-        Keyword arguments of `list_files` and `load_recordings`.
-    """
-    options = {name: getattr(args, name) for name in _STATED}
+    """Return the keyword arguments of `list_files` and `list_recordings`."""
+    options = {name: vars(args)[name] for name in ("pattern", "channel", "sampling_rate", "dtype")}
     if args.channel is not None and ";" in args.channel:
         options["channel"] = [name.strip() for name in args.channel.split(";")]
     return options
 
 
 def named_recordings(args: argparse.Namespace) -> list[ListedRecording]:
-    """The recordings that RECORDING arguments name: files, folders, globs.
-
-    Parameters
-    ----------
-    args : argparse.Namespace
-        With ``recordings`` and the arguments of `add_source_arguments`.
-
-    Returns
-    -------
-    list of ListedRecording
-        A file that does not exist is among them; nothing has been looked at.
-    """
-    options = stated(args)
-    recordings = []
+    """List the recordings of RECORDING arguments, also files that do not exist."""
+    options, recordings = stated(args), []
     for path in args.recordings:
         if os.path.exists(path) or is_file_source(path):
+            # Two folders may hold files of the same name.
             found = list_files(path, **options)
-            # Names within a folder may be those of another folder, too.
             recordings += [replace(each, name=str(each.path)) for each in found]
         else:
             recordings.append(ListedRecording(None, str(path), Path(path)))
-    return recordings
+    return recordings if args.rpm is None else with_speed(recordings, args.rpm)
 
 
 def table_recordings(args: argparse.Namespace) -> list[ListedRecording]:
-    """Recordings of a table, a folder or a glob.
-
-    Parameters
-    ----------
-    args : argparse.Namespace
-        With ``table`` and the arguments of `add_source_arguments`.
-
-    Raises
-    ------
-    UsageError
-        If a speed is stated for all recordings of a table, which has a column for it.
-    """
+    """List the recordings of a table, a folder or a glob."""
     listed = list_recordings(args.table, **stated(args))
     if args.rpm is None:
         return listed
     if not is_file_source(args.table):
         raise UsageError(f"argument --rpm: for a folder; {args.table} has a column for it")
-    return [replace(recording, rpm=args.rpm) for recording in listed]
+    return with_speed(listed, args.rpm)
+
+
+def with_speed(recordings: list[ListedRecording], rpm: float) -> list[ListedRecording]:
+    """Return recordings with the same speed."""
+    return [replace(recording, rpm=rpm) for recording in recordings]

@@ -1,49 +1,39 @@
 """Messages of the commands: errors in one line, names and numbers, and progress."""
 
 import argparse
+import os
 import re
 import sys
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
-from itertools import takewhile
+from contextlib import contextmanager, suppress
 from time import perf_counter
-from typing import Any, Self
+from typing import Self
 
 
 class UsageError(Exception):
-    """An argument that does not fit; the message names it and what was expected. Exit code 2."""
+    """Wrong argument; the message names it and what was expected. Exit status 2."""
 
 
 class CommandError(Exception):
-    """Data that cannot be read, used or written; the message names the file. Exit code 1."""
+    """Data that cannot be read, used or written; the message names the file. Exit status 1."""
 
 
 @contextmanager
-def as_command_error(*kinds: Any) -> Iterator[Any]:
-    """Turn what readers, writers and estimators raise on bad input into a `CommandError`.
-
-    Parameters
-    ----------
-    *kinds : exception classes
-        What to turn; none stands for OSError, ValueError and ImportError.
-    """
+def as_command_error(*kinds: type[Exception]) -> Iterator[None]:
+    """Turn errors of readers, writers and estimators on bad input into a `CommandError`."""
     kinds = kinds or (OSError, ValueError, ImportError)
     try:
         yield
     except BrokenPipeError:
-        # Nobody reads the output any more, which is no mistake.
+        # The reader of the output has closed it, which is no mistake.
         raise
     except kinds as error:
         raise CommandError(" ".join(str(error).split())) from error
 
 
-def printable(text: Any) -> str:
-    r"""A text as it can be written to any file, in one line.
+def printable(text: object) -> str:
+    r"""Return a text in one line, with escapes for control characters and bytes that are no UTF-8.
 
-    Bytes that are no UTF-8, and control characters, become escapes.
-
-    Examples
-    --------
     >>> printable("caf\udce9\n.wav")
     'caf\\udce9\\n.wav'
     """
@@ -52,55 +42,24 @@ def printable(text: Any) -> str:
 
 
 def below_common_folder(names: Iterable[str]) -> tuple[str, list[str]]:
-    """Leave out the longest folder that all names begin with.
+    """Remove the common parent folder from all names; return the folder and the shorter names.
 
-    Parameters
-    ----------
-    names : iterable of str
-        Paths, or what else recordings are called.
-
-    Returns
-    -------
-    str, list of str
-        The folder with the separator at its end, and the names below it. The folder is empty, and
-        the names are as they were, where there is only one name or no common folder with a name.
-
-    Examples
-    --------
     >>> below_common_folder(["/data/rig/day 1/a.npy", "/data/rig/day 2/b.npy"])
     ('/data/rig/', ['day 1/a.npy', 'day 2/b.npy'])
     >>> below_common_folder(["/a.npy", "/b.npy"])
     ('', ['/a.npy', '/b.npy'])
     """
     names = list(names)
-    if len(names) < 2:
-        return "", names
-    # Names that come from a table have slashes on every system.
-    folders = [re.split(r"(?<=[/\\])", name)[:-1] for name in names]
-    common = takewhile(lambda level: len(set(level)) == 1, zip(*folders, strict=False))
-    folder = "".join(level[0] for level in common)
-    if not folder.strip("./\\"):
+    # Names in a table have slashes on every system, so commonpath does not fit.
+    folder = re.sub(r"[^/\\]*\Z", "", os.path.commonprefix(names))  # noqa: RUF071
+    if len(names) < 2 or not folder.strip("./\\"):
         return "", names
     return folder, [name.removeprefix(folder) for name in names]
 
 
 def counted(number: int, things: str) -> str:
-    """A number and what is counted.
+    """Return a number and the noun that it counts, in the singular for one.
 
-    Parameters
-    ----------
-    number : int
-        How many.
-    things : str
-        What, in the plural.
-
-    Returns
-    -------
-    str
-        In the singular for one.
-
-    Examples
-    --------
     >>> counted(1, "recordings"), counted(1, "stretches"), counted(2, "windows")
     ('1 recording', '1 stretch', '2 windows')
     """
@@ -110,71 +69,51 @@ def counted(number: int, things: str) -> str:
 
 
 def add_progress_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare how much is said meanwhile."""
+    """Declare how much the command prints while it works."""
     how_much = parser.add_mutually_exclusive_group()
-    how_much.add_argument("-q", "--quiet", action="store_true", help="tell no progress")
+    how_much.add_argument("-q", "--quiet", action="store_true", help="print no progress")
     how_much.add_argument(
-        "-v",
-        "--verbose",
-        action="store_true",
-        help="tell more of each step, on a terminal too, and how long all took",
+        "-v", "--verbose", action="store_true", help="print details of each step, and the time"
     )
 
 
+def report_progress(args: argparse.Namespace, line: str) -> None:
+    """Print a line to standard error, unless --quiet is given."""
+    if not args.quiet:
+        print(line, file=sys.stderr, flush=True)
+
+
 class Progress:
-    """Tells on stderr how much of the work is done.
+    """Progress on standard error: a bar on a terminal, lines elsewhere."""
 
-    Parameters
-    ----------
-    total : int
-        Number of steps.
-    unit : str
-        What a step is.
-    args : argparse.Namespace
-        With the arguments of `add_progress_arguments`.
-    """
-
-    def __init__(self, total: int, unit: str, args: Any) -> None:
-        self._total, self._unit, self._done, self._bar = total, unit, 0, None
-        self._quiet, self._verbose, self._started = args.quiet, args.verbose, perf_counter()
-        if sys.stderr.isatty() and not self._quiet:
-            try:
+    def __init__(self, total: int, unit: str, args: argparse.Namespace) -> None:
+        self._total, self._unit, self._args = total, unit, args
+        self._done, self._bar, self._started = 0, None, perf_counter()
+        if sys.stderr.isatty() and not args.quiet:
+            with suppress(ImportError):
                 from tqdm import tqdm
-            except ImportError:
-                return
-            self._bar = tqdm(total=total, unit=f" {unit}", file=sys.stderr, dynamic_ncols=True)
 
-    def step(self, line: str, more: str = "") -> None:
-        """One step is done.
+                self._bar = tqdm(total=total, unit=f" {unit}", file=sys.stderr, dynamic_ncols=True)
 
-        Parameters
-        ----------
-        line : str
-            Which, and what came of it.
-        more : str, default=""
-            What those want to know who ask for more.
-        """
+    def step(self, line: str, details: str = "") -> None:
+        """Count a step; show its line, with details if they are asked for."""
         self._done += 1
-        if self._quiet:
-            return
         text = f"[{self._done}/{self._total}] {line}"
-        if self._verbose and more:
-            text += f" ({more})"
+        if self._args.verbose and details:
+            text += f" ({details})"
         if self._bar is None:
-            print(text, file=sys.stderr, flush=True)
+            report_progress(self._args, text)
             return
-        if self._verbose:
+        if self._args.verbose:
             self._bar.write(text, file=sys.stderr)
         self._bar.update()
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: object, *exception: Any) -> None:
+    def __exit__(self, kind: object, *exception: object) -> None:
         if self._bar is not None:
             self._bar.close()
-        if self._verbose and kind is None:
+        if self._args.verbose and kind is None:
             seconds = perf_counter() - self._started
-            print(
-                f"{counted(self._done, self._unit)} in {seconds:.1f} s", file=sys.stderr, flush=True
-            )
+            report_progress(self._args, f"{counted(self._done, self._unit)} in {seconds:.1f} s")

@@ -1,8 +1,10 @@
+import asyncio
 import json
 import os
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import replace
+from types import SimpleNamespace
 
 import dask
 import distributed
@@ -17,7 +19,7 @@ from skarxlag import load_diagnoser, make_alpio, save_diagnoser
 from skarxlag.commands.diagnosis import Diagnosis, Task, file_state
 from skarxlag.commands.journal import Journal
 from skarxlag.commands.messages import CommandError, Progress
-from skarxlag.commands.workers import Cluster, WorkerDied, Workers, executors, run_tasks
+from skarxlag.commands.workers import WorkerDied, Workers, executors, run_tasks
 from skarxlag.recordings.listing import ListedRecording
 
 from .deadly_tasks import KILL, Deadly, Harmless
@@ -208,38 +210,49 @@ def test_tasks_in_hand_follow_the_number_of_workers():
     assert len(asked) == 2 + 6
 
 
-class IdleClient:
-    """Client of a cluster of which nothing comes."""
+class SilentClient:
+    """Client of a cluster that returns no result."""
 
-    status = "running"
+    status, work = "running", {}
 
-    def __init__(self, work):
-        self.work, self.cancelled = work, []
+    def __init__(self, address, timeout):
+        self.loop = SimpleNamespace(asyncio_loop=asyncio.new_event_loop())
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exception):
+        self.loop.asyncio_loop.close()
+
+    def wait_for_workers(self, n_workers, timeout):
+        pass
+
+    def nthreads(self):
+        return {"a": 2}
 
     def processing(self):
         if self.work is None:
             raise OSError("connection refused")
         return self.work
 
-    def cancel(self, futures):
-        self.cancelled.append(futures)
 
-
-def test_a_cluster_on_which_nothing_happens_is_not_waited_for(monkeypatch):
-    monkeypatch.setattr("skarxlag.commands.workers._IDLE_SECONDS", -1)
-    busy, idle, empty, gone = map(IdleClient, ({"a": ("key",)}, {"a": ()}, {}, None))
-    for client in (busy, idle):
-        cluster = Cluster(client, "tcp://host:1")
-        cluster.look()
-        assert client.cancelled == []
-        cluster.look()
-    assert busy.cancelled == [] and idle.cancelled == [[]]
-    cluster = Cluster(empty, "tcp://host:1")
-    cluster.look()
-    with pytest.raises(CommandError, match="tcp://host:1: no workers are left; their logs"):
-        cluster.look()
-    with pytest.raises(CommandError, match="tcp://host:1: the scheduler was lost"):
-        Cluster(gone, "tcp://host:1").look()
+@pytest.mark.parametrize(
+    ("work", "message"),
+    [
+        ({"a": ("key",)}, None),
+        ({"a": ()}, "tcp://host:1: no worker is working; their logs say why"),
+        ({}, "no worker is working"),
+        (None, "tcp://host:1: the scheduler was lost .connection refused"),
+    ],
+)
+def test_a_cluster_on_which_nothing_happens_is_not_waited_for(monkeypatch, work, message):
+    monkeypatch.setattr(SilentClient, "work", work)
+    monkeypatch.setattr("distributed.Client", SilentClient)
+    expected = nullcontext() if message is None else pytest.raises(CommandError, match=message)
+    with executors(SimpleNamespace(dask="tcp://host:1")) as workers:
+        assert workers.count() == 2
+        with expected:
+            workers.check()
 
 
 def test_workers_that_are_silent_are_looked_after(monkeypatch):
