@@ -34,6 +34,8 @@ from .kernels.ladder import (
     weighted_median,
 )
 from .kernels.scaling import root_mean_square
+from .kernels.speed_drift import group_speeds
+from .speeds import log_speeds
 
 
 class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, BaseEstimator):
@@ -61,10 +63,11 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         Probability of each condition before a window is looked at, above 0, in the order of
         `classes_`; they sum to 1. They shift verdicts and confidences, and leave the thresholds
         alone. None: all conditions are equally likely, however many training windows each has.
-
-    confidence_scale : float or None, default=None
-        Factor :math:`\beta` on the scores in `predict_proba`, above 0. None: fitted on the training
-        windows with smoothed targets, which keeps probabilities modest.
+    confidence_scale : float, pair of float or None, default=None
+        Factor :math:`\beta` on the scores in `predict_proba`, above 0. Of a pair, the first number
+        is used if the windows of `fit` have one speed or no stated speed, and the second if they
+        have several speeds. None: the factor is fitted on the training windows with smoothed
+        targets, which keeps probabilities modest.
 
     Attributes
     ----------
@@ -116,8 +119,8 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
     confidence_scale_: float
     priors_: NDArray[Any]
 
-    #: Metadata routing hands weights over without a call of `set_fit_request` and its like.
-    __metadata_request__fit: ClassVar = {"sample_weight": True}
+    #: Metadata routing passes these without `set_fit_request` and its siblings.
+    __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
     __metadata_request__score: ClassVar = {"sample_weight": True}
 
     _state = TABLE | {
@@ -149,14 +152,20 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         healthy: Any = None,
         false_alarm_rate: float = 0.01,
         priors: ArrayLike | None = None,
-        confidence_scale: float | None = None,
+        confidence_scale: float | tuple[float, float] | None = None,
     ) -> None:
         self.healthy = healthy
         self.false_alarm_rate = false_alarm_rate
         self.priors = priors
         self.confidence_scale = confidence_scale
 
-    def fit(self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None) -> Self:
+    def fit(
+        self,
+        X: ArrayLike,
+        y: ArrayLike,
+        sample_weight: ArrayLike | None = None,
+        rpm: ArrayLike | None = None,
+    ) -> Self:
         """Calibrate the thresholds.
 
         Parameters
@@ -167,6 +176,9 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
             Condition of each window.
         sample_weight : array-like of shape (n_windows,) or None, default=None
             How many windows each row stands for, at least 0. None: one each.
+        rpm : float, array-like of shape (n_windows,) or (n_windows, n_samples), default=None
+            Speed of each window in revolutions per minute. It selects from a pair of confidence
+            scales. None: the speeds are not known.
 
         Returns
         -------
@@ -181,6 +193,7 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         check_labels(y)
         X, y = validate_data(self, X, y, dtype=[np.float64, np.float32])
         check_classification_targets(y)
+        log_speed = log_speeds(rpm, len(X))
         X, y, weights = weighted_windows(np.abs(X), y, sample_weight)
         self._check_parameters()
         self.classes_, target = np.unique(y, return_inverse=True)
@@ -204,11 +217,12 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
                 self.isolation_thresholds_[0] = self.detection_threshold_
                 np.maximum.accumulate(self.isolation_thresholds_, out=self.isolation_thresholds_)
         scores = self._likelihood_scores(X)
-        self.confidence_scale_ = (
-            confidence_scale(scores, target, weights)
-            if self.confidence_scale is None
-            else float(self.confidence_scale)
-        )
+        if self.confidence_scale is None:
+            self.confidence_scale_ = confidence_scale(scores, target, weights)
+        else:
+            scales = np.broadcast_to(self.confidence_scale, 2)
+            has_speeds = log_speed is not None and len(group_speeds(log_speed)[0]) > 1
+            self.confidence_scale_ = float(scales[int(has_speeds)])
         remember_parameters(self)
         return self
 
@@ -367,10 +381,15 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
 
     def _check_parameters(self):
         check_rate(self.false_alarm_rate, "false_alarm_rate")
-        if self.confidence_scale is not None:
-            check_real(
-                self.confidence_scale, "confidence_scale", min_val=0, include_boundaries="neither"
+        scales = self.confidence_scale
+        if isinstance(scales, tuple | list) and len(scales) != 2:
+            raise ValueError(
+                f"confidence_scale={scales!r}, expected a number above 0, or one for one speed and "
+                "one for several."
             )
+        for scale in scales if isinstance(scales, tuple | list) else [scales]:
+            if scale is not None:
+                check_real(scale, "confidence_scale", min_val=0, include_boundaries="neither")
 
     def _check_relations(self):
         self._check_priors()

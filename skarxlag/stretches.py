@@ -31,11 +31,12 @@ from .speeds import LEAST_TURNS, log_speeds, speeds_of_rows, with_plausible_spee
 
 #: Constants of the recommended diagnoser, see ``python -m benchmarks.recipe constants``: order of
 #: the model; settings of `SpectralDistance`, whose joint distance is that of colour and steadiness;
-#: weight of the orders; and the exponent of residuals in probabilities.
+#: weight of the orders; and the exponents of residuals in probabilities, if the rows of `fit` have
+#: one speed and if they have several.
 MODEL_ORDER = 4
 WINDOW_DISTANCE = {"joint_weight": 0.5, "joint_groups": (0, 2), "smooth_drift": 0.4}
 ORDER_WEIGHT = 0.5
-CONFIDENCE_SCALE = 28.0
+CONFIDENCE_SCALE = (28.0, 50.0)
 #: Speed of the shaft in revolutions per minute by which rows are long enough for orders, where
 #: `fit` is not given their speeds.
 _SUPPOSED_RPM = 600

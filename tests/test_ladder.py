@@ -234,3 +234,17 @@ def test_a_given_confidence_scale_is_the_exponent_of_the_residuals():
     np.testing.assert_allclose(ladder.predict_proba(X), expected)
     with pytest.raises(ValueError, match="confidence_scale"):
         ThresholdLadder(confidence_scale=0.0).fit(X, ["a", "b", "c"])
+
+
+@pytest.mark.parametrize(
+    ("rpm", "scale"), [(None, 2.0), (900, 2.0), ([900, 910, 905], 2.0), ([900, 900, 1200], 5.0)]
+)
+def test_a_pair_of_confidence_scales_is_for_one_speed_and_for_several(rpm, scale):
+    ladder = ThresholdLadder(confidence_scale=(2.0, 5.0)).fit(np.eye(3) + 1, list("abc"), rpm=rpm)
+    assert ladder.confidence_scale_ == scale
+
+
+@pytest.mark.parametrize("scales", [(1.0,), (1.0, 2.0, 3.0), (1.0, 0.0), (1.0, np.inf)])
+def test_a_pair_of_confidence_scales_is_checked(scales):
+    with pytest.raises(ValueError, match="confidence_scale"):
+        ThresholdLadder(confidence_scale=scales).fit(np.eye(3) + 1, list("abc"))
