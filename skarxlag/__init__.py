@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from .diagnosers import make_fault_order_classifier as make_fault_order_classifier
     from .diagnosers import make_known_conditions as make_known_conditions
     from .diagnosers import make_single_observer_pio as make_single_observer_pio
-    from .fault_places import FaultOrderClassifier as FaultOrderClassifier
-    from .fault_places import envelope_spectrum as envelope_spectrum
+    from .envelope_spectra import envelope_spectrum as envelope_spectrum
+    from .fault_classifier import FaultOrderClassifier as FaultOrderClassifier
     from .identification import ARXLaguerre as ARXLaguerre
     from .ladder import ThresholdLadder as ThresholdLadder
     from .model_selection import SpeedSplit as SpeedSplit
@@ -66,7 +66,7 @@ _MODULES = {
     "ExtendedStatePIObserver": "observers",
     "ExtendedStatePIObserverBank": "observer_bank",
     "FaultDetector": "detection",
-    "FaultOrderClassifier": "fault_places",
+    "FaultOrderClassifier": "fault_classifier",
     "KnownConditions": "detection",
     "LogSpectra": "spectra",
     "MonitorVerdict": "monitoring",
@@ -78,7 +78,7 @@ _MODULES = {
     "ThresholdLadder": "ladder",
     "bearing_orders": "bearings",
     "cross_speed_predict": "model_selection",
-    "envelope_spectrum": "fault_places",
+    "envelope_spectrum": "envelope_spectra",
     "estimate_shaft_speed": "speeds",
     "fault_orders": "bearings",
     "iter_windows": "recordings",

@@ -6,7 +6,7 @@ from typing import Any
 from .bearings import BearingLike
 from .comparison import SpectralDistance
 from .detection import FaultDetector, KnownConditions
-from .fault_places import FaultOrderClassifier
+from .fault_classifier import FaultOrderClassifier
 from .identification import ARXLaguerre
 from .ladder import ThresholdLadder
 from .observer_bank import ExtendedStatePIObserverBank

@@ -57,7 +57,7 @@ TRUSTED_TYPES = {
         "skarxlag.orders.OrderResidual",
         "skarxlag.stretches.StretchResidual",
         "skarxlag.bearings.BearingGeometry",
-        "skarxlag.fault_places.FaultOrderClassifier",
+        "skarxlag.fault_classifier.FaultOrderClassifier",
         "skarxlag.ladder.ThresholdLadder",
         "skarxlag.observer_bank.ExtendedStatePIObserverBank",
         "skarxlag.spectra.LogSpectra",

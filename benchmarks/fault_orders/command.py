@@ -173,7 +173,7 @@ def verdicts(scores, **options):
     list of str
     """
     fitted = FaultOrderClassifier(bearing="6205", sampling_rate=1e3, **options).fit(np.ones((1, 9)))
-    return fitted._verdicts(Bunch(scores=scores, rpm=np.ones(len(scores))))
+    return fitted._judge(_matched(scores, np.ones(len(scores)))).named
 
 
 def area_under_curve(faulty, healthy):
@@ -275,8 +275,14 @@ def _alarms(reference, tested, rate):
     fitted.fit(np.ones((1, 9)))
     if reference is not None:
         fitted._calibrate(reference[list(PLACES)].to_numpy(), reference["rpm"].to_numpy())
-    found = Bunch(scores=tested[list(PLACES)].to_numpy(), rpm=tested["rpm"].to_numpy())
-    return fitted._exceeds(found).mean()
+    found = _matched(tested[list(PLACES)].to_numpy(), tested["rpm"].to_numpy())
+    return fitted._judge(found).alarm.mean()
+
+
+def _matched(scores, rpm):
+    """What `FaultOrderClassifier.match` returns, of scores that were stored."""
+    nothing = np.zeros(scores.shape, dtype=int)
+    return Bunch(scores=scores, rpm=rpm, factors=nothing + 1.0, bearings=nothing)
 
 
 def blocks(recorded, seconds, chosen):

@@ -12,7 +12,8 @@ import numpy as np
 
 from .._answers import answers, requests
 from ..diagnosers import make_detector, make_diagnoser, make_fault_order_classifier
-from ..fault_places import HEALTHY, FaultOrderClassifier
+from ..fault_classifier import FaultOrderClassifier
+from ..fault_places import HEALTHY
 from ..persistence import save_diagnoser
 from ..verdicts import check_condition_names
 from .arguments import (

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.pipeline import Pipeline
 
 from .._answers import unfolded_steps
-from ..fault_places import FaultOrderClassifier
+from ..fault_classifier import FaultOrderClassifier
 from ..kernels.fault_orders import NEPER_IN_DB, ORDER_STEP, PLACES, RACE_MULTIPLES
 from ._axes import legend_beside, new_axes
 from ._style import NEUTRAL, condition_styles, ink
@@ -155,7 +155,7 @@ class EnvelopeSpectrumDisplay:
             scores=dict(zip(PLACES, (NEPER_IN_DB * scores).tolist(), strict=True)),
             factors=dict(zip(PLACES, factors.tolist(), strict=True)),
             limit=NEPER_IN_DB * float(classifier.limit_ + classifier.reference_.max()),
-            evidence=classifier.evidence(X, rpm=speed)[0],
+            evidence=classifier.diagnose(X, rpm=speed).evidence[0],
             rpm=float(found.rpm[0]),
         ).plot(unit=unit)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from ..test_fault_places import RATE, row
+from ..test_fault_classifier import RATE, row
 
 RATES = ("--sampling-rate", RATE)
 

@@ -4,7 +4,7 @@ import pytest
 from skarxlag import FaultOrderClassifier, make_alpio, make_fault_order_classifier
 from skarxlag.plotting import EnvelopeSpectrumDisplay
 
-from ..test_fault_places import RATE, row
+from ..test_fault_classifier import RATE, row
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def test_display_shows_the_combs_that_were_found(rows):
     assert display.factors["inner"] == pytest.approx(1.02, abs=0.01)
     assert display.comb_lines_["inner"].get_xdata()[0] == pytest.approx(5.415 * 1.02, rel=0.01)
     np.testing.assert_allclose(display.dots_.get_xdata(), display.combs["inner"])
-    assert display.ax_.get_title() == classifier.evidence(rows[1:], rpm=900)[0]
+    assert display.ax_.get_title() == classifier.diagnose(rows[1:], rpm=900).evidence[0]
     assert display.ax_.get_xlabel() == "Order of the shaft"
     assert display.limit == pytest.approx(9.0, abs=0.05)
 

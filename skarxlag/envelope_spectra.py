@@ -1,0 +1,147 @@
+"""Envelope spectra: that of a signal, and the combs of bearing faults in those of rows."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.utils import Bunch, check_array
+
+from ._parallel import map_batches
+from ._validation import check_real
+from .kernels.comb import comb_frequency
+from .kernels.fault_orders import PLACES, fault_comb, order_contrast, squared_envelope_spectrum
+from .speeds import LEAST_TURNS, samples_a_turn
+
+
+def match_faults(
+    rows: NDArray[Any],
+    turns: NDArray[Any],
+    sampling_rate: float,
+    orders: NDArray[Any],
+    tolerance: float,
+    slip: float,
+    n_jobs: int | None,
+) -> Bunch:
+    """Compute the scores of all places, for the bearing that fits each place best.
+
+    Parameters
+    ----------
+    rows : ndarray of shape (n_rows, n_samples)
+        Signals.
+    turns : ndarray of shape (n_rows,) or (n_rows, n_samples)
+        Samples in a turn of the shaft. NaN if it is not known: the scores are then 0.
+    sampling_rate : float
+        In Hz.
+    orders : ndarray of shape (n_bearings, 4)
+        Orders of the cage, the spin of an element, the inner and the outer race.
+    tolerance, slip : float
+        As in `fault_comb`.
+    n_jobs : int or None
+        Threads.
+
+    Returns
+    -------
+    Bunch
+        As `FaultOrderClassifier.match` describes it.
+    """
+
+    def of_row(batch):
+        samples, turn = rows[batch.start], turns[batch.start]
+        if np.any(np.isnan(turn)):
+            nothing = np.zeros(len(PLACES))
+            return nothing, nothing + 1, nothing.astype(int), order_contrast(samples, 1.0, 1.0)
+        contrast = order_contrast(samples, turn, sampling_rate)
+        combs = [fault_comb(contrast, of_bearing, tolerance, slip) for of_bearing in orders]
+        scores, factors = (np.stack(each) for each in zip(*combs, strict=True))
+        best, place = scores.argmax(axis=0), np.arange(len(PLACES))
+        return scores[best, place], factors[best, place], best, contrast
+
+    found = map_batches(of_row, len(rows), n_jobs, batch_size=1)
+    names = ("scores", "factors", "bearings", "contrasts")
+    parts = dict(zip(names, map(np.stack, zip(*found, strict=True)), strict=True))
+    mean = turns if turns.ndim == 1 else turns.mean(axis=1)
+    return Bunch(**parts, rpm=60 * sampling_rate / mean)
+
+
+def turns_of_rows(
+    rows: NDArray[Any],
+    sampling_rate: float,
+    rpm: ArrayLike | None,
+    speed_range: tuple[float, float] | None,
+) -> NDArray[Any]:
+    """Return the samples in a turn of each row; NaN for rows too short for a search of the speed.
+
+    Raises
+    ------
+    ValueError
+        If there is neither a speed nor a range of speeds, or a row has less than three turns.
+    """
+    if rpm is not None:
+        return samples_a_turn(rpm, sampling_rate, *rows.shape)
+    if speed_range is None:
+        raise ValueError(
+            "rpm is None, expected the speed of each row, or speed_range, in which the speed is "
+            "searched."
+        )
+    low, high = speed_range
+    turn = 60 * sampling_rate / np.sqrt(low * high)
+    if rows.shape[1] < LEAST_TURNS * 60 * sampling_rate / low:
+        return np.full(len(rows), np.nan)
+    tolerance = np.log(high / low) / 2
+    return 1 / np.array([comb_frequency(row, 1 / turn, tolerance, 40) for row in rows])
+
+
+def envelope_spectrum(
+    signal: ArrayLike,
+    sampling_rate: float,
+    *,
+    band: tuple[float, float] | None = None,
+    prewhiten: bool = True,
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Compute the spectrum of the squared envelope of a signal.
+
+    Parameters
+    ----------
+    signal : array-like of shape (n_samples,)
+        At least 8 samples, in any unit.
+    sampling_rate : float
+        In Hz, above 0.
+    band : tuple of two floats or None, default=None
+        Lowest and highest frequency in Hz that the envelope is taken of. None: all frequencies.
+    prewhiten : bool, default=True
+        Whether all frequencies get the same magnitude first, which is called cepstrum prewhitening.
+        It removes the lines of gears and of the shaft, and the loudness of resonances.
+
+    Returns
+    -------
+    frequencies : ndarray of shape (n_frequencies,)
+        From 0 to half the sampling rate in Hz. Divided by the shaft's frequency, they are orders.
+    power : ndarray of shape (n_frequencies,)
+        Power of the squared envelope less its mean, relative to the mean squared.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rng = np.random.default_rng(0)
+    >>> signal = 0.1 * rng.normal(size=20_000)
+    >>> signal[np.cumsum(rng.normal(400, 1, size=49)).astype(int)] += 1  # 50 impacts a second
+    >>> frequencies, power = envelope_spectrum(signal, 20_000)
+    >>> float(frequencies[power[:100].argmax()])
+    50.0
+    """
+    check_real(sampling_rate, "sampling_rate", min_val=0, include_boundaries="neither")
+    signal = check_array(
+        signal, dtype=np.float64, ensure_2d=False, ensure_min_samples=8, input_name="signal"
+    )
+    if signal.ndim != 1:
+        raise ValueError(f"signal has shape {signal.shape}, expected one axis.")
+    if band is not None and not 0 <= band[0] < band[1] <= sampling_rate / 2:
+        raise ValueError(
+            f"band={band!r}, expected two frequencies from 0 to {sampling_rate / 2:g} Hz, the "
+            "lower one first."
+        )
+    part = (0.0, 0.5) if band is None else (band[0] / sampling_rate, band[1] / sampling_rate)
+    power = squared_envelope_spectrum(signal, part, prewhiten)
+    return np.arange(len(power)) * sampling_rate / len(signal), power
