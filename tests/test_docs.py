@@ -17,6 +17,7 @@ import pytest
 
 from skarxlag import datasets, kernels
 from skarxlag.datasets import simulate_rig
+from skarxlag.datasets.rig import Rig
 from skarxlag.observers import RESIDUAL_EVALUATIONS
 
 ROOT = Path(__file__).parents[1]
@@ -211,7 +212,9 @@ def test_every_residual_evaluation_is_in_the_table():
 def test_every_parameter_of_the_simulated_rig_is_in_its_table():
     text = (ROOT / "docs" / "simulated_rig.md").read_text("utf-8")
     rows = re.findall(r"^\| `(\w+)` \| ([^|]*) \|", text, flags=re.M)
-    parameters = inspect.signature(simulate_rig).parameters
+    parameters = dict(inspect.signature(simulate_rig).parameters)
+    assert parameters.pop("rig").default == Rig()
+    parameters |= inspect.signature(Rig).parameters
     assert [name for name, _ in rows] == list(parameters)
     for name, shown in rows:
         default = parameters[name].default

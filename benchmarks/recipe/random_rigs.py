@@ -19,6 +19,7 @@ from scipy.signal import lfilter
 from sklearn.utils import Bunch
 
 from skarxlag.datasets import simulate_rig
+from skarxlag.datasets.rig import Rig
 from skarxlag.datasets.transmission import TransmissionPath, TransmissionPaths
 
 WINDOWS_A_HALF = 24
@@ -131,13 +132,15 @@ def _emission(rng, n_windows, window_length, has_torque):
         conditions=["Normal", *chosen],
         n_samples=n_windows * window_length,
         window_length=window_length,
-        sampling_rate=sampling_rate,
-        paths=TransmissionPaths(outer=path(), inner=path(), ball=path()),
-        torque_leak=tuple(rng.normal(0, 0.1, 4)) if has_torque else (),
-        impact_level=float(rng.uniform(0.2, 1.0)),
-        friction_level=float(rng.uniform(0.01, 0.04)),
-        rubbing_level=float(rng.uniform(0.003, 0.02)),
-        noise_level=float(10 ** rng.uniform(-4, -2.7)),
+        rig=Rig(
+            sampling_rate=sampling_rate,
+            paths=TransmissionPaths(outer=path(), inner=path(), ball=path()),
+            torque_leak=tuple(rng.normal(0, 0.1, 4)) if has_torque else (),
+            impact_level=float(rng.uniform(0.2, 1.0)),
+            friction_level=float(rng.uniform(0.01, 0.04)),
+            rubbing_level=float(rng.uniform(0.003, 0.02)),
+            noise_level=float(10 ** rng.uniform(-4, -2.7)),
+        ),
         random_state=int(rng.integers(2**31)),
     )
     if not has_torque:

@@ -68,7 +68,6 @@ def simulated_stretches(seconds, seed, **options):
     return simulate_rig(
         n_samples=int(_SECONDS / seconds) * length,
         window_length=length,
-        sampling_rate=_RATE,
         random_state=seed,
         **options,
     )

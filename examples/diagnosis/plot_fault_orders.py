@@ -10,7 +10,6 @@ place from them. The recording is one of HIT-SM, if it is at hand; otherwise it 
 import matplotlib.pyplot as plt
 
 from skarxlag import make_fault_order_classifier
-from skarxlag.bearings import SKF_6205
 from skarxlag.datasets import fetch_hit_sm, simulate_rig
 from skarxlag.plotting import EnvelopeSpectrumDisplay
 
@@ -27,11 +26,8 @@ except OSError:
         conditions=["Normal", "OR"],
         n_samples=1_000_000,
         window_length=500_000,
-        sampling_rate=250_000,
-        bearing=SKF_6205,
     )
     rows, rpm = rig.data[rig.target == "OR", :1, :], 500
-    rig.sampling_rate = 250_000.0
 rows = rows.reshape(len(rows), -1)
 
 # %%

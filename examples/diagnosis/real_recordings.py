@@ -14,7 +14,7 @@ from skarxlag.datasets import fetch_uestc
 
 # %%
 # Healthy (N), and with a fault of a ball (B), of the inner (I) or of the outer race (O).
-rig = fetch_uestc(verbose=False)
+rig = fetch_uestc()
 known = rig.rpm == 800
 print(f"{rig.data.shape[0]} windows of {rig.data.shape[1]} samples at {rig.sampling_rate:g} Hz")
 

@@ -4,8 +4,6 @@ import hashlib
 import os
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import suppress
-from dataclasses import dataclass
 from http.client import HTTPException
 from importlib.resources import files
 from pathlib import Path
@@ -14,6 +12,7 @@ from urllib.parse import quote
 from zipfile import BadZipFile
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.io import loadmat
 from sklearn.datasets import fetch_file, get_data_home
 from sklearn.utils import Bunch
@@ -23,6 +22,8 @@ from skarxlag.recordings.windows import stack_windows
 
 #: The array of samples in the converted files that a data home may hold.
 CONVERTED = "acceleration"
+#: Times that a failed download is repeated, with a second between two attempts.
+N_RETRIES = 3
 
 
 class Repository(NamedTuple):
@@ -41,57 +42,15 @@ class Recording(NamedTuple):
     path: str
     condition: str
     rpm: float
-    sha256: str | None
     name: str
     converted: str | None = None
 
 
-@dataclass(frozen=True)
-class Download:
-    """Where the files of a rig come from and where they are stored.
-
-    Parameters
-    ----------
-    data_home : str or path-like, default=None
-        Folder that holds the data sets of scikit-learn. If None, the folder that
-        :func:`sklearn.datasets.get_data_home` returns is used. The recordings are stored in a
-        subfolder with the name of the rig, with the same layout as in their repository. A file
-        that is already there with the right SHA-256 is not downloaded again. A file with another
-        SHA-256 is replaced, with a warning.
-    download_if_missing : bool, default=True
-        If False, raise an OSError instead of downloading.
-    mirror : str, default=None
-        URL of a copy of the repository's root, from which to download. If None, the files are
-        downloaded from the repository itself.
-    n_retries : int, default=3
-        Number of times that a failed download is repeated, for each file.
-    delay : float, default=1.0
-        Time between two attempts, in seconds.
-    verbose : bool, default=True
-        If True, write one line to standard error for every file that is downloaded.
-    """
-
-    data_home: str | os.PathLike[str] | None
-    download_if_missing: bool
-    mirror: str | None
-    n_retries: int
-    delay: float
-    verbose: bool
-
-    @property
-    def home(self) -> Path:
-        """Folder of all rigs."""
-        # get_data_home is not called with a given folder, because it would create this folder even
-        # if no file is stored there in the end.
-        home = get_data_home() if self.data_home is None else self.data_home
-        return Path(home).expanduser()
-
-
-def shared_parameters(fetcher: Callable[..., Any]) -> Callable[..., Any]:
-    """Insert the parameters of `Download` into the docstring of a fetcher, at ``{download}``."""
-    if fetcher.__doc__ and Download.__doc__:
-        shared = Download.__doc__.partition("----------\n")[2].strip()
-        fetcher.__doc__ = fetcher.__doc__.replace("{download}", shared)
+def shared_documentation(fetcher: Callable[..., Any]) -> Callable[..., Any]:
+    """Insert the sections that all fetchers share into a docstring, at ``{shared}``."""
+    if fetcher.__doc__ and fetch_rig.__doc__:
+        shared = fetch_rig.__doc__.partition("    data_home : ")
+        fetcher.__doc__ = fetcher.__doc__.replace("    {shared}\n", "".join(shared[1:]))
     return fetcher
 
 
@@ -104,14 +63,26 @@ def checksums(rig: str) -> dict[str, str]:
     return {path: sha256 for sha256, path in (line.split("  ", 1) for line in lines)}
 
 
+def description(name: str) -> str:
+    """Read the description of a rig: its terms of use and the work to cite."""
+    return _text(f"descr/{name}.rst")
+
+
 def fetch_rig(
     repository: Repository,
     recordings: Sequence[Recording],
     read_signal: Callable[[Path], Any],
-    download: Download,
-    windows: tuple[int, bool],
-) -> Bunch | tuple[Any, ...]:
+    sha256: dict[str, str],
+    *,
+    data_home: str | os.PathLike[str] | None,
+    download_if_missing: bool,
+    return_X_y: bool,
+    window_length: int,
+    mirror: str | None,
+) -> Any:
     """Fetch the recordings of a rig and cut them into windows.
+
+    A line on standard error reports every download. A failed download is repeated three times.
 
     Parameters
     ----------
@@ -121,53 +92,100 @@ def fetch_rig(
         The recordings. The healthy condition comes first.
     read_signal : callable
         Function that returns the samples in an original file.
-    download : Download
-        Options of the download.
-    windows : tuple of int and bool
-        Samples in a window; whether to return only the windows and their conditions.
+    sha256 : dict of str to str
+        SHA-256 of the files, by their paths in the repository. Files without one are not verified.
+    data_home : str or path-like, default=None
+        Folder that holds the data sets of scikit-learn. If None, the folder that
+        :func:`sklearn.datasets.get_data_home` returns is used. The recordings are stored in a
+        subfolder with the name of the rig, with the same layout as in their repository. A file
+        that is already there with the right SHA-256 is not downloaded again. A file with another
+        SHA-256 is replaced, with a warning.
+    download_if_missing : bool, default=True
+        If False, raise an OSError instead of downloading.
+    return_X_y : bool, default=False
+        If True, return ``(data, target)`` instead of a Bunch.
+    window_length : int, default=1200
+        Samples in a window. Windows do not overlap. Samples at the end of a recording that do not
+        fill a window are not used.
+    mirror : str, default=None
+        URL of a copy of the repository's root, from which to download. If None, the files are
+        downloaded from the repository itself.
 
     Returns
     -------
-    Bunch, or tuple of ndarray
-        The rig as a Bunch, or its windows and their conditions.
+    rig : :class:`~sklearn.utils.Bunch`
+        The windows of all recordings, with the following attributes.
+
+        data : ndarray of float64, shape (n_windows, window_length)
+            Acceleration. Windows of one recording are consecutive and in time order.
+        target : ndarray of str, shape (n_windows,)
+            Condition of each window.
+        target_names : list of str
+            The conditions, the healthy one first if there is one.
+        rpm : ndarray of float, shape (n_windows,)
+            Nominal shaft speed in revolutions per minute.
+        recording : ndarray of str, shape (n_windows,)
+            Recording that the window was cut from.
+        start : ndarray of int, shape (n_windows,)
+            Index of the window's first sample in its recording.
+        sampling_rate : float
+            In Hz.
+        bearing : BearingGeometry or None
+            None if the authors do not state the dimensions.
+        filenames : list of str
+            Path of every recording, in the order of the recordings in `data`.
+        DESCR : str
+            Description of the rig, its terms of use and the work to cite.
+    (data, target) : tuple of ndarray
+        The windows and their conditions, if `return_X_y` is True.
 
     Raises
     ------
     OSError
-        If a file is missing or damaged and ``download_if_missing`` is False, or if a download
-        fails.
+        If a file is missing or is not the original and `download_if_missing` is False, or if it
+        cannot be downloaded. The message names the file.
+    ValueError
+        If there is no such part of the rig, or if `window_length` is below 1 or longer than a
+        recording.
     """
-    paths, signals = [], []
-    for number, recording in enumerate(recordings, start=1):
-        converted = download.home / (recording.converted or "")
-        if converted.is_file():
-            paths.append(converted)
-            signals.append(_read_converted(converted))
-            continue
-        path = download.home / repository.folder / recording.path
-        counter = f"[{number}/{len(recordings)}]"
-        _fetch(path, download.mirror or repository.url, recording, download, counter)
-        paths.append(path)
-        signals.append(np.ravel(read_signal(path)))
-    window_length, return_X_y = windows
-    names = [str(path) for path in paths]
+    # A given folder is not created if no file is stored there in the end.
+    home = Path(get_data_home() if data_home is None else data_home).expanduser()
+    names, signals = [], []
+    for recording in recordings:
+        path = home / (recording.converted or "")
+        if path.is_file():
+            signals.append(_read_converted(path))
+        else:
+            path = home / repository.folder / recording.path
+            known = sha256.get(recording.path)
+            if download_if_missing:
+                url = f"{(mirror or repository.url).rstrip('/')}/{quote(recording.path)}"
+                _download(url, path, known)
+            elif not _is_intact(path, known):
+                state = (
+                    "is not the original (its SHA-256 differs)" if path.exists() else "is missing"
+                )
+                raise OSError(f"{path} {state} and download_if_missing is False")
+            signals.append(np.ravel(read_signal(path)))
+        names.append(str(path))
     data, source, start = stack_windows(signals, names, window_length)
-    conditions = [recording.condition for recording in recordings]
-    target = np.array(conditions)[source]
-    if return_X_y:
-        return data, target
-    return Bunch(
+    conditions, speeds, ids = (
+        np.array([getattr(recording, name) for recording in recordings])
+        for name in ("condition", "rpm", "name")
+    )
+    rig = Bunch(
         data=data,
-        target=target,
-        target_names=list(dict.fromkeys(conditions)),
-        rpm=np.array([recording.rpm for recording in recordings], dtype=float)[source],
-        recording=np.array([recording.name for recording in recordings])[source],
+        target=conditions[source],
+        target_names=list(dict.fromkeys(conditions.tolist())),
+        rpm=speeds.astype(float)[source],
+        recording=ids[source],
         start=start,
         sampling_rate=repository.sampling_rate,
         bearing=repository.bearing,
         filenames=names,
-        DESCR=_text(f"descr/{repository.description}.rst"),
+        DESCR=description(repository.description),
     )
+    return (rig.data, rig.target) if return_X_y else rig
 
 
 def _text(path):
@@ -182,30 +200,19 @@ def _read_converted(path):
         raise OSError(f"{path} must be an npz file with an array {CONVERTED!r}: {error}") from error
 
 
-def _fetch(path, base_url, recording, download, counter):
-    if _is_intact(path, recording.sha256):
-        return
-    if not download.download_if_missing:
-        state = "is not the original (its SHA-256 differs)" if path.exists() else "is missing"
-        raise OSError(f"{path} {state} and download_if_missing is False")
-    url = f"{base_url.rstrip('/')}/{quote(recording.path)}"
-    if download.verbose:
-        print(f"{counter} downloading {url}", file=sys.stderr, flush=True)
-    created = [folder for folder in path.parents if not folder.exists()]
+def _download(url, path, sha256):
+    if not path.exists():
+        print(f"downloading {url}", file=sys.stderr, flush=True)
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         fetch_file(
             url,
             folder=path.parent,
             local_filename=path.name,
-            sha256=recording.sha256,
-            n_retries=download.n_retries,
-            delay=download.delay,
+            sha256=sha256,
+            n_retries=N_RETRIES,
         )
     except (OSError, HTTPException) as error:
-        with suppress(OSError):
-            for empty in created:
-                empty.rmdir()
         raise OSError(f"{path} could not be fetched from {url}: {error}") from error
 
 
@@ -216,7 +223,7 @@ def _is_intact(path, sha256):
         return hashlib.file_digest(file, "sha256").hexdigest() == sha256
 
 
-def read_only_signal(path: Path) -> Any:
+def read_only_signal(path: Path) -> NDArray[Any]:
     """Read the only array of numbers in a MATLAB file.
 
     Its name differs between files. All other values are single numbers or strings.

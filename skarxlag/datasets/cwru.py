@@ -7,12 +7,11 @@ from scipy.io import loadmat
 
 from skarxlag.bearings import SKF_6205, BearingGeometry
 from skarxlag.datasets._repository import (
-    Download,
     Recording,
     Repository,
     checksums,
     fetch_rig,
-    shared_parameters,
+    shared_documentation,
 )
 
 URL = "https://engineering.case.edu/sites/default/files"
@@ -37,7 +36,7 @@ ENDS = {
 }
 
 
-@shared_parameters
+@shared_documentation
 def fetch_cwru(
     *,
     end: str = "drive",
@@ -46,22 +45,22 @@ def fetch_cwru(
     return_X_y: bool = False,
     window_length: int = 1200,
     mirror: str | None = None,
-    n_retries: int = 3,
-    delay: float = 1.0,
-    verbose: bool = True,
 ) -> Any:
     """Fetch the bearing data of Case Western Reserve University (download of 105 or 79 MB).
 
     Acceleration next to a faulty bearing of a motor: three sizes of faults of the inner race, the
-    outer race and a ball, at four loads (fan end: three), each a recording of its own [1]_. Healthy
-    recordings were made at another sampling rate and are not fetched.
+    outer race and a ball, at four loads of 0 to 3 hp (fan end: 1 to 3), each a recording of its own
+    [1]_. Healthy recordings were made at another sampling rate and are not fetched. The conditions
+    are ``inner007``, ``inner014``, ``inner021`` (inner race, 0.007, 0.014 and 0.021 inch), and
+    ``ball...`` and ``outer...`` alike. The samples are in g.
 
     ================   ======================
     Recordings         36 (fan end: 27)
     Conditions                              9
-    Speeds             4 (fan end: 3)
+    Speeds in rpm      1797, 1772, 1750, 1730
     Samples each       120,617 to 122,917
     Sampling rate                      12 kHz
+    Bearing            6205 (fan end: 6203)
     ================   ======================
 
     Converted files are accepted as well: a file ``cwru_drive_end/inner007_1797.npz`` (or
@@ -72,50 +71,7 @@ def fetch_cwru(
     ----------
     end : {"drive", "fan"}, default="drive"
         End of the motor with the faulty bearing.
-    {download}
-    return_X_y : bool, default=False
-        If True, return ``(data, target)`` instead of a Bunch.
-    window_length : int, default=1200
-        Samples in a window (100 ms at the default). Windows do not overlap. Samples at the end of a
-        recording that do not fill a window are not used.
-
-    Returns
-    -------
-    rig : :class:`~sklearn.utils.Bunch`
-        The windows of all recordings, with the following attributes.
-
-        data : ndarray of shape (n_windows, window_length)
-            Acceleration in g. Windows of one recording are consecutive and in time order.
-        target : ndarray of str, shape (n_windows,)
-            Condition of each window.
-        target_names : list of str
-            The conditions: ``inner007``, ``inner014``, ``inner021`` (inner race, 0.007, 0.014 and
-            0.021 inch), then ``ball...`` and ``outer...`` alike; there is no healthy one.
-        rpm : ndarray of float, shape (n_windows,)
-            Nominal shaft speed in revolutions per minute: 1797, 1772, 1750 or 1730, for
-            loads of 0 to 3 hp.
-        recording : ndarray of str, shape (n_windows,)
-            Recording that the window was cut from, such as ``"inner007_1797"``.
-        start : ndarray of int, shape (n_windows,)
-            Index of the window's first sample in its recording.
-        sampling_rate : float
-            12000, in Hz.
-        bearing : BearingGeometry
-            6205 at the drive end, 6203 at the fan end.
-        filenames : list of str
-            Path of every recording, in the order of the recordings in `data`.
-        DESCR : str
-            Description of the rig, its terms of use and the work to cite.
-    (data, target) : tuple of ndarray
-        The windows and their conditions, if `return_X_y` is True.
-
-    Raises
-    ------
-    OSError
-        If a file is missing or is not the original and `download_if_missing` is False, or if it
-        cannot be downloaded. The message names the file.
-    ValueError
-        If `end` is unknown, or if `window_length` is below 1 or longer than a recording.
+    {shared}
 
     References
     ----------
@@ -132,14 +88,13 @@ def fetch_cwru(
     if end not in ENDS:
         raise ValueError(f"end must be one of {list(ENDS)}, got {end!r}.")
     first_files, first_load, sensor, bearing = ENDS[end]
-    sums = checksums("cwru")
     recordings = []
     for condition, first in first_files.items():
         for load in range(first_load, len(SPEEDS)):
             number, name = first + load, f"{condition}_{SPEEDS[load]}"
             path = f"{OUT_OF_SEQUENCE.get(number, number)}.mat"
             converted = f"cwru_{end}_end/{name}.npz"
-            recordings.append(Recording(path, condition, SPEEDS[load], sums[path], name, converted))
+            recordings.append(Recording(path, condition, SPEEDS[load], name, converted))
 
     def read_signal(path):
         # Some files repeat the arrays of another file.
@@ -147,6 +102,14 @@ def fetch_cwru(
         own = f"X{int(path.stem):03d}_{sensor}_time"
         return content.get(own, next((v for k, v in content.items() if k.endswith(own[4:])), None))
 
-    download = Download(data_home, download_if_missing, mirror, n_retries, delay, verbose)
-    repository = Repository("cwru", URL, SAMPLING_RATE, "cwru", bearing)
-    return fetch_rig(repository, recordings, read_signal, download, (window_length, return_X_y))
+    return fetch_rig(
+        Repository("cwru", URL, SAMPLING_RATE, "cwru", bearing),
+        recordings,
+        read_signal,
+        checksums("cwru"),
+        data_home=data_home,
+        download_if_missing=download_if_missing,
+        return_X_y=return_X_y,
+        window_length=window_length,
+        mirror=mirror,
+    )

@@ -6,13 +6,12 @@ from typing import Any
 
 from skarxlag.bearings import SKF_6205
 from skarxlag.datasets._repository import (
-    Download,
     Recording,
     Repository,
     checksums,
     fetch_rig,
     read_only_signal,
-    shared_parameters,
+    shared_documentation,
 )
 
 URL = (
@@ -27,7 +26,7 @@ RIGS = {
 }
 
 
-@shared_parameters
+@shared_documentation
 def fetch_hit_sm(
     *,
     rig: str = "spectraquest",
@@ -36,9 +35,6 @@ def fetch_hit_sm(
     return_X_y: bool = False,
     window_length: int = 1200,
     mirror: str | None = None,
-    n_retries: int = 3,
-    delay: float = 1.0,
-    verbose: bool = True,
 ) -> Any:
     """Fetch a rig of the HIT-SM data sets, cut into windows (download of 37 MB).
 
@@ -47,62 +43,24 @@ def fetch_hit_sm(
     so amplitudes cannot be compared between its recordings: scale every window to unit RMS before
     you use it.
 
-    ================   ========
-    Recordings               21
-    Conditions                7
-    Speeds                    3
-    Samples each        262,144
-    Sampling rate      51.2 kHz
-    ================   ========
+    ================   ===================
+    Recordings                          21
+    Conditions                           7
+    Speeds in rpm           600, 900, 1200
+    Samples each                   262,144
+    Sampling rate                 51.2 kHz
+    Bearing            6205 (SpectraQuest)
+    ================   ===================
+
+    The conditions are ``Normal``, ``IR2``, ``IR5``, ``IR8`` (inner race, arc of 2, 5, 8 degrees),
+    ``OR2``, ``OR5`` and ``OR8`` (outer race). The authors state neither the unit of the samples nor
+    the bearing of the self-built rig.
 
     Parameters
     ----------
     rig : {"spectraquest", "self-built"}, default="spectraquest"
         The rig: the SpectraQuest machinery fault simulator, or the rig that the laboratory built.
-    {download}
-    return_X_y : bool, default=False
-        If True, return ``(data, target)`` instead of a Bunch.
-    window_length : int, default=1200
-        Samples in a window (23 ms at the default). Windows do not overlap. Samples at the end of a
-        recording that do not fill a window are not used.
-
-    Returns
-    -------
-    rig : :class:`~sklearn.utils.Bunch`
-        The windows of all recordings, with the following attributes.
-
-        data : ndarray of shape (n_windows, window_length)
-            Acceleration, in a unit that the authors do not state. Windows of one recording are
-            consecutive and in time order.
-        target : ndarray of str, shape (n_windows,)
-            Condition of each window.
-        target_names : list of str
-            The conditions: the healthy one ``Normal`` first, then ``IR2``, ``IR5``, ``IR8`` (inner
-            race, arc of 2, 5, 8 degrees), ``OR2``, ``OR5`` and ``OR8`` (outer race).
-        rpm : ndarray of float, shape (n_windows,)
-            Nominal shaft speed in revolutions per minute: 600, 900 or 1200.
-        recording : ndarray of str, shape (n_windows,)
-            Recording that the window was cut from, such as ``"OR5_1200"``.
-        start : ndarray of int, shape (n_windows,)
-            Index of the window's first sample in its recording.
-        sampling_rate : float
-            51200, in Hz.
-        bearing : BearingGeometry or None
-            6205 on the SpectraQuest rig. None on the self-built rig, whose bearing is not stated.
-        filenames : list of str
-            Path of every recording, in the order of the recordings in `data`.
-        DESCR : str
-            Description of the rig, its terms of use and the work to cite.
-    (data, target) : tuple of ndarray
-        The windows and their conditions, if `return_X_y` is True.
-
-    Raises
-    ------
-    OSError
-        If a file is missing or is not the original and `download_if_missing` is False, or if it
-        cannot be downloaded. The message names the file.
-    ValueError
-        If `rig` is unknown, or if `window_length` is below 1 or longer than a recording.
+    {shared}
 
     References
     ----------
@@ -119,13 +77,20 @@ def fetch_hit_sm(
     if rig not in RIGS:
         raise ValueError(f"rig must be one of {list(RIGS)}, got {rig!r}.")
     folder, bearing = RIGS[rig]
-    recordings = []
-    for path, sha256 in checksums("hit_sm").items():
+    sums, recordings = checksums("hit_sm"), []
+    for path in sums:
         if path.startswith(folder):
-            condition, rpm = Path(path).stem.split("_")
-            recordings.append(Recording(path, condition, float(rpm), sha256, Path(path).stem))
-    download = Download(data_home, download_if_missing, mirror, n_retries, delay, verbose)
-    repository = Repository("hit_sm", URL, SAMPLING_RATE, f"hit_sm_{rig}", bearing)
+            name = Path(path).stem
+            condition, rpm = name.split("_")
+            recordings.append(Recording(path, condition, float(rpm), name))
     return fetch_rig(
-        repository, recordings, read_only_signal, download, (window_length, return_X_y)
+        Repository("hit_sm", URL, SAMPLING_RATE, f"hit_sm_{rig}", bearing),
+        recordings,
+        read_only_signal,
+        sums,
+        data_home=data_home,
+        download_if_missing=download_if_missing,
+        return_X_y=return_X_y,
+        window_length=window_length,
+        mirror=mirror,
     )

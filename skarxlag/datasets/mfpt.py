@@ -7,11 +7,10 @@ from scipy.io import loadmat
 
 from skarxlag.bearings import BearingGeometry
 from skarxlag.datasets._repository import (
-    Download,
     Recording,
     Repository,
     fetch_rig,
-    shared_parameters,
+    shared_documentation,
 )
 
 URL = (
@@ -25,7 +24,7 @@ MM_PER_INCH = 25.4
 NICE = BearingGeometry(8, 0.235 * MM_PER_INCH, 1.245 * MM_PER_INCH)
 
 
-@shared_parameters
+@shared_documentation
 def fetch_mfpt(
     *,
     data_home: str | os.PathLike[str] | None = None,
@@ -33,19 +32,18 @@ def fetch_mfpt(
     return_X_y: bool = False,
     window_length: int = 1200,
     mirror: str | None = None,
-    n_retries: int = 3,
-    delay: float = 1.0,
-    verbose: bool = True,
 ) -> Any:
     """Fetch the bearing fault data of the MFPT society, cut into windows.
 
     Acceleration of a bearing with a fault of the inner or the outer race at seven loads, each a
     recording of its own [1]_. There is one speed only, and no healthy recording at this rate.
+    The conditions are ``inner`` and ``outer``. The samples are in g. The bearing has 8 elements of
+    0.235 inch on a pitch diameter of 1.245 inch.
 
     ================   ==========
     Recordings                 14
     Conditions                  2
-    Speeds                      1
+    Speed in rpm             1500
     Samples each          146,484
     Sampling rate      48.828 kHz
     ================   ==========
@@ -56,48 +54,7 @@ def fetch_mfpt(
 
     Parameters
     ----------
-    {download}
-    return_X_y : bool, default=False
-        If True, return ``(data, target)`` instead of a Bunch.
-    window_length : int, default=1200
-        Samples in a window (25 ms at the default). Windows do not overlap. Samples at the end of a
-        recording that do not fill a window are not used.
-
-    Returns
-    -------
-    rig : :class:`~sklearn.utils.Bunch`
-        The windows of all recordings, with the following attributes.
-
-        data : ndarray of shape (n_windows, window_length)
-            Acceleration in g. Windows of one recording are consecutive and in time order.
-        target : ndarray of str, shape (n_windows,)
-            Condition of each window.
-        target_names : list of str
-            The conditions: ``inner`` and ``outer``; there is no healthy one.
-        rpm : ndarray of float, shape (n_windows,)
-            Nominal shaft speed in revolutions per minute: 1500.
-        recording : ndarray of str, shape (n_windows,)
-            Recording that the window was cut from, such as ``"inner_load1"``.
-        start : ndarray of int, shape (n_windows,)
-            Index of the window's first sample in its recording.
-        sampling_rate : float
-            48828, in Hz.
-        bearing : BearingGeometry
-            8 elements of 0.235 inch on a pitch diameter of 1.245 inch.
-        filenames : list of str
-            Path of every recording, in the order of the recordings in `data`.
-        DESCR : str
-            Description of the rig, its terms of use and the work to cite.
-    (data, target) : tuple of ndarray
-        The windows and their conditions, if `return_X_y` is True.
-
-    Raises
-    ------
-    OSError
-        If a file is missing or is not the original and `download_if_missing` is False, or if it
-        cannot be downloaded. The message names the file.
-    ValueError
-        If `window_length` is below 1 or longer than a recording.
+    {shared}
 
     References
     ----------
@@ -117,10 +74,18 @@ def fetch_mfpt(
             part = "train_data" if load <= 5 else "test_data"
             path = f"{part}/{condition.capitalize()}RaceFault_vload_{load}.mat"
             name = f"{condition}_load{load}"
-            recordings.append(Recording(path, condition, RPM, None, name, f"mfpt/{name}.npz"))
-    download = Download(data_home, download_if_missing, mirror, n_retries, delay, verbose)
-    repository = Repository("mfpt", URL, SAMPLING_RATE, "mfpt", NICE)
-    return fetch_rig(repository, recordings, _read_signal, download, (window_length, return_X_y))
+            recordings.append(Recording(path, condition, RPM, name, f"mfpt/{name}.npz"))
+    return fetch_rig(
+        Repository("mfpt", URL, SAMPLING_RATE, "mfpt", NICE),
+        recordings,
+        _read_signal,
+        {},
+        data_home=data_home,
+        download_if_missing=download_if_missing,
+        return_X_y=return_X_y,
+        window_length=window_length,
+        mirror=mirror,
+    )
 
 
 def _read_signal(path):

@@ -11,12 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.utils import Bunch, check_random_state, check_scalar
 
-from skarxlag.bearings import SKF_6205, BearingGeometry
-from skarxlag.datasets.rig import LOCATIONS, Rig, background, defect_emission
-from skarxlag.datasets.torque import DriveTorque
-from skarxlag.datasets.transmission import TransmissionPaths
-
-__all__ = ["CONDITIONS", "simulate_rig"]
+from skarxlag.datasets._repository import description
+from skarxlag.datasets.rig import DEFAULT_RIG, LOCATIONS, Rig, background, defect_emission
 
 # The conditions of the bearing, with the paper's names, and the locations of their defects.
 CONDITIONS: dict[str, Any] = {
@@ -33,34 +29,13 @@ CONDITIONS: dict[str, Any] = {
 # Each recording or defect has one independent stream of random numbers for each of these names.
 STREAMS = ("torque", "noise", "friction", "strikes", "rubbing")
 
-DESCR = """\
-Simulated rig
--------------
 
-Acoustic emission of a rolling-element bearing and the torque of its drive, simulated from the
-physics that `simulate_rig` documents. Not a measurement.
-
-:Conditions: {conditions}
-:Shaft speeds: {rpm} rpm
-:Crack widths: {crack_mm} mm (0 stands for the normal condition)
-:Sampling rate: {sampling_rate:g} Hz
-:Recordings: {n_recordings} of {n_samples} samples, cut into windows of {window_length}
-:data: (n_windows, 2, window_length); channel 0 is the acoustic emission in V (the output),
-    channel 1 the drive torque in N m (the measured input)
-:Licence: BSD-3-Clause, as the code that generates it
-
-The design (conditions, speeds, crack sizes, sampling) follows Table 1 of F. Piltan, J.-M. Kim,
-"Nonlinear Extended-state ARX-Laguerre PI Observer Fault Diagnosis of Bearings", Applied Sciences
-9(5), 888, 2019, doi:10.3390/app9050888.
-"""
-
-
-def _check_positive_values(name, values):
+def _positive_numbers(name, values):
     try:
         array = np.atleast_1d(np.asarray(values, dtype=float))
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name} must hold positive numbers, got {values!r}.") from error
-    if array.ndim != 1 or array.size == 0 or not np.all(np.isfinite(array)) or array.min() <= 0:
+    except (TypeError, ValueError):
+        array = np.zeros(0)
+    if array.ndim != 1 or not array.size or not np.all((array > 0) & (array < np.inf)):
         raise ValueError(f"{name} must hold positive numbers, got {values!r}.")
     if len(np.unique(array)) != array.size:
         raise ValueError(f"{name} must not repeat a value, got {values!r}.")
@@ -92,19 +67,7 @@ def simulate_rig(
     conditions: str | Sequence[str] | None = None,
     n_samples: int = 120_000,
     window_length: int = 1200,
-    sampling_rate: float = 250_000.0,
-    bearing: BearingGeometry = SKF_6205,
-    paths: TransmissionPaths | None = None,
-    torque: DriveTorque | None = None,
-    torque_leak: ArrayLike = (0.10, 0.05, -0.05, -0.10),
-    slip: float = 0.01,
-    load_distribution: float = 0.5,
-    impact_level: float = 0.5,
-    entry_ratio: float = 0.3,
-    friction_level: float = 0.02,
-    rubbing_level: float = 0.01,
-    asperity_um: float = 5.0,
-    noise_level: float = 5e-4,
+    rig: Rig = DEFAULT_RIG,
     random_state: int | np.random.RandomState | None = 0,
     return_fault: bool = False,
     return_X_y: bool = False,
@@ -139,9 +102,9 @@ def simulate_rig(
     independent between recordings. A recording does not depend on which other recordings are
     generated.
 
-    The defaults of the parameters up to `sampling_rate` are those of Table 1 of [1]_. The paper
-    neither names its bearing nor publishes a signal, so the defaults of all later parameters are
-    chosen for physical plausibility. The word "chosen" below marks a value without a source.
+    The defaults of the parameters and of the sampling rate are those of Table 1 of [1]_. The paper
+    neither names its bearing nor publishes a signal, so the other physical parameters are set for
+    physical plausibility, see :class:`skarxlag.datasets.rig.Rig`.
 
     A window of 1200 samples at 250 kHz lasts 4.8 ms. This is shorter than the interval between two
     strikes at every defect frequency and speed of the default rig (22 to 56 ms). The entry into a
@@ -164,47 +127,9 @@ def simulate_rig(
         Number of samples of a recording, a multiple of `window_length`. Source: [1]_, section 5.
     window_length : int, default=1200
         Number of samples of a window. Source: [1]_, section 5.
-    sampling_rate : float, default=250_000.0
-        Sampling rate in Hz. Source: [1]_, section 2.
-    bearing : BearingGeometry, default=SKF_6205
-        The bearing. The default is the SKF 6205-2RS JEM, the drive-end bearing of the Case Western
-        Reserve University data, with the dimensions published there.
-    paths : TransmissionPaths, default=None
-        Resonances, gain and delay between each place and the sensor. If None, the paths are
-        ``TransmissionPaths()``, whose docstring states the sources.
-    torque : DriveTorque, default=None
-        Components of the drive torque. If None, they are ``DriveTorque()``, whose docstring states
-        the sources.
-    torque_leak : sequence of float, default=(0.10, 0.05, -0.05, -0.10)
-        Response of the output to the torque 1, 2, ... samples earlier, in V/(N m). An empty
-        sequence means no leak. Chosen: the values sum to zero, because amplifiers of acoustic
-        emission block the mean.
-    slip : float, default=0.01
-        Standard deviation of the interval between two strikes relative to its mean, in [0, 0.1].
-        Source: 1 to 2 % is usual [2]_.
-    load_distribution : float, default=0.5
-        Load distribution factor, > 0. Source: 0.5 for a bearing without clearance [3]_.
-    impact_level : float, default=0.5
-        Peak output for a unit velocity of impact through a path of unit gain, in V/(m/s).
-        Chosen: the bursts of a crack of 3 mm in the outer ring at 500 rpm are about 14 dB above
-        the continuous emission.
-    entry_ratio : float, default=0.3
-        Strength of the strike at the entry into a crack, relative to the impact at its end. Chosen;
-        the entry is weaker than the impact [4]_.
-    friction_level : float, default=0.02
-        RMS output from friction at one place for a unit contact speed through a path of unit gain,
-        in V/(m/s). Chosen: about 10 mV at 500 rpm behind a preamplifier of 40 dB. The RMS
-        of acoustic emission grows with the speed [5]_.
-    rubbing_level : float, default=0.01
-        RMS output from rubbing at a defect for each millimetre of its crack, for a unit contact
-        speed through a path of unit gain, in V/(m/s)/mm. Chosen; the RMS grows with the defect
-        [5]_.
-    asperity_um : float, default=5.0
-        Length of an asperity contact in micrometres, > 0. Together with the contact speed it
-        determines the corner frequency of the friction spectrum (see
-        `skarxlag.datasets.transmission.friction_response`). Chosen: a ground raceway.
-    noise_level : float, default=5e-4
-        RMS of the sensor noise in V. Chosen: 5 uV at the input of a preamplifier of 40 dB.
+    rig : Rig, default=Rig()
+        The physical parameters, see :class:`skarxlag.datasets.rig.Rig`: sampling rate, bearing,
+        transmission paths, slip, and the levels of the sources.
     random_state : int, RandomState instance or None, default=0
         Seed or generator of the random numbers.
     return_fault : bool, default=False
@@ -243,15 +168,6 @@ def simulate_rig(
     ----------
     .. [1] F. Piltan, J.-M. Kim, "Nonlinear Extended-state ARX-Laguerre PI Observer Fault
        Diagnosis of Bearings", Applied Sciences 9(5), 888, 2019.
-    .. [2] R. B. Randall, J. Antoni, "Rolling element bearing diagnostics - a tutorial",
-       Mechanical Systems and Signal Processing 25, 2011.
-    .. [3] T.A. Harris, M.N. Kotzalas, "Rolling Bearing Analysis", 5th ed., 2006.
-    .. [4] N. Sawalhi, R. B. Randall, "Vibration response of spalled rolling element bearings:
-       observations, simulations and signal processing techniques to track the spall size",
-       Mechanical Systems and Signal Processing 25, 2011.
-    .. [5] A. M. Al-Ghamd, D. Mba, "A comparative experimental study on the use of acoustic
-       emission and vibration analysis for bearing defect identification and estimation of
-       defect size", Mechanical Systems and Signal Processing 20, 2006.
 
     Examples
     --------
@@ -271,11 +187,10 @@ def simulate_rig(
     """
     if return_fault and return_X_y:
         raise ValueError(
-            "return_fault=True puts the fault signal into the Bunch, which return_X_y=True does "
-            "not return: expected one of them at most."
+            "return_fault=True adds to the Bunch, which return_X_y=True does not return."
         )
-    speeds = _check_positive_values("rpm", rpm)
-    cracks = _check_positive_values("crack_mm", crack_mm)
+    speeds = _positive_numbers("rpm", rpm)
+    cracks = _positive_numbers("crack_mm", crack_mm)
     names = _check_conditions(conditions)
     check_scalar(window_length, "window_length", (int, np.integer), min_val=1)
     check_scalar(n_samples, "n_samples", (int, np.integer), min_val=1)
@@ -283,25 +198,12 @@ def simulate_rig(
         raise ValueError(
             f"n_samples must be a multiple of window_length={window_length}, got {n_samples}."
         )
-    rig = Rig(
-        sampling_rate=sampling_rate,
-        bearing=bearing,
-        paths=TransmissionPaths() if paths is None else paths,
-        torque=DriveTorque() if torque is None else torque,
-        torque_leak=torque_leak,
-        slip=slip,
-        load_distribution=load_distribution,
-        impact_level=impact_level,
-        entry_ratio=entry_ratio,
-        friction_level=friction_level,
-        rubbing_level=rubbing_level,
-        asperity_um=asperity_um,
-        noise_level=noise_level,
-    )
-    if max(cracks) > bearing.element_diameter:
+    if not isinstance(rig, Rig):
+        raise TypeError(f"rig must be a Rig, got {rig!r}.")
+    if max(cracks) > rig.bearing.element_diameter:
         raise ValueError(
             "crack_mm must not exceed the diameter of an element, "
-            f"{bearing.element_diameter} mm, got {crack_mm!r}."
+            f"{rig.bearing.element_diameter} mm, got {crack_mm!r}."
         )
     entropy = check_random_state(random_state).randint(2**32, size=4, dtype=np.uint32).tolist()
 
@@ -316,7 +218,7 @@ def simulate_rig(
     defects = {}
     for row, (speed, name, crack) in enumerate(recordings):
         key = (list(CONDITIONS).index(name), speed, crack)
-        emission, drive = background(rig, speed, n_samples, partial(_generator, entropy, key))
+        emission, torque = background(rig, speed, n_samples, partial(_generator, entropy, key))
         for location in CONDITIONS[name]:
             defect = (LOCATIONS.index(location), speed, crack)
             if defect not in defects:
@@ -327,35 +229,33 @@ def simulate_rig(
             if return_fault:
                 fault[row] += defects[defect]
         data[row, :, 0] = emission.reshape(n_windows, window_length)
-        data[row, :, 1] = drive.reshape(n_windows, window_length)
+        data[row, :, 1] = torque.reshape(n_windows, window_length)
 
-    data = data.reshape(-1, 2, window_length)
-    speed_column, name_column, crack_column = zip(*recordings, strict=True)
-    target = np.repeat(name_column, n_windows)
-    if return_X_y:
-        return data, target
-    identifiers = [
+    names_of_recordings = [
         f"{name}_{speed:.12g}rpm" + (f"_{crack:.12g}mm" if crack else "")
         for speed, name, crack in recordings
     ]
-    on_request = {"fault": fault.reshape(-1, window_length)} if return_fault else {}
-    return Bunch(
-        data=data,
-        target=target,
+    source = np.repeat(np.arange(len(recordings)), n_windows)
+    rpm_of, condition_of, crack_of = (np.array(column) for column in zip(*recordings, strict=True))
+    found = Bunch(
+        data=data.reshape(-1, 2, window_length),
+        target=condition_of[source],
         target_names=names,
-        rpm=np.repeat(speed_column, n_windows),
-        crack_mm=np.repeat(crack_column, n_windows),
-        recording=np.repeat(identifiers, n_windows),
+        rpm=rpm_of[source],
+        crack_mm=crack_of[source],
+        recording=np.array(names_of_recordings)[source],
         start=np.tile(np.arange(n_windows) * window_length, len(recordings)),
-        sampling_rate=float(sampling_rate),
-        DESCR=DESCR.format(
+        sampling_rate=float(rig.sampling_rate),
+        DESCR=description("simulated").format(
             conditions=", ".join(names),
             rpm=", ".join(f"{speed:g}" for speed in speeds),
-            crack_mm=", ".join(f"{crack:g}" for crack in sorted(set(crack_column))),
-            sampling_rate=sampling_rate,
+            crack_mm=", ".join(f"{crack:g}" for crack in sorted(set(crack_of))),
+            sampling_rate=rig.sampling_rate,
             n_recordings=len(recordings),
             n_samples=n_samples,
             window_length=window_length,
         ),
-        **on_request,
     )
+    if return_fault:
+        found.fault = fault.reshape(-1, window_length)
+    return (found.data, found.target) if return_X_y else found

@@ -13,8 +13,6 @@ from skarxlag.bearings import (
     strike_rate,
 )
 
-__all__ = ["impact_velocity", "load_distribution_at", "simulate_strikes", "transit_time"]
-
 POINT_CONTACT_EXPONENT = 1.5
 
 
@@ -201,10 +199,7 @@ def simulate_strikes(
     behind = first - 1 - _interval_sums(before * rate, slip, rng)
     times = np.concatenate([behind[::-1], ahead]) / rate
     times = times[(times >= -before) & (times < duration)]
-    turns = {
-        "outer": 0.0,
-        "inner": rpm / 60,
-        "ball": defect_frequencies(bearing, rpm)["cage"],
-    }[location]
-    angle = 0.0 if location == "outer" else 2 * np.pi * zone_phase
-    return times, load_distribution_at(angle + 2 * np.pi * turns * times, load_distribution)
+    if location == "outer":
+        return times, np.ones(len(times))
+    turns = rpm / 60 if location == "inner" else defect_frequencies(bearing, rpm)["cage"]
+    return times, load_distribution_at(2 * np.pi * (zone_phase + turns * times), load_distribution)

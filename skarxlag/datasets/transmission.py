@@ -1,13 +1,13 @@
 """Transmission paths of the simulated rig, from a source in the bearing to the sensor."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-__all__ = ["TransmissionPath", "TransmissionPaths", "friction_response", "impulse_response"]
+from skarxlag._validation import check_real
 
 # A response is cut off where its slowest mode has decayed by 120 dB.
 DECAY = np.log(1e6)
@@ -32,8 +32,8 @@ class TransmissionPath:
 
     Raises
     ------
-    ValueError
-        If the three tuples differ in length, or a value is out of range.
+    ValueError, TypeError
+        If the three tuples differ in length, or a value is out of range or of another type.
 
     Examples
     --------
@@ -49,54 +49,22 @@ class TransmissionPath:
     delay: float
 
     def __post_init__(self) -> None:
-        n_modes = len(self.frequencies)
-        for name in ("frequencies", "damping", "amplitudes"):
-            values = getattr(self, name)
-            if len(values) != n_modes or n_modes == 0 or not np.all(np.isfinite(values)):
+        n_modes = max(len(self.frequencies), 1)
+        for name, least, largest in (
+            ("frequencies", 0, np.inf),
+            ("damping", 0, 1),
+            ("amplitudes", -np.inf, np.inf),
+        ):
+            values = np.array(getattr(self, name))
+            if values.shape != (n_modes,) or not np.all((values > least) & (values < largest)):
                 raise ValueError(
-                    f"{name} must hold one finite number for each of {n_modes} modes (at least "
-                    f"one), got {values!r}."
+                    f"{name} must hold one number in ({least:g}, {largest:g}) for each of "
+                    f"{n_modes} modes, got {getattr(self, name)!r}."
                 )
-        if min(self.frequencies) <= 0:
-            raise ValueError(f"frequencies must be positive, got {self.frequencies!r}.")
-        if min(self.damping) <= 0 or max(self.damping) >= 1:
-            raise ValueError(f"damping must lie in (0, 1), got {self.damping!r}.")
         if not any(self.amplitudes):
             raise ValueError(f"amplitudes must not all be zero, got {self.amplitudes!r}.")
-        for name in ("gain", "delay"):
-            value = getattr(self, name)
-            if not np.isfinite(value) or value < 0:
-                raise ValueError(f"{name} must be finite and not negative, got {value!r}.")
-
-
-def _default_outer():
-    return TransmissionPath(
-        frequencies=(7_400.0, 14_100.0, 22_800.0, 33_500.0, 60_000.0),
-        damping=(0.015, 0.015, 0.015, 0.015, 0.05),
-        amplitudes=(1.0, 1.0, 1.0, 1.0, 0.5),
-        gain=1.0,
-        delay=5e-6,
-    )
-
-
-def _default_inner():
-    return TransmissionPath(
-        frequencies=(9_800.0, 27_900.0, 53_400.0, 60_000.0, 86_400.0),
-        damping=(0.03, 0.03, 0.03, 0.05, 0.03),
-        amplitudes=(1.0, 1.0, 1.0, 0.5, 1.0),
-        gain=0.4,
-        delay=15e-6,
-    )
-
-
-def _default_ball():
-    return TransmissionPath(
-        frequencies=(14_100.0, 30_000.0, 53_400.0, 60_000.0),
-        damping=(0.025, 0.025, 0.025, 0.05),
-        amplitudes=(1.0, 1.0, 1.0, 0.5),
-        gain=0.6,
-        delay=10e-6,
-    )
+        check_real(self.gain, "gain", min_val=0)
+        check_real(self.delay, "delay", min_val=0)
 
 
 @dataclass(frozen=True)
@@ -136,9 +104,31 @@ class TransmissionPaths:
     True
     """
 
-    outer: TransmissionPath = field(default_factory=_default_outer)
-    inner: TransmissionPath = field(default_factory=_default_inner)
-    ball: TransmissionPath = field(default_factory=_default_ball)
+    outer: TransmissionPath = TransmissionPath(
+        frequencies=(7_400.0, 14_100.0, 22_800.0, 33_500.0, 60_000.0),
+        damping=(0.015, 0.015, 0.015, 0.015, 0.05),
+        amplitudes=(1.0, 1.0, 1.0, 1.0, 0.5),
+        gain=1.0,
+        delay=5e-6,
+    )
+    inner: TransmissionPath = TransmissionPath(
+        frequencies=(9_800.0, 27_900.0, 53_400.0, 60_000.0, 86_400.0),
+        damping=(0.03, 0.03, 0.03, 0.05, 0.03),
+        amplitudes=(1.0, 1.0, 1.0, 0.5, 1.0),
+        gain=0.4,
+        delay=15e-6,
+    )
+    ball: TransmissionPath = TransmissionPath(
+        frequencies=(14_100.0, 30_000.0, 53_400.0, 60_000.0),
+        damping=(0.025, 0.025, 0.025, 0.05),
+        amplitudes=(1.0, 1.0, 1.0, 0.5),
+        gain=0.6,
+        delay=10e-6,
+    )
+
+
+#: The paths of the simulated rig if no others are given.
+DEFAULT_PATHS = TransmissionPaths()
 
 
 def impulse_response(path: TransmissionPath, sampling_rate: float) -> NDArray[Any]:

@@ -214,6 +214,7 @@ def originals(tmp_path_factory):
 @pytest.fixture(params=list(RIGS))
 def rig_name(request, originals, monkeypatch):
     module = RIGS[request.param].module
+    monkeypatch.setattr(_repository, "N_RETRIES", 0)
     if module is mfpt:
         monkeypatch.setattr(mfpt, "N_SAMPLES", N_SAMPLES)
     else:
@@ -245,9 +246,6 @@ def fetch(rig_name, server, tmp_path):
         defaults = {
             "data_home": tmp_path / "home",
             "mirror": f"{server.url}/{RIGS[rig_name].folder}",
-            "n_retries": 0,
-            "delay": 0,
-            "verbose": False,
         }
         return RIGS[rig_name].fetch(**(defaults | options))
 
@@ -354,48 +352,32 @@ def test_failed_download_names_the_file_and_leaves_nothing(
     assert len(files_below(tmp_path)) == len(RIGS[rig_name].files)
 
 
-def test_a_data_home_that_gets_no_file_is_not_created(fetch, rig_name, server, tmp_path):
-    home = tmp_path / "no" / "such" / "home"
+def test_a_data_home_is_not_created_unasked(fetch, tmp_path):
     with pytest.raises(OSError, match="is missing and download_if_missing is False"):
-        fetch(data_home=home, download_if_missing=False)
-    server.faults |= {Path(name).name: 404 for name in RIGS[rig_name].files}
-    with pytest.raises(OSError, match="could not be fetched"):
-        fetch(data_home=home)
+        fetch(data_home=tmp_path / "no" / "home", download_if_missing=False)
     assert not (tmp_path / "no").exists()
 
 
 @pytest.mark.parametrize("fault", [404, "truncated"])
-def test_retries(fetch, rig_name, server, fault):
+def test_a_failed_download_is_repeated_after_a_second(fetch, rig_name, server, monkeypatch, fault):
+    waits = []
+    monkeypatch.setattr("time.sleep", waits.append)
+    monkeypatch.setattr(_repository, "N_RETRIES", 1)
     name = Path(last_file(rig_name)).name
     server.faults[name] = fault
     with pytest.warns(UserWarning, match="Retry"):
-        fetch(n_retries=1)
+        fetch()
     assert sum(request.endswith(name) for request in server.requests) == 2
+    assert waits == [1.0]
 
 
-def test_delay_is_the_time_between_tries(fetch, rig_name, server, monkeypatch):
-    waits = []
-    monkeypatch.setattr("time.sleep", waits.append)
-    server.faults[Path(last_file(rig_name)).name] = 404
-    with pytest.warns(UserWarning, match="Retry"):
-        fetch(n_retries=1, delay=7.5)
-    assert waits == [7.5]
-
-
-def test_verbose_writes_a_line_for_every_download(fetch, rig_name, capsys):
-    n_files = len(RIGS[rig_name].files)
-    fetch(verbose=True)
-    lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == n_files
-    assert lines[-1].startswith(f"[{n_files}/{n_files}] downloading http://127.0.0.1")
-    fetch(verbose=True)
-    assert capsys.readouterr().err == ""
-
-
-def test_silent_when_not_verbose(fetch, capsys):
+def test_a_line_is_written_for_every_download(fetch, rig_name, capsys):
     fetch()
-    captured = capsys.readouterr()
-    assert captured.out == captured.err == ""
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == len(RIGS[rig_name].files)
+    assert lines[-1].startswith("downloading http://127.0.0.1")
+    fetch()
+    assert capsys.readouterr() == ("", "")
 
 
 def test_default_data_home(fetch, rig_name, tmp_path, monkeypatch):
@@ -499,8 +481,10 @@ def test_real_recordings(name):
     assert rig.data.std(axis=1).min() > 0
 
 
-def test_parameters_of_the_download_are_documented():
+def test_shared_sections_are_documented():
     for name in ("uestc", "hit_sm", "cwru", "mfpt"):
         text = getattr(datasets, f"fetch_{name}").__doc__
-        assert "{download}" not in text
-        assert "\n    n_retries : int, default=3\n        Number of times" in text
+        assert "{shared}" not in text
+        assert "\n    mirror : str, default=None\n        URL of a copy" in text
+        assert "\n\n    Returns\n    -------\n    rig : " in text
+        assert "\n\n    Raises\n    ------\n    OSError\n" in text

@@ -5,6 +5,7 @@ import pytest
 from scipy.signal import welch
 from sklearn.utils import Bunch
 
+from skarxlag.datasets.rig import Rig
 from skarxlag.datasets.simulated import simulate_rig
 
 TABLE_1 = ["Normal", "IR", "OR", "Ball", "IR-Ball", "OR-Ball", "IR-OR", "IR-OR-Ball"]
@@ -100,11 +101,11 @@ def test_fault_is_what_the_defects_add_to_an_unchanged_output():
     np.testing.assert_array_equal(rig.data, plain.data)
     assert rig.fault.shape == (len(rig.data), 1200)
     # Without the sources of the healthy bearing the output is the fault signal, and vice versa.
-    silent = {"friction_level": 0.0, "noise_level": 0.0, "torque_leak": ()}
-    alone = simulate_rig(**asked, **silent, return_fault=True)
+    silent = Rig(friction_level=0.0, noise_level=0.0, torque_leak=())
+    alone = simulate_rig(**asked, rig=silent, return_fault=True)
     np.testing.assert_allclose(rig.fault, alone.data[:, 0], rtol=0, atol=1e-15)
     np.testing.assert_array_equal(rig.fault, alone.fault)
-    without = simulate_rig(**asked, impact_level=0.0, rubbing_level=0.0)
+    without = simulate_rig(**asked, rig=Rig(impact_level=0.0, rubbing_level=0.0))
     np.testing.assert_allclose(rig.data[:, 0] - rig.fault, without.data[:, 0], rtol=0, atol=1e-14)
     faulty = rig.target != "Normal"
     assert np.all(rig.fault[~faulty] == 0)
@@ -156,7 +157,7 @@ def test_a_recording_does_not_depend_on_what_else_is_generated(default_rig):
 
 def test_recordings_are_independent_of_one_another():
     # Without defects, whose emission single and compound recordings share.
-    rig = simulate_rig(rpm=(400, 500), impact_level=0.0, rubbing_level=0.0)
+    rig = simulate_rig(rpm=(400, 500), rig=Rig(impact_level=0.0, rubbing_level=0.0))
     emission = rig.data[:, 0].reshape(30, -1)
     fluctuation = np.diff(rig.data[:, 1].reshape(30, -1))
     for signals in (emission, fluctuation):
@@ -165,8 +166,8 @@ def test_recordings_are_independent_of_one_another():
 
 
 def test_compound_faults_are_superpositions():
-    quiet = {"friction_level": 0.0, "noise_level": 0.0, "torque_leak": ()}
-    rig = simulate_rig(rpm=(300, 500), crack_mm=(3, 6), n_samples=12_000, **quiet)
+    quiet = Rig(friction_level=0.0, noise_level=0.0, torque_leak=())
+    rig = simulate_rig(rpm=(300, 500), crack_mm=(3, 6), n_samples=12_000, rig=quiet)
     for rpm, crack in ((300, 3), (300, 6), (500, 3), (500, 6)):
         single = {
             name: select(rig, rpm=rpm, crack_mm=crack, target=name)[:, 0]
@@ -196,22 +197,8 @@ def test_compound_faults_are_superpositions():
         ({"n_samples": 0}, ValueError, "n_samples == 0"),
         ({"n_samples": 1200.0}, TypeError, "n_samples"),
         ({"window_length": 0}, ValueError, "window_length == 0"),
-        ({"sampling_rate": 0.0}, ValueError, "sampling_rate == 0"),
-        ({"sampling_rate": 100e3}, ValueError, "sampling_rate / 2 = 50000 Hz"),
-        ({"bearing": "6205"}, TypeError, "bearing must be a BearingGeometry, got '6205'"),
-        ({"paths": (1,)}, TypeError, "paths must be a TransmissionPaths"),
-        ({"torque": 2.0}, TypeError, "torque must be a DriveTorque, got 2.0"),
-        ({"torque_leak": 0.1}, ValueError, "torque_leak .* got 0.1"),
-        ({"torque_leak": (np.inf,)}, ValueError, "torque_leak .*inf"),
-        ({"torque_leak": ("a",)}, ValueError, "torque_leak .*'a'"),
-        ({"slip": 0.2}, ValueError, "slip == 0.2"),
-        ({"load_distribution": 0.0}, ValueError, "load_distribution == 0"),
-        ({"impact_level": -1.0}, ValueError, "impact_level == -1"),
-        ({"entry_ratio": np.inf}, ValueError, "entry_ratio == inf"),
-        ({"friction_level": np.nan}, ValueError, "friction_level .* nan"),
-        ({"rubbing_level": "high"}, TypeError, "rubbing_level"),
-        ({"asperity_um": 0.0}, ValueError, "asperity_um == 0"),
-        ({"noise_level": -1e-3}, ValueError, "noise_level == -0.001"),
+        ({"rig": Rig(sampling_rate=100e3)}, ValueError, "sampling_rate / 2 = 50000 Hz"),
+        ({"rig": {"slip": 0.02}}, TypeError, "rig must be a Rig, got {'slip': 0.02}"),
         ({"random_state": "seed"}, ValueError, "seed"),
         (
             {"return_fault": True, "return_X_y": True},
@@ -223,3 +210,27 @@ def test_compound_faults_are_superpositions():
 def test_bad_input_is_refused_by_name_and_value(parameters, error, message):
     with pytest.raises(error, match=message):
         simulate_rig(**parameters)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "error", "message"),
+    [
+        ({"sampling_rate": 0.0}, ValueError, "sampling_rate == 0"),
+        ({"bearing": "6205"}, TypeError, "bearing must be a BearingGeometry, got '6205'"),
+        ({"paths": (1,)}, TypeError, "paths must be a TransmissionPaths"),
+        ({"torque_leak": 0.1}, ValueError, "torque_leak .* got 0.1"),
+        ({"torque_leak": (np.inf,)}, ValueError, "torque_leak .*inf"),
+        ({"torque_leak": ("a",)}, ValueError, "torque_leak .*'a'"),
+        ({"slip": 0.2}, ValueError, "slip == 0.2"),
+        ({"load_distribution": 0.0}, ValueError, "load_distribution == 0"),
+        ({"impact_level": -1.0}, ValueError, "impact_level == -1"),
+        ({"entry_ratio": np.inf}, ValueError, "entry_ratio == inf"),
+        ({"friction_level": np.nan}, ValueError, "friction_level .* nan"),
+        ({"rubbing_level": "high"}, TypeError, "rubbing_level"),
+        ({"asperity_um": 0.0}, ValueError, "asperity_um == 0"),
+        ({"noise_level": -1e-3}, ValueError, "noise_level == -0.001"),
+    ],
+)
+def test_impossible_rigs_are_refused(parameters, error, message):
+    with pytest.raises(error, match=message):
+        Rig(**parameters)

@@ -21,6 +21,7 @@ from benchmarks.paper.sensitivity.protocol import (
     standard_rig,
 )
 from skarxlag.datasets import simulate_rig
+from skarxlag.datasets.rig import Rig
 
 NOISE_MV = (0.5, 2.0, 5.0, 20.0)
 WINDOW_LENGTHS = (300, 1200, 2400, 4800, 8000)
@@ -45,7 +46,9 @@ def noise(seeds, n_samples):
     found = []
     for seed in seeds:
         rigs = {
-            level: simulate_rig(n_samples=n_samples, noise_level=level / 1e3, random_state=seed)
+            level: simulate_rig(
+                n_samples=n_samples, rig=Rig(noise_level=level / 1e3), random_state=seed
+            )
             for level in NOISE_MV
         }
         clean = rigs[NOISE_MV[0]]

@@ -10,6 +10,7 @@ from benchmarks.paper.fault_estimation import command as fault_estimation
 from benchmarks.paper.fault_estimation import metrics, signals, studies
 from skarxlag import ExtendedStatePIObserver, PIObserver
 from skarxlag.datasets import simulate_rig
+from skarxlag.datasets.rig import Rig
 
 ROOT = Path(__file__).parents[3]
 N_SAMPLES = 2 * signals.WINDOW_LENGTH
@@ -208,8 +209,7 @@ def test_windows_hold_a_strike_of_every_defect():
         conditions=signals.CONDITIONS,
         n_samples=10 * signals.WINDOW_LENGTH,
         window_length=signals.WINDOW_LENGTH,
-        load_distribution=10.0,
-        rubbing_level=0.0,
+        rig=Rig(load_distribution=10.0, rubbing_level=0.0),
         return_fault=True,
     )
     assert np.abs(rig.fault).max(axis=1).min() > 0.01
