@@ -22,9 +22,6 @@ __all__ = [
 ]
 
 METRES_PER_MM = 1e-3
-#: Multiples of the order of each fault that figures mark. Repeated strikes of a fault show at
-#: multiples of its order; those of the rings are the strongest.
-_MULTIPLES = {"shaft": 1, "cage": 1, "outer": 3, "inner": 3, "ball": 2}
 
 
 @dataclass(frozen=True)
@@ -301,34 +298,6 @@ def _from_sheet(sheet):
     spin = given.get("spin", given.get("ball", (1 - ratio**2) / ratio) / 2)
     return {"shaft": 1.0, "cage": cage, "outer": outer, "inner": inner, "spin": spin,
             "ball": 2 * spin}  # fmt: skip
-
-
-def fault_lines(orders: dict[str, float], highest: float) -> list[tuple[str, int, float]]:
-    """Lines that mark faults in an order spectrum: the first multiples of the order of each.
-
-    Parameters
-    ----------
-    orders : dict of str to float
-        Orders of the faults, as `fault_orders` gives them. Faults may be missing.
-    highest : float
-        Highest order of the spectrum.
-
-    Returns
-    -------
-    list of (str, int, float)
-        Fault, multiple and order of each line.
-
-    Examples
-    --------
-    >>> fault_lines({"shaft": 1.0, "outer": 3.5, "ball": 4.75}, highest=8.0)
-    [('shaft', 1, 1.0), ('outer', 1, 3.5), ('outer', 2, 7.0), ('ball', 1, 4.75)]
-    """
-    return [
-        (fault, multiple, orders[fault] * multiple)
-        for fault, most in _MULTIPLES.items()
-        for multiple in range(1, most + 1)
-        if fault in orders and orders[fault] * multiple <= highest
-    ]
 
 
 def strike_rate(

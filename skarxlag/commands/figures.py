@@ -15,7 +15,6 @@ from ..plotting import (
     ThresholdLadderDisplay,
     condition_styles,
 )
-from ..plotting._fitted import model_names
 from .tables import confusion_verdicts
 
 #: Samples of a window that an identification is drawn of, and parts of a raw signal.
@@ -144,7 +143,7 @@ def residual_figure(diagnoser: Pipeline, rig: Bunch, windows: dict[str, Any], ti
     A diagnoser with a single model has one column.
     """
     healthy = rig.target_names[0]
-    n_columns = min(len(model_names(diagnoser[0])), 2)
+    n_columns = min(len(diagnoser[0].classes_), 2)
     figure = new_figure(title, 1.5 + 7 * n_columns, 0.6 + 2.6 * len(windows))
     all_axes = figure.subplots(len(windows), n_columns, sharex=True, squeeze=False)
     for row, (condition, window) in zip(all_axes, windows.items(), strict=True):

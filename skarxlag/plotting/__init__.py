@@ -10,7 +10,6 @@ from .order_spectrum import OrderSpectrumDisplay
 from .residual import ResidualDisplay
 from .speed_accuracy import SpeedAccuracyDisplay
 from .threshold_ladder import ThresholdLadderDisplay
-from .trajectories import TrajectoryDisplay
 
 __all__ = [
     "EnvelopeSpectrumDisplay",
@@ -19,6 +18,5 @@ __all__ = [
     "ResidualDisplay",
     "SpeedAccuracyDisplay",
     "ThresholdLadderDisplay",
-    "TrajectoryDisplay",
     "condition_styles",
 ]

@@ -1,7 +1,16 @@
-"""Colours, line styles and markers of the conditions, which are the same in every figure."""
+"""Style of the figures: new axes, legends, and the colours and markers of the conditions.
+
+matplotlib is imported only when a figure is drawn.
+"""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
 
 #: Grey with similar contrast to white and to a dark page, for elements that are not a condition.
 NEUTRAL = "#7a7a7a"
@@ -76,8 +85,30 @@ def condition_styles(conditions: Sequence[Any]) -> dict[str, Any]:
     return styles
 
 
+def color_of(condition: Any, conditions: Sequence[Any], other: str = NEUTRAL) -> str:
+    """Return the colour of a condition, or another colour if the condition is None."""
+    return other if condition is None else condition_styles(conditions)[str(condition)]["color"]
+
+
 def ink() -> str:
     """Return the text colour of the current style, for lines that belong to no condition."""
     from matplotlib import rcParams
 
     return rcParams["text.color"]
+
+
+def new_axes(n_rows: int) -> NDArray[Any]:
+    """Create a pyplot figure with axes one above the other, which share their horizontal axis."""
+    try:
+        from matplotlib import pyplot
+    except ImportError as error:
+        raise ImportError("Plotting needs matplotlib: pip install 'skarxlag[plot]'") from error
+    _, axes = pyplot.subplots(n_rows, sharex=True, squeeze=False, layout="constrained")
+    return axes[:, 0]
+
+
+def legend_beside(ax: "Axes", lines: "Sequence[Line2D]") -> None:
+    """Place the legend of these lines to the right of the axes, so that it covers no data."""
+    ax.legend(
+        handles=lines, loc="upper left", bbox_to_anchor=(1, 1), fontsize="small", frameon=False
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, Self
 
 import numpy as np
@@ -11,10 +12,10 @@ from sklearn.pipeline import Pipeline
 from .._answers import unfolded_steps
 from ..fault_classifier import FaultOrderClassifier
 from ..kernels.fault_orders import NEPER_IN_DB, ORDER_STEP, PLACES, RACE_MULTIPLES
-from ._axes import legend_beside, new_axes
-from ._style import NEUTRAL, condition_styles, ink
+from ._style import NEUTRAL, condition_styles, ink, legend_beside, new_axes
 
 
+@dataclass(repr=False, eq=False)
 class EnvelopeSpectrumDisplay:
     """Plot the contrast of envelope spectra over orders, with the combs of the faults.
 
@@ -65,32 +66,20 @@ class EnvelopeSpectrumDisplay:
     'inner'
     """
 
-    ax_: Any
-    figure_: Any
-    line_: Any
-    comb_lines_: dict[str, Any]
-    dots_: Any
-
-    def __init__(
-        self,
-        orders: NDArray[Any],
-        contrast: NDArray[Any],
-        *,
-        combs: dict[str, Any],
-        scores: dict[str, float],
-        factors: dict[str, float],
-        limit: float,
-        evidence: str,
-        rpm: float,
-    ) -> None:
-        self.orders = orders
-        self.contrast = contrast
-        self.combs = combs
-        self.scores = scores
-        self.factors = factors
-        self.limit = limit
-        self.evidence = evidence
-        self.rpm = rpm
+    orders: NDArray[Any]
+    contrast: NDArray[Any]
+    _: KW_ONLY
+    combs: dict[str, Any]
+    scores: dict[str, float]
+    factors: dict[str, float]
+    limit: float
+    evidence: str
+    rpm: float
+    ax_: Any = field(init=False)
+    figure_: Any = field(init=False)
+    line_: Any = field(init=False)
+    comb_lines_: dict[str, Any] = field(init=False)
+    dots_: Any = field(init=False)
 
     @classmethod
     def from_estimator(
@@ -127,8 +116,7 @@ class EnvelopeSpectrumDisplay:
         ValueError
             If the last step is no FaultOrderClassifier, or a parameter is out of its range.
         """
-        steps = [step for _, step in unfolded_steps(estimator)]
-        *before, classifier = steps
+        *before, classifier = [step for _, step in unfolded_steps(estimator)]
         if not isinstance(classifier, FaultOrderClassifier):
             raise ValueError(
                 f"the last step is a {type(classifier).__name__}, expected FaultOrderClassifier."
@@ -138,26 +126,24 @@ class EnvelopeSpectrumDisplay:
         X = np.asarray(row)[np.newaxis]
         for step in before:
             X = step.transform(X)
-        speed = rpm if rpm is None or np.ndim(rpm) == 0 else np.asarray(rpm)[np.newaxis]
-        found = classifier.match(X, rpm=speed)
-        shown = int(max_order / ORDER_STEP) + 1
-        scores, factors, bearings = found.scores[0], found.factors[0], found.bearings[0]
-        combs = {}
+        found = classifier.match(X, rpm=rpm if np.ndim(rpm) == 0 else np.asarray(rpm)[np.newaxis])
+        n_shown = int(max_order / ORDER_STEP) + 1
+        factors, combs = dict(zip(PLACES, found.factors[0].tolist(), strict=True)), {}
         for place, name in enumerate(PLACES):
-            order = classifier.orders_[bearings[place]][1 + place] * factors[place]
-            order *= 2 if name == "ball" else 1
-            lines = order * np.arange(1, RACE_MULTIPLES + 1)
+            order = classifier.orders_[found.bearings[0, place]][1 + place] * factors[name]
+            lines = order * (2 if name == "ball" else 1) * np.arange(1, RACE_MULTIPLES + 1)
             combs[name] = lines[lines <= max_order]
-        return cls(
-            np.arange(shown) * ORDER_STEP,
-            NEPER_IN_DB * found.contrasts[0][:shown],
+        display = cls(
+            np.arange(n_shown) * ORDER_STEP,
+            NEPER_IN_DB * found.contrasts[0][:n_shown],
             combs=combs,
-            scores=dict(zip(PLACES, (NEPER_IN_DB * scores).tolist(), strict=True)),
-            factors=dict(zip(PLACES, factors.tolist(), strict=True)),
+            scores=dict(zip(PLACES, (NEPER_IN_DB * found.scores[0]).tolist(), strict=True)),
+            factors=factors,
             limit=NEPER_IN_DB * float(classifier.limit_ + classifier.reference_.max()),
-            evidence=classifier.diagnose(X, rpm=speed).evidence[0],
+            evidence=classifier._judge(found).evidence[0],
             rpm=float(found.rpm[0]),
-        ).plot(unit=unit)
+        )
+        return display.plot(unit=unit)
 
     def plot(self, *, unit: str = "orders") -> Self:
         """Draw the plot into a new figure.
@@ -172,41 +158,33 @@ class EnvelopeSpectrumDisplay:
         EnvelopeSpectrumDisplay
             The display, after drawing.
         """
-        if unit not in ("orders", "Hz"):
+        labels = {"orders": "Order of the shaft", "Hz": "Frequency (Hz)"}
+        if unit not in labels:
             raise ValueError(f"unit == {unit!r}, expected 'orders' or 'Hz'.")
         factor = 1.0 if unit == "orders" else self.rpm / 60
-        (self.ax_,) = new_axes(1)
-        self.figure_ = self.ax_.figure
-        (self.line_,) = self.ax_.plot(
-            factor * self.orders, self.contrast, color=ink(), linewidth=0.8, label="contrast"
-        )
+        (ax,) = new_axes(1)
+        self.ax_, self.figure_ = ax, ax.figure
+        style = {"color": ink(), "linewidth": 0.8, "label": "contrast"}
+        (self.line_,) = ax.plot(factor * self.orders, self.contrast, **style)
         styles = condition_styles(["healthy", *PLACES])
         self.comb_lines_ = {}
         for name, lines in self.combs.items():
             label = f"{name}: {self.scores[name]:.0f} dB, {100 * (self.factors[name] - 1):+.1f} %"
+            style = {"color": styles[name]["color"], "linestyle": ":", "zorder": 0, "label": label}
             for order in lines:
-                drawn = self.ax_.axvline(
-                    factor * order, color=styles[name]["color"], linestyle=":", zorder=0,
-                    label=label,
-                )  # fmt: skip
-                self.comb_lines_.setdefault(name, drawn)
-        best = max(self.scores, key=lambda name: self.scores[name])
-        (self.dots_,) = self.ax_.plot(
-            factor * self.combs[best],
-            np.interp(self.combs[best], self.orders, self.contrast),
-            "o",
-            color=styles[best]["color"],
-        )
-        limit = self.ax_.axhline(
-            self.limit, color=NEUTRAL, linewidth=1, label=f"limit {self.limit:.0f} dB"
-        )
-        labels = {"orders": "Order of the shaft", "Hz": "Frequency (Hz)"}
-        self.ax_.set(
+                self.comb_lines_.setdefault(name, ax.axvline(factor * order, **style))
+        best = max(self.scores, key=self.scores.get)
+        lines = self.combs[best]
+        heights = np.interp(lines, self.orders, self.contrast)
+        (self.dots_,) = ax.plot(factor * lines, heights, "o", color=styles[best]["color"])
+        style = {"color": NEUTRAL, "linewidth": 1, "label": f"limit {self.limit:.0f} dB"}
+        limit = ax.axhline(self.limit, **style)
+        ax.set(
             xlabel=labels[unit],
             ylabel="Contrast (dB)",
             title=self.evidence,
             xlim=(0, factor * self.orders[-1]),
             ylim=(0, None),
         )
-        legend_beside(self.ax_, [self.line_, *self.comb_lines_.values(), limit])
+        legend_beside(ax, [self.line_, *self.comb_lines_.values(), limit])
         return self

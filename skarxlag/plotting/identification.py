@@ -3,41 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._answers import unfolded_steps
 from ..kernels.scaling import fit_percentage
-from ._fitted import (
-    chosen_model,
-    condition_names,
-    first_and_last,
-    healthy_name,
-    model_names,
-    ordered_conditions,
-)
-from ._style import ink
-from ._window import TwoPanelDisplay, legend_above
+from ._fitted import chosen_model, known_conditions, ordered_conditions
+from ._style import color_of, ink, new_axes
 
 
 @dataclass(repr=False, eq=False)
-class IdentificationDisplay(TwoPanelDisplay):
+class IdentificationDisplay:
     r"""Plot the measured and the predicted output of one window, and the prediction error.
 
     Figures 7 and 8 of the paper are of this kind.
 
     Parameters
     ----------
-    output, prediction : ndarray of shape (n_samples,)
+    output, prediction : array-like of shape (n_samples,)
         Measured and predicted output, in the unit of the sensor.
-    model : str or None, default=None
+    model : label or None, default=None
         Condition that the predicting model was identified on.
-    condition : str or None, default=None
+    condition : label or None, default=None
         True condition of the window.
-    conditions : list of str or None, default=None
-        All conditions. Their order determines their colours.
+    conditions : sequence of label or None, default=None
+        All conditions. Their order determines their colours. If None, `condition` alone.
     sampling_rate : float or None, default=None
         Sampling rate in Hz. If given, the time axis is in ms; if None, it counts samples.
 
@@ -56,16 +49,32 @@ class IdentificationDisplay(TwoPanelDisplay):
 
     Examples
     --------
-    >>> display = IdentificationDisplay.from_predictions([1.0, -1.0, 1.0], [0.5, -0.5, 0.5])
-    >>> round(display.fit_percentage, 1)
+    >>> display = IdentificationDisplay([1.0, -1.0, 1.0], [0.5, -0.5, 0.5])
+    >>> round(display.plot().fit_percentage, 1)
     47.0
     """
 
-    output: NDArray[Any]
-    prediction: NDArray[Any]
+    output: ArrayLike
+    prediction: ArrayLike
+    _: KW_ONLY
+    model: Any = None
+    condition: Any = None
+    conditions: Sequence[Any] | None = None
+    sampling_rate: float | None = None
     output_line_: Any = field(init=False)
     prediction_line_: Any = field(init=False)
     error_line_: Any = field(init=False)
+    axes_: NDArray[Any] = field(init=False)
+    figure_: Any = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.output, self.prediction = np.asarray(self.output), np.asarray(self.prediction)
+        if self.output.ndim != 1 or self.output.shape != self.prediction.shape:
+            raise ValueError(
+                f"prediction has the shape {self.prediction.shape} and output "
+                f"{self.output.shape}, expected one shape for both: (n_samples,)."
+            )
+        self.conditions = ordered_conditions([self.condition], self.conditions)
 
     @property
     def fit_percentage(self) -> float:
@@ -94,9 +103,8 @@ class IdentificationDisplay(TwoPanelDisplay):
         window : array-like of shape (n_samples,) or (n_channels, n_samples)
             The window.
         model : label or None, default=None
-            Condition whose model predicts. If None and there is only one model, that model is
-            used. If None and there are several, the model of the healthy condition is used if the
-            last step of a Pipeline knows that condition, and otherwise the first model.
+            Condition whose model predicts. If None, the healthy condition if it has a model, and
+            otherwise the first model.
         free_run : bool, default=False
             If True, the model simulates the output from the inputs and the first samples of the
             output (the transient). If False, it predicts each sample one step ahead from all
@@ -119,73 +127,18 @@ class IdentificationDisplay(TwoPanelDisplay):
         Raises
         ------
         ValueError
-            If the estimator has no model of the condition `model`.
+            If the estimator has no model of the condition `model`, or `conditions` omits one.
         """
-        identify, decide = first_and_last(estimator)
-        names = model_names(identify)
-        healthy = healthy_name(decide)
-        m = chosen_model(names, model, healthy if healthy in names else names[0])
+        m, names = chosen_model(estimator, model)
+        identify = unfolded_steps(estimator)[0][1]
         prediction = identify.predict_output(np.asarray(window)[np.newaxis], free_run=free_run)
-        known = [*condition_names(estimator), condition]
-        return cls.from_predictions(
+        known = known_conditions(estimator) or (names if len(names) > 1 else [])
+        display = cls(
             np.atleast_2d(window)[0, -prediction.shape[-1] :],
             prediction[0, m],
             model=names[m],
             condition=condition,
-            conditions=ordered_conditions(known, conditions),
-            sampling_rate=sampling_rate,
-            axes=axes,
-        )
-
-    @classmethod
-    def from_predictions(
-        cls,
-        output: ArrayLike,
-        prediction: ArrayLike,
-        *,
-        model: Any = None,
-        condition: Any = None,
-        conditions: Sequence[Any] | None = None,
-        sampling_rate: float | None = None,
-        axes: Sequence[Any] | NDArray[Any] | None = None,
-    ) -> Self:
-        """Plot a prediction that was computed elsewhere.
-
-        Parameters
-        ----------
-        output, prediction : array-like of shape (n_samples,)
-            Measured and predicted output.
-        model, condition : label or None, default=None
-            Condition that the model was identified on, and true condition of the window.
-        conditions : sequence of label or None, default=None
-            All conditions. Their order determines their colours. If None, `condition` alone.
-        sampling_rate : float or None, default=None
-            Sampling rate in Hz. If given, the time axis is in ms; if None, it counts samples.
-        axes : sequence of 2 matplotlib Axes or None, default=None
-            Axes to plot into. If None, new axes are created.
-
-        Returns
-        -------
-        IdentificationDisplay
-            The display, after drawing.
-
-        Raises
-        ------
-        ValueError
-            If the shapes differ, or `conditions` does not contain `condition`.
-        """
-        output, prediction = np.asarray(output), np.asarray(prediction)
-        if output.ndim != 1 or output.shape != prediction.shape:
-            raise ValueError(
-                f"prediction has the shape {prediction.shape} and output {output.shape}, expected "
-                "one shape for both: (n_samples,)."
-            )
-        display = cls._of(
-            output,
-            prediction,
-            model=model,
-            condition=condition,
-            conditions=conditions,
+            conditions=ordered_conditions([*known, condition], conditions),
             sampling_rate=sampling_rate,
         )
         return display.plot(axes=axes)
@@ -205,17 +158,26 @@ class IdentificationDisplay(TwoPanelDisplay):
         IdentificationDisplay
             The display, after drawing.
         """
-        time, upper, lower = self._panels(axes, len(self.output))
-        color = self._color()
+        self.axes_ = new_axes(2) if axes is None else np.asarray(axes, dtype=object)
+        upper, lower = self.axes_
+        self.figure_ = upper.figure
+        time = np.arange(len(self.output))
+        if self.sampling_rate is not None:
+            time = 1e3 / self.sampling_rate * time
+        color = color_of(self.condition, self.conditions)
         style = {"color": color, "linewidth": 3, "alpha": 0.6, "label": "measured"} | line_kw
         (self.output_line_,) = upper.plot(time, self.output, **style)
-        label = f"{self._of_model('prediction')}: fit {self.fit_percentage:.1f} %"
+        of_model = "" if self.model is None else f", model of {self.model}"
+        label = f"prediction{of_model}: fit {self.fit_percentage:.1f} %"
         (self.prediction_line_,) = upper.plot(
             time, self.prediction, color=ink(), linewidth=0.9, label=label
         )
         error = self.output - self.prediction
         (self.error_line_,) = lower.plot(time, error, color=color, linewidth=0.9)
-        legend_above(upper)
+        upper.legend(
+            loc="lower left", bbox_to_anchor=(0, 1), ncols=2, fontsize="small", frameon=False
+        )
         upper.set_ylabel("Output")
-        lower.set_ylabel("Error")
+        xlabel = "Sample" if self.sampling_rate is None else "Time (ms)"
+        lower.set(ylabel="Error", xlabel=xlabel, xlim=(time[0], time[-1]))
         return self

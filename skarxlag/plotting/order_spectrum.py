@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.pipeline import Pipeline
 
-from ..bearings import fault_lines
 from ..stretches import order_comparison
-from ._axes import legend_beside, new_axes
-from ._fitted import condition_names, ordered_conditions
-from ._style import LINE, NEUTRAL, condition_styles, ink
+from ._fitted import known_conditions, ordered_conditions
+from ._style import LINE, NEUTRAL, condition_styles, ink, legend_beside, new_axes
+
+#: Multiples of the order of each fault that are marked. Repeated impacts of a fault show at
+#: multiples of its order; those of the rings are the strongest.
+_MULTIPLES = {"shaft": 1, "cage": 1, "outer": 3, "inner": 3, "ball": 2}
 
 
 @dataclass(repr=False, eq=False)
@@ -144,7 +146,7 @@ class OrderSpectrumDisplay:
             residuals=by_name(found.residuals[0].astype(float)),
             rpm=None if rpm is None else float(np.mean(rpm)),
             fault_orders=fault_orders,
-            conditions=ordered_conditions(condition_names(estimator), conditions),
+            conditions=ordered_conditions(known_conditions(estimator), conditions),
         )
         return display.plot()
 
@@ -158,34 +160,28 @@ class OrderSpectrumDisplay:
         """
         self.axes_ = new_axes(len(self.spectra))
         self.figure_ = self.axes_[0].figure
-        names = list(self.spectra) if self.conditions is None else self.conditions
-        styles = condition_styles(names)
+        styles = condition_styles(self.conditions or list(self.spectra))
+        known = self.fault_orders or {}
+        faults = [fault for fault in _MULTIPLES if fault in known]
         self.lines_, self.reference_lines_, self.fault_lines_ = {}, {}, {}
         for ax, (name, spectrum) in zip(self.axes_, self.spectra.items(), strict=True):
             style = {key: styles[name][key] for key in LINE} | {"label": f"reference of {name}"}
             (self.reference_lines_[name],) = ax.plot(self.orders, self.references[name], **style)
-            (self.lines_[name],) = ax.plot(
-                self.orders, spectrum, color=ink(), linewidth=1, label="this stretch"
-            )
-            marks = self._mark_faults(ax)
-            if ax is self.axes_[0]:
-                self.fault_lines_ = marks
-            ax.set(ylabel="Power (neper)", title=self._title(name))
-            legend_beside(ax, [self.lines_[name], self.reference_lines_[name], *marks.values()])
+            style = {"color": ink(), "linewidth": 1, "label": "this stretch"}
+            (self.lines_[name],) = ax.plot(self.orders, spectrum, **style)
+            shown = {}
+            for number, fault in enumerate(faults, start=1):
+                style = {"color": NEUTRAL, "linestyle": (0, (number, 2)), "linewidth": 1}
+                style |= {"label": f"{fault} {known[fault]:.3g}", "zorder": 0}
+                lines = known[fault] * np.arange(1, _MULTIPLES[fault] + 1)
+                for order in lines[lines <= self.orders[-1]]:
+                    shown.setdefault(fault, ax.axvline(order, **style))
+            self.fault_lines_ = self.fault_lines_ or shown
+            speed = f"speed {self.factors[name]:.3g} times that of the training"
+            if self.rpm is not None:
+                speed = f"{self.rpm * self.factors[name]:.4g} rpm found at nominal {self.rpm:g} rpm"
+            title = f"{name}: residual {self.residuals[name]:.2f}, {speed}"
+            ax.set(ylabel="Power (neper)", title=title)
+            legend_beside(ax, [self.lines_[name], self.reference_lines_[name], *shown.values()])
         ax.set(xlabel="Order of the shaft", xlim=(0, self.orders[-1]))
         return self
-
-    def _title(self, name):
-        speed = f"speed {self.factors[name]:.3g} times that of the training"
-        if self.rpm is not None:
-            speed = f"{self.rpm * self.factors[name]:.4g} rpm found at nominal {self.rpm:g} rpm"
-        return f"{name}: residual {self.residuals[name]:.2f}, {speed}"
-
-    def _mark_faults(self, ax):
-        marks, known = {}, {} if self.fault_orders is None else self.fault_orders
-        for fault, _, order in fault_lines(known, self.orders[-1]):
-            if fault not in marks:
-                style = {"color": NEUTRAL, "linestyle": (0, (1 + len(marks), 2)), "linewidth": 1}
-            line = ax.axvline(order, zorder=0, label=f"{fault} {order:.3g}", **style)
-            marks.setdefault(fault, line)
-        return marks

@@ -7,22 +7,20 @@ from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from sklearn.pipeline import Pipeline
 
 from ..kernels.ladder import log_level
-from ..observers import RESIDUAL_EVALUATIONS
-from ._axes import legend_beside, new_axes
-from ._fitted import condition_names, deltas_of, healthy_name, is_bank, observed, ordered_conditions
-from ._style import LINE, condition_styles, ink
-from ._window import WindowDisplay
+from ..observers import RESIDUAL_EVALUATIONS, Observer
+from ._fitted import chosen_model, isolation_thresholds, known_conditions, ordered_conditions
+from ._style import LINE, color_of, condition_styles, ink, legend_beside, new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
 @dataclass(repr=False, eq=False)
-class ResidualDisplay(WindowDisplay):
+class ResidualDisplay:
     r"""Plot the residual of one window, with the thresholds of the decision.
 
     Figures 12 to 19 of the paper are of this kind. The level of a window is one number that
@@ -33,22 +31,23 @@ class ResidualDisplay(WindowDisplay):
 
     Parameters
     ----------
-    residual : ndarray of shape (n_samples,)
+    residual : array-like of shape (n_samples,)
         Trajectory of the residual r(k), in the unit of the innovations.
     level : float or None, default=None
         Level of the window, in the same unit.
     detection_threshold : float or None, default=None
         Detection threshold :math:`\Gamma`.
-    isolation_thresholds : dict of str to float or None, default=None
+    isolation_thresholds : dict of label to float or None, default=None
         Isolation threshold :math:`\Delta` of each condition. If `level` is given, only the next
         threshold below it and the next one above it are drawn, because these two decide the
         verdict. A threshold that is infinite, or that equals :math:`\Gamma`, is not drawn.
-    model : str or None, default=None
+    model : label or None, default=None
         Condition of the model that produced the residual.
-    condition : str or None, default=None
+    condition : label or None, default=None
         True condition of the window.
-    conditions : list of str or None, default=None
-        All conditions. Their order determines their colours.
+    conditions : sequence of label or None, default=None
+        All conditions. Their order determines their colours. If None, those of
+        `isolation_thresholds`, then `condition`.
 
     Attributes
     ----------
@@ -77,16 +76,31 @@ class ResidualDisplay(WindowDisplay):
     ['$\\Delta$ worn']
     """
 
-    residual: NDArray[Any]
+    residual: ArrayLike
     _: KW_ONLY
     level: float | None = None
     detection_threshold: float | None = None
-    isolation_thresholds: dict[str, float] | None = None
+    isolation_thresholds: dict[Any, float] | None = None
+    model: Any = None
+    condition: Any = None
+    conditions: Sequence[Any] | None = None
     line_: Any = field(init=False)
     level_line_: Any = field(init=False)
     threshold_lines_: dict[str, Any] = field(init=False)
     ax_: Any = field(init=False)
     figure_: Any = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.residual = np.asarray(self.residual)
+        if self.residual.ndim != 1 or len(self.residual) == 0:
+            raise ValueError(
+                f"residual has the shape {self.residual.shape}, expected one trajectory: "
+                "(n_samples,)."
+            )
+        deltas = self.isolation_thresholds or {}
+        self.isolation_thresholds = {str(name): float(delta) for name, delta in deltas.items()}
+        known = [*self.isolation_thresholds, self.condition]
+        self.conditions = ordered_conditions(known, self.conditions)
 
     @classmethod
     def from_estimator(
@@ -133,85 +147,36 @@ class ResidualDisplay(WindowDisplay):
             If the estimator has no observer or no model of the condition `model`, or if its
             residual evaluation does not measure the size of a trajectory ("whiteness").
         """
-        name, m, paths, levels = observed(estimator, window, model)
-        evaluation = estimator[-2].evaluation
-        shown = RESIDUAL_EVALUATIONS[evaluation].trajectory
-        if shown is None:
+        observer, decide = estimator[-2], estimator[-1]
+        if not isinstance(observer, Observer):
+            raise ValueError(
+                f"estimator has {type(observer).__name__} before its decision, expected an "
+                "observer, which has trajectories to show."
+            )
+        trajectory = RESIDUAL_EVALUATIONS[observer.evaluation].trajectory
+        if trajectory is None:
             known = [name for name, each in RESIDUAL_EVALUATIONS.items() if each.trajectory]
             raise ValueError(
-                f"evaluation={evaluation!r} does not measure the size of a trajectory, so there is "
-                f"none to show; expected one of {known}."
+                f"evaluation={observer.evaluation!r} does not measure the size of a trajectory, "
+                f"so there is none to show; expected one of {known}."
             )
-        gamma, deltas = _thresholds(estimator[-1], levels, name)
-        return cls.from_predictions(
-            paths[shown][0, m],
+        m, names = chosen_model(estimator, model)
+        innovations = estimator[:-2].transform(np.asarray(window)[np.newaxis])
+        levels = np.asarray(observer.transform(innovations))[0]
+        known = known_conditions(estimator)
+        gamma, deltas = decide.detection_threshold_, isolation_thresholds(decide)
+        if decide._is_bank():
+            # The thresholds of a bank are relative to the geometric mean of all residuals.
+            gamma = gamma if names[m] == str(known[0]) else None
+            deltas = {names[m]: deltas[names[m]] * float(np.exp(log_level(levels).mean()))}
+        display = cls(
+            observer.observe(innovations)[trajectory][0, m],
             level=float(levels[m]),
             detection_threshold=gamma,
             isolation_thresholds=deltas,
-            model=name,
+            model=names[m],
             condition=condition,
-            conditions=ordered_conditions([*condition_names(estimator), condition], conditions),
-            ax=ax,
-        )
-
-    @classmethod
-    def from_predictions(
-        cls,
-        residual: ArrayLike,
-        *,
-        level: float | None = None,
-        detection_threshold: float | None = None,
-        isolation_thresholds: dict[str, Any] | None = None,
-        model: Any = None,
-        condition: Any = None,
-        conditions: Sequence[Any] | None = None,
-        ax: Axes | None = None,
-    ) -> Self:
-        r"""Plot a residual that was computed elsewhere.
-
-        Parameters
-        ----------
-        residual : array-like of shape (n_samples,)
-            Trajectory of the residual.
-        level : float or None, default=None
-            Level of the window, which is compared with the thresholds.
-        detection_threshold : float or None, default=None
-            Detection threshold :math:`\Gamma`.
-        isolation_thresholds : dict of label to float or None, default=None
-            Isolation threshold :math:`\Delta` of each condition.
-        model, condition : label or None, default=None
-            Condition that the model was identified on, and true condition of the window.
-        conditions : sequence of label or None, default=None
-            All conditions. Their order determines their colours. If None, those of
-            `isolation_thresholds`, then `condition`.
-        ax : matplotlib Axes or None, default=None
-            Axes to plot into. If None, new axes are created.
-
-        Returns
-        -------
-        ResidualDisplay
-            The display, after drawing.
-
-        Raises
-        ------
-        ValueError
-            If `residual` is not one trajectory, or `conditions` omits a condition that is drawn.
-        """
-        residual = np.asarray(residual)
-        if residual.ndim != 1 or len(residual) == 0:
-            raise ValueError(
-                f"residual has the shape {residual.shape}, expected one trajectory: (n_samples,)."
-            )
-        deltas = {str(name): float(d) for name, d in (isolation_thresholds or {}).items()}
-        display = cls._of(
-            residual,
-            level=level,
-            detection_threshold=detection_threshold,
-            isolation_thresholds=deltas,
-            model=model,
-            condition=condition,
-            conditions=conditions,
-            known=deltas,
+            conditions=ordered_conditions([*known, condition], conditions),
         )
         return display.plot(ax=ax)
 
@@ -231,24 +196,34 @@ class ResidualDisplay(WindowDisplay):
             The display, after drawing.
         """
         ax = new_axes(1)[0] if ax is None else ax
-        styles = condition_styles(self.conditions or [])
-        window = "residual" if self.condition is None else f"residual, window of {self.condition}"
-        style = {"linewidth": 0.6, "alpha": 0.4, "color": self._color(ink())}
-        style["label"] = self._of_model(window)
+        styles = condition_styles(self.conditions)
+        of_window = "" if self.condition is None else f", window of {self.condition}"
+        of_model = "" if self.model is None else f", model of {self.model}"
+        style = {"linewidth": 0.6, "alpha": 0.4, "label": f"residual{of_window}{of_model}"}
+        style["color"] = color_of(self.condition, self.conditions, other=ink())
         (self.line_,) = ax.plot(self.residual, **style | line_kw)
+
+        def on_both_sides(value, label, **style):
+            ax.axhline(-value, **style)
+            return ax.axhline(value, label=label, **style)
+
         self.level_line_ = None
         if self.level is not None:
-            self.level_line_ = _on_both_sides(
-                ax, self.level, "level of the window", color=ink(), linewidth=2.4
-            )
-        self.threshold_lines_ = {}
+            label = "level of the window"
+            self.level_line_ = on_both_sides(self.level, label, color=ink(), linewidth=2.4)
+        thresholds = {}
         if self.detection_threshold is not None:
-            self._threshold(ax, r"$\Gamma$", self.detection_threshold, color=ink(), linestyle="--")
-        for name, value in self._bounds():
-            shown = {key: styles[name][key] for key in LINE}
-            self._threshold(ax, rf"$\Delta$ {name}", value, **shown)
-        drawn = [line.get_ydata()[0] for line in self.threshold_lines_.values()]
-        reach = 1.08 * np.max(np.abs([*self.residual, *drawn]))
+            style = {"color": ink(), "linestyle": "--"}
+            thresholds[r"$\Gamma$"] = self.detection_threshold, style
+        for name, delta in self._shown_deltas():
+            thresholds[rf"$\Delta$ {name}"] = delta, {key: styles[name][key] for key in LINE}
+        self.threshold_lines_ = {
+            label: on_both_sides(value, label, linewidth=1.4, **style)
+            for label, (value, style) in thresholds.items()
+        }
+        reach = 1.08 * np.max(
+            np.abs([*self.residual, *(value for value, _ in thresholds.values())])
+        )
         ax.set(xlabel="Sample", ylabel="Residual r(k)", xlim=(0, len(self.residual) - 1))
         if reach > 0:
             ax.set_ylim(-reach, reach)
@@ -258,35 +233,15 @@ class ResidualDisplay(WindowDisplay):
         self.ax_, self.figure_ = ax, ax.figure
         return self
 
-    def _bounds(self):
+    def _shown_deltas(self):
         """Return the isolation thresholds to draw, in ascending order."""
-        finite = [
-            (name, value)
-            for name, value in (self.isolation_thresholds or {}).items()
-            if np.isfinite(value) and value != self.detection_threshold
+        deltas = sorted(self.isolation_thresholds.items(), key=lambda each: each[1])
+        deltas = [
+            (name, delta)
+            for name, delta in deltas
+            if np.isfinite(delta) and delta != self.detection_threshold
         ]
-        finite.sort(key=lambda each: each[1])
         if self.level is None:
-            return finite
-        below = [each for each in finite if each[1] < self.level]
-        above = [each for each in finite if each[1] >= self.level]
-        return below[-1:] + above[:1]
-
-    def _threshold(self, ax, label, value, **style):
-        self.threshold_lines_[label] = _on_both_sides(ax, value, label, linewidth=1.4, **style)
-
-
-def _on_both_sides(ax, value, label, **style):
-    ax.axhline(-value, **style)
-    return ax.axhline(value, label=label, **style)
-
-
-def _thresholds(decide, levels, model):
-    """Return Gamma and the Deltas in the unit of one model's residual, for one window."""
-    gamma, healthy = decide.detection_threshold_, healthy_name(decide)
-    if healthy is None:
-        return gamma, {}
-    if not is_bank(decide):
-        return gamma, deltas_of(decide)
-    scale = float(np.exp(log_level(levels).mean()))
-    return gamma if model == healthy else None, {model: deltas_of(decide)[model] * scale}
+            return deltas
+        above = int(np.searchsorted([delta for _, delta in deltas], self.level))
+        return deltas[max(above - 1, 0) : above + 1]

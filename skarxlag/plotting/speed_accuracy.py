@@ -6,13 +6,13 @@ from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import clone
 from sklearn.utils import check_consistent_length
 
 from ..model_selection import SpeedSplit
-from ._axes import new_axes
-from ._style import condition_styles
+from ._style import condition_styles, new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -103,21 +103,19 @@ class SpeedAccuracyDisplay:
         X, y, rpm = np.asarray(X), np.asarray(y), np.asarray(rpm, dtype=float)
         splitter = SpeedSplit(train_rpm=train_rpm, same_speed=recording is not None)
         groups = rpm if recording is None else np.column_stack([rpm, recording])
-        true, predicted, trained, tested = [], [], [], []
-        fitted, fitted_at = None, None
-        for train, test in splitter.split(X, groups=groups):
+        splits = list(splitter.split(X, groups=groups))
+        predicted, fitted, fitted_at = [], None, None
+        for train, test in splits:
             if rpm[train[0]] != fitted_at:
                 fitted_at = rpm[train[0]]
                 fitted = clone(estimator).fit(X[train], y[train])
-            true.append(y[test])
             predicted.append(fitted.predict(X[test]))
-            trained.append(np.full(len(test), fitted_at))
-            tested.append(rpm[test])
+        tested = np.concatenate([test for _, test in splits])
         return cls.from_predictions(
-            np.concatenate(true),
+            y[tested],
             np.concatenate(predicted),
-            train_rpm=np.concatenate(trained),
-            test_rpm=np.concatenate(tested),
+            train_rpm=np.concatenate([np.full(len(test), rpm[train[0]]) for train, test in splits]),
+            test_rpm=rpm[tested],
             name=type(estimator).__name__ if name is None else name,
             ax=ax,
         )
@@ -152,14 +150,11 @@ class SpeedAccuracyDisplay:
             The display, after drawing.
         """
         check_consistent_length(y_true, y_pred, train_rpm, test_rpm)
-        right = np.asarray(y_true) == np.asarray(y_pred)
-        train, of_train = np.unique(train_rpm, return_inverse=True)
-        test, of_test = np.unique(test_rpm, return_inverse=True)
-        count = np.zeros((len(train), len(test)))
-        hits = np.zeros_like(count)
-        np.add.at(count, (of_train, of_test), 1)
-        np.add.at(hits, (of_train, of_test), right)
-        accuracy = np.divide(hits, count, out=np.full_like(hits, np.nan), where=count > 0)
+        verdicts = pd.DataFrame({"train": np.asarray(train_rpm), "test": np.asarray(test_rpm)})
+        verdicts["right"] = np.asarray(y_true) == np.asarray(y_pred)
+        table = verdicts.pivot_table("right", index="train", columns="test", aggfunc="mean")
+        accuracy = table.to_numpy(dtype=float)
+        train, test = table.index.to_numpy(), table.columns.to_numpy()
         return cls(accuracy, train_rpm=train, test_rpm=test, name=name).plot(ax=ax)
 
     def plot(self, ax: Axes | None = None, *, name: str | None = None, **line_kw: Any) -> Self:

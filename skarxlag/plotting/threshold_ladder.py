@@ -7,19 +7,17 @@ from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from sklearn.pipeline import Pipeline
 from sklearn.utils import check_consistent_length
 
 from ..kernels.ladder import relative_scores
 from ..kernels.scaling import root_mean_square
-from ._axes import legend_beside, new_axes, readable_log_scale
-from ._fitted import condition_names, deltas_of, is_bank, ordered_conditions
-from ._style import LINE, condition_styles, ink
+from ._fitted import isolation_thresholds, known_conditions, ordered_conditions
+from ._style import LINE, condition_styles, ink, legend_beside, new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
 
 _DECISIONS = ("detection", "isolation")
 #: Width of the gap between two conditions, as a share of the number of windows.
@@ -46,19 +44,20 @@ class ThresholdLadderDisplay:
 
     Parameters
     ----------
-    levels : ndarray of shape (n_windows,)
-        Level of each window.
-    y : ndarray of str of shape (n_windows,)
+    y : array-like of shape (n_windows,)
         True conditions.
-    rivals : ndarray of shape (n_windows,) or None, default=None
+    levels : array-like of shape (n_windows,)
+        Level of each window.
+    rivals : array-like of shape (n_windows,) or None, default=None
         Rival of each window, for a bank.
     detection_threshold : float or None, default=None
         Detection threshold :math:`\Gamma`.
-    isolation_thresholds : dict of str to float or None, default=None
+    isolation_thresholds : dict of label to float or None, default=None
         Isolation threshold :math:`\Delta` of each condition. Without rivals, these are the upper
         ends of the rungs in ascending order, and that of the highest rung is infinite.
-    conditions : list of str
-        Conditions from left to right. Their order determines their colours.
+    conditions : sequence of label or None, default=None
+        Conditions from left to right. Their order determines their colours. If None, those of
+        `isolation_thresholds` come first, followed by others in `y`.
 
     Attributes
     ----------
@@ -79,27 +78,46 @@ class ThresholdLadderDisplay:
 
     Examples
     --------
-    >>> display = ThresholdLadderDisplay.from_predictions(
+    >>> display = ThresholdLadderDisplay(
     ...     ["good", "good", "worn"], [0.4, 0.5, 1.2],
     ...     isolation_thresholds={"good": 0.6, "worn": float("inf")},
-    ... )
+    ... ).plot()
     >>> list(display.threshold_lines_), list(display.bands_)
     (['$\\Delta$ good'], ['good', 'worn'])
     """
 
-    levels: NDArray[Any]
-    y: NDArray[Any]
+    y: ArrayLike
+    levels: ArrayLike
     _: KW_ONLY
-    rivals: NDArray[Any] | None = None
+    rivals: ArrayLike | None = None
     detection_threshold: float | None = None
-    isolation_thresholds: dict[str, float] | None = None
-    conditions: list[str]
+    isolation_thresholds: dict[Any, float] | None = None
+    conditions: Sequence[Any] | None = None
     lines_: dict[str, Any] = field(init=False)
     rival_line_: Any = field(init=False)
     threshold_lines_: dict[str, Any] = field(init=False)
     bands_: dict[str, Any] = field(init=False)
     ax_: Any = field(init=False)
     figure_: Any = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.y, self.levels = np.asarray(self.y).astype(str), np.asarray(self.levels)
+        if self.levels.ndim != 1:
+            raise ValueError(
+                f"levels has the shape {self.levels.shape}, expected one level a window: "
+                "(n_windows,)."
+            )
+        check_consistent_length(self.y, self.levels, self.rivals)
+        deltas = self.isolation_thresholds or {}
+        deltas = {str(name): float(delta) for name, delta in deltas.items()}
+        uppers = np.array(list(deltas.values()))
+        if self.rivals is None and np.any(uppers[1:] < uppers[:-1]):
+            raise ValueError(
+                f"isolation_thresholds={deltas} must ascend: they are the upper ends of rungs."
+            )
+        self.isolation_thresholds = deltas
+        known = [*deltas, *dict.fromkeys(self.y.tolist())]
+        self.conditions = ordered_conditions(known, self.conditions)
 
     @classmethod
     def from_estimator(
@@ -146,90 +164,24 @@ class ThresholdLadderDisplay:
         is_pipeline = isinstance(estimator, Pipeline)
         decide = estimator[-1] if is_pipeline else estimator
         levels = np.abs(np.asarray(estimator[:-1].transform(X) if is_pipeline else X))
-        isolates = len(decide.classes_) > 1
-        if decision is None:
-            decision = "isolation" if isolates else "detection"
-        if decision not in _DECISIONS or (decision == "isolation" and not isolates):
-            possible = _DECISIONS if isolates else _DECISIONS[:1]
+        possible = _DECISIONS if len(decide.classes_) > 1 else _DECISIONS[:1]
+        decision = possible[-1] if decision is None else decision
+        if decision not in possible:
             raise ValueError(f"decision={decision!r}, expected one of {possible}.")
-        y = np.asarray(y).astype(str)
-        own = {"detection_threshold": decide.detection_threshold_}
-        if not is_bank(decide):
+        y, rivals = np.asarray(y).astype(str), None
+        thresholds = {"detection_threshold": decide.detection_threshold_}
+        if decision == "isolation":
+            thresholds["isolation_thresholds"] = isolation_thresholds(decide)
+        if not decide._is_bank():
             shown = root_mean_square(levels)
-            if decision == "isolation":
-                own["isolation_thresholds"] = deltas_of(decide)
         elif decision == "detection":
             shown = levels[:, decide.healthy_index_]
         else:
-            shown, rivals = _own_and_rival(levels, y, [str(name) for name in decide.classes_])
-            own = {"rivals": rivals, "isolation_thresholds": deltas_of(decide)}
-        known = [*condition_names(estimator), *dict.fromkeys(y.tolist())]
-        return cls.from_predictions(
-            y, shown, **own, conditions=ordered_conditions(known, conditions), ax=ax
-        )
-
-    @classmethod
-    def from_predictions(
-        cls,
-        y_true: ArrayLike,
-        levels: ArrayLike,
-        *,
-        rivals: ArrayLike | None = None,
-        detection_threshold: float | None = None,
-        isolation_thresholds: dict[str, Any] | None = None,
-        conditions: Sequence[Any] | None = None,
-        ax: Axes | None = None,
-    ) -> Self:
-        r"""Plot levels that were computed elsewhere.
-
-        Parameters
-        ----------
-        y_true : array-like of shape (n_windows,)
-            True conditions.
-        levels : array-like of shape (n_windows,)
-            Level of each window.
-        rivals : array-like of shape (n_windows,) or None, default=None
-            Rival of each window, for a bank: the smallest level of the other models.
-        detection_threshold : float or None, default=None
-            Detection threshold :math:`\Gamma`.
-        isolation_thresholds : dict of label to float or None, default=None
-            Isolation threshold :math:`\Delta` of each condition. Without rivals, these are the
-            upper ends of the rungs in ascending order.
-        conditions : sequence of label or None, default=None
-            All conditions. Their order determines their colours. If None, the conditions in
-            `isolation_thresholds` come first, followed by others in `y_true`.
-        ax : matplotlib Axes or None, default=None
-            Axes to plot into. If None, new axes are created.
-
-        Returns
-        -------
-        ThresholdLadderDisplay
-            The display, after drawing.
-
-        Raises
-        ------
-        ValueError
-            If the lengths differ, `levels` has more than one axis, the upper ends of the rungs do
-            not ascend, or `conditions` omits a condition.
-        """
-        y, levels = np.asarray(y_true).astype(str), np.asarray(levels)
-        if levels.ndim != 1:
-            raise ValueError(
-                f"levels has the shape {levels.shape}, expected one level a window: (n_windows,)."
-            )
-        check_consistent_length(y, levels, rivals)
-        deltas = {str(name): float(d) for name, d in (isolation_thresholds or {}).items()}
-        if rivals is None and np.any(np.diff([d for d in deltas.values() if np.isfinite(d)]) < 0):
-            raise ValueError(
-                f"isolation_thresholds={deltas} must ascend: they are the upper ends of rungs."
-            )
+            del thresholds["detection_threshold"]
+            shown, rivals = _own_and_rival(levels, y, decide.classes_.astype(str))
+        known = [*known_conditions(estimator), *dict.fromkeys(y.tolist())]
         display = cls(
-            levels,
-            y,
-            rivals=None if rivals is None else np.asarray(rivals),
-            detection_threshold=detection_threshold,
-            isolation_thresholds=deltas,
-            conditions=ordered_conditions([*deltas, *dict.fromkeys(y.tolist())], conditions),
+            y, shown, rivals=rivals, **thresholds, conditions=ordered_conditions(known, conditions)
         )
         return display.plot(ax=ax)
 
@@ -252,93 +204,68 @@ class ThresholdLadderDisplay:
         self.lines_, self.threshold_lines_, self.bands_ = {}, {}, {}
         self.rival_line_ = None
         styles = condition_styles(self.conditions)
-        places = self._places()
-        readable_log_scale(ax, self.levels)
-        self._plot_levels(ax, places, styles, line_kw)
+        ax.set_yscale("log")
+        # Windows stand side by side, with a gap between two conditions.
+        shown = [name for name in self.conditions if name in self.y]
+        order = np.concatenate([np.flatnonzero(self.y == name) for name in shown])
+        gap = _GAP * len(self.y)
+        place = np.empty(len(self.y))
+        place[order] = np.arange(len(order))
+        place += gap * np.array([shown.index(name) for name in self.y])
+        for name in shown:
+            own = self.y == name
+            style = {"markersize": 4.5, "markeredgewidth": 0} | styles[name] | {"linestyle": "none"}
+            (self.lines_[name],) = ax.plot(place[own], self.levels[own], **style | line_kw)
+        if self.rivals is not None:
+            style = {"linestyle": "none", "marker": ".", "markersize": 2.5, "alpha": 0.6}
+            (self.rival_line_,) = ax.plot(
+                place, self.rivals, color=ink(), label="best other model", **style
+            )
         if self.detection_threshold is not None:
-            self._threshold(ax, r"$\Gamma$", self.detection_threshold, color=ink(), linestyle="--")
-        if self.isolation_thresholds and self.rivals is None:
-            self._plot_rungs(ax, styles)
-        elif self.isolation_thresholds:
-            self._plot_deltas(ax, places, styles)
-        shown = {name: np.mean(x) for name, x in places.items() if len(x)}
-        ax.set_xticks(list(shown.values()), list(shown), rotation=30, ha="right")
-        ax.set_xlim(-len(self.y) * _GAP, max(x[-1] for x in places.values() if len(x)) * (1 + _GAP))
-        ax.set_ylabel("Residual level" if self.rivals is None else "Relative residual level")
-        ax.set_xlabel("Windows by true condition")
-        thresholds = list(self.threshold_lines_.values())
+            style = {"color": ink(), "linestyle": "--", "label": r"$\Gamma$"}
+            self.threshold_lines_[r"$\Gamma$"] = ax.axhline(self.detection_threshold, **style)
+        for name, delta in self.isolation_thresholds.items():
+            label = rf"$\Delta$ {name}"
+            style = {key: styles[name][key] for key in LINE} | {"label": label}
+            if self.rivals is not None and name in shown:
+                own = place[self.y == name]
+                (self.threshold_lines_[label],) = ax.plot(own[[0, -1]], [delta, delta], **style)
+            elif self.rivals is None and np.isfinite(delta) and delta != self.detection_threshold:
+                self.threshold_lines_[label] = ax.axhline(delta, **style)
         if self.rivals is None:
-            # The legend lists the thresholds as they lie in the plot, the highest on top.
-            legend_beside(ax, sorted(thresholds, key=lambda line: -line.get_ydata()[0]))
-        else:
-            legend_beside(ax, [line for line in (self.rival_line_, *thresholds) if line])
+            self._draw_rungs(ax, styles)
+        middles = [place[self.y == name].mean() for name in shown]
+        ax.set_xticks(middles, shown, rotation=30, ha="right")
+        ax.set(
+            xlim=(-gap, place.max() + gap),
+            xlabel="Windows by true condition",
+            ylabel="Residual level" if self.rivals is None else "Relative residual level",
+        )
+        # The legend lists the thresholds as they lie in the plot, the highest on top.
+        lines = sorted(self.threshold_lines_.values(), key=lambda line: -line.get_ydata()[0])
+        legend_beside(ax, lines if self.rival_line_ is None else [self.rival_line_, *lines])
         self.ax_, self.figure_ = ax, ax.figure
         return self
 
-    def _places(self):
-        """Return the position of each window on the horizontal axis, by condition."""
-        places, begin, gap = {}, 0.0, _GAP * len(self.y)
-        for name in self.conditions:
-            places[name] = begin + np.arange(np.count_nonzero(self.y == name))
-            begin += len(places[name]) + gap * bool(len(places[name]))
-        return places
-
-    def _plot_levels(self, ax, places, styles, line_kw):
-        style = {"linestyle": "none", "markersize": 4.5, "markeredgewidth": 0}
-        for name, x in places.items():
-            chosen = self.y == name
-            if len(x) == 0:
-                continue
-            own = {key: styles[name][key] for key in ("color", "marker")}
-            (self.lines_[name],) = ax.plot(x, self.levels[chosen], **style | own | line_kw)
-        if self.rivals is not None:
-            x = np.concatenate(list(places.values()))
-            by_place = np.concatenate([self.rivals[self.y == name] for name in self.conditions])
-            (self.rival_line_,) = ax.plot(
-                x,
-                by_place,
-                linestyle="none",
-                marker=".",
-                markersize=2.5,
-                color=ink(),
-                alpha=0.6,
-                label="best other model",
-            )
-
-    def _plot_rungs(self, ax, styles):
+    def _draw_rungs(self, ax, styles):
+        """Draw a band for each rung; the lowest and the highest end with the axes."""
+        bottom, top = lower, _ = ax.get_ylim()
         for name, upper in self.isolation_thresholds.items():
-            if np.isfinite(upper) and upper != self.detection_threshold:
-                shown = {key: styles[name][key] for key in LINE}
-                self._threshold(ax, rf"$\Delta$ {name}", upper, **shown)
-        # The lowest rung has no lower end and the highest no upper end: both end with the axes.
-        lowest, highest = ax.get_ylim()
-        lower = lowest
-        for name, upper in self.isolation_thresholds.items():
-            top = min(upper, highest)
-            self.bands_[name] = ax.axhspan(
-                lower, top, color=styles[name]["color"], alpha=0.15, linewidth=0, zorder=0
-            )
-            lower = top
-        ax.set_ylim(lowest, highest)
-
-    def _plot_deltas(self, ax, places, styles):
-        for name, x in places.items():
-            delta = self.isolation_thresholds.get(name)
-            if delta is not None and len(x):
-                shown = {key: styles[name][key] for key in LINE}
-                (self.threshold_lines_[rf"$\Delta$ {name}"],) = ax.plot(
-                    [x[0], x[-1]], [delta, delta], linewidth=1.6, label=rf"$\Delta$ {name}", **shown
-                )
-
-    def _threshold(self, ax, label, value, **style):
-        self.threshold_lines_[label] = ax.axhline(value, label=label, linewidth=1.4, **style)
+            upper = min(upper, top)
+            style = {"color": styles[name]["color"], "alpha": 0.15, "linewidth": 0, "zorder": 0}
+            self.bands_[name] = ax.axhspan(lower, upper, **style)
+            lower = upper
+        ax.set_ylim(bottom, top)
 
 
 def _own_and_rival(levels, y, classes):
-    """Relative residual of the true condition's model, and the smallest of the others."""
-    unknown = sorted(set(y.tolist()) - set(classes))
-    if unknown:
-        raise ValueError(f"y has the conditions {unknown}, the bank has models of {classes} only.")
+    """Return the relative residual of each window's own model, and the smallest of the others."""
+    unknown = np.setdiff1d(y, classes)
+    if len(unknown) > 0:
+        raise ValueError(
+            f"y has the conditions {unknown.tolist()}, the bank has models of {classes.tolist()} "
+            "only."
+        )
     relative = np.exp(-relative_scores(levels))
-    is_own = y[:, np.newaxis] == np.array(classes)
+    is_own = y[:, np.newaxis] == classes
     return relative[is_own], np.min(np.where(is_own, np.inf, relative), axis=1)

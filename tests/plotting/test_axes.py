@@ -10,15 +10,13 @@ from skarxlag.plotting import (
     ResidualDisplay,
     SpeedAccuracyDisplay,
     ThresholdLadderDisplay,
-    TrajectoryDisplay,
 )
 
 #: How to draw each display on new axes.
 DRAW = {
-    "identification": lambda: IdentificationDisplay.from_predictions([1, 2], [1, 1]),
-    "residual": lambda: ResidualDisplay.from_predictions([1, 2], level=1),
-    "ladder": lambda: ThresholdLadderDisplay.from_predictions(["a"], [1.0]),
-    "trajectories": lambda: TrajectoryDisplay.from_predictions([1, 2], [1, 1], [0, 1]),
+    "identification": lambda: IdentificationDisplay([1, 2], [1, 1]).plot(),
+    "residual": lambda: ResidualDisplay([1, 2], level=1).plot(),
+    "ladder": lambda: ThresholdLadderDisplay(["a"], [1.0]).plot(),
     "speeds": lambda: SpeedAccuracyDisplay.from_predictions(
         ["a"], ["a"], train_rpm=[1], test_rpm=[2]
     ),

@@ -28,13 +28,12 @@ def test_estimator_and_predictions_draw_the_same(bank, rig, axes):
     given = {"condition": "worn", "conditions": ["good", "worn"], "sampling_rate": 1000.0}
     one = IdentificationDisplay.from_estimator(bank, rig.X[15], axes=axes, **given)
     prediction = bank[0].predict_output(rig.X[15:16])[0, 0]
-    other = IdentificationDisplay.from_predictions(
+    other = IdentificationDisplay(
         rig.X[15, -len(prediction) :],
         prediction,
         model="good",
-        axes=Figure().subplots(2),
         **given,
-    )
+    ).plot(axes=Figure().subplots(2))
     for first, second in zip(one.axes_, other.axes_, strict=True):
         for a, b in zip(first.lines, second.lines, strict=True):
             np.testing.assert_array_equal(a.get_xydata(), b.get_xydata())
@@ -84,14 +83,14 @@ def test_windows_with_inputs_show_their_output(rig, axes):
 
 
 def test_condition_and_order_give_the_colour(axes):
-    draw = IdentificationDisplay.from_predictions
+    draw = IdentificationDisplay
     signals = [1.0, 2.0, 0.0], [1.0, 1.0, 1.0]
-    assert draw(*signals, axes=axes).error_line_.get_color() == NEUTRAL
-    assert draw(*signals, condition="b", axes=axes).error_line_.get_color() == PALETTE[0]
-    display = draw(*signals, condition="b", conditions=["a", "b"], axes=axes)
+    assert draw(*signals).plot(axes=axes).error_line_.get_color() == NEUTRAL
+    assert draw(*signals, condition="b").plot(axes=axes).error_line_.get_color() == PALETTE[0]
+    display = draw(*signals, condition="b", conditions=["a", "b"]).plot(axes=axes)
     assert display.error_line_.get_color() == display.output_line_.get_color() == PALETTE[1]
     with pytest.raises(ValueError, match=r"conditions=\['a'\] must name each condition once"):
-        draw(*signals, condition="b", conditions=["a"], axes=axes)
+        draw(*signals, condition="b", conditions=["a"]).plot(axes=axes)
 
 
 def test_time_axis_and_line_keywords(axes):
@@ -109,6 +108,6 @@ def test_what_cannot_be_shown_is_refused(bank, rig):
     with pytest.raises(ValueError, match=r"model='bent' is not a model .* \['good', 'worn'\]"):
         IdentificationDisplay.from_estimator(bank, rig.X[0], model="bent")
     with pytest.raises(ValueError, match=r"prediction has the shape \(2,\) and output \(3,\)"):
-        IdentificationDisplay.from_predictions([1, 2, 3], [1, 2])
+        IdentificationDisplay([1, 2, 3], [1, 2])
     with pytest.raises(ValueError, match=r"expected one shape for both: \(n_samples,\)"):
-        IdentificationDisplay.from_predictions([[1, 2]], [[1, 2]])
+        IdentificationDisplay([[1, 2]], [[1, 2]])

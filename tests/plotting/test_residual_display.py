@@ -4,7 +4,7 @@ from matplotlib.figure import Figure
 from sklearn.pipeline import make_pipeline
 
 from skarxlag import ARXLaguerre, PIObserver, ThresholdLadder, make_alpio, make_diagnoser
-from skarxlag.plotting import ResidualDisplay, TrajectoryDisplay
+from skarxlag.plotting import ResidualDisplay
 from skarxlag.plotting._style import PALETTE, ink
 
 
@@ -64,15 +64,14 @@ def test_detector_has_its_threshold(ax, detector, rig):
 def test_estimator_and_predictions_draw_the_same(bank, rig, ax):
     given = {"condition": "worn", "conditions": ["worn", "good", "bent"]}
     one = ResidualDisplay.from_estimator(bank, rig.X[15], model="good", ax=ax, **given)
-    other = ResidualDisplay.from_predictions(
+    other = ResidualDisplay(
         one.residual,
         level=one.level,
         detection_threshold=one.detection_threshold,
         isolation_thresholds=one.isolation_thresholds,
         model="good",
-        ax=Figure().subplots(),
         **given,
-    )
+    ).plot(ax=Figure().subplots())
     assert len(one.ax_.lines) == len(other.ax_.lines) == 7
     for a, b in zip(one.ax_.lines, other.ax_.lines, strict=True):
         np.testing.assert_array_equal(a.get_xydata(), b.get_xydata())
@@ -80,14 +79,13 @@ def test_estimator_and_predictions_draw_the_same(bank, rig, ax):
 
 
 def test_thresholds_stand_on_both_sides_in_the_colours_of_their_conditions(ax):
-    display = ResidualDisplay.from_predictions(
+    display = ResidualDisplay(
         [1.0, -2.0],
         level=1.5,
         detection_threshold=1.2,
         isolation_thresholds={"a": 1.2, "b": 3.0, "c": np.inf},
         condition="b",
-        ax=ax,
-    )
+    ).plot(ax=ax)
     assert sorted(line.get_ydata()[0] for line in ax.lines[1:]) == [-3, -1.5, -1.2, 1.2, 1.5, 3]
     assert heights(display) == {r"$\Gamma$": 1.2, r"$\Delta$ b": 3.0}
     assert display.threshold_lines_[r"$\Delta$ b"].get_color() == PALETTE[1]
@@ -99,16 +97,16 @@ def test_thresholds_stand_on_both_sides_in_the_colours_of_their_conditions(ax):
 
 
 def test_only_what_is_given_is_drawn(ax):
-    display = ResidualDisplay.from_predictions([0.5, -0.5], ax=ax)
+    display = ResidualDisplay([0.5, -0.5]).plot(ax=ax)
     assert display.level_line_ is None and not display.threshold_lines_ and len(ax.lines) == 1
     assert display.line_.get_color() == ink() and ax.get_title(loc="left") == "residual"
-    zeros = ResidualDisplay.from_predictions([0.0, 0.0], model="a", ax=Figure().subplots())
+    zeros = ResidualDisplay([0.0, 0.0], model="a").plot(ax=Figure().subplots())
     assert zeros.ax_.get_title(loc="left") == "residual, model of a"
 
 
 @pytest.mark.slow
 def test_line_keywords_and_repeated_plots(ax):
-    display = ResidualDisplay.from_predictions([0.5, -0.5], condition=2, ax=ax)
+    display = ResidualDisplay([0.5, -0.5], condition=2).plot(ax=ax)
     assert ax.get_title(loc="left") == "residual, window of 2"
     other = Figure().subplots()
     assert display.plot(ax=other, color="red", linewidth=3, label="r").ax_ is other
@@ -116,23 +114,22 @@ def test_line_keywords_and_repeated_plots(ax):
     assert display.figure_ is other.figure and other.get_title(loc="left") == "r"
 
 
-@pytest.mark.parametrize("display", [ResidualDisplay, TrajectoryDisplay])
-def test_what_cannot_be_shown_is_refused(display, bank, rig):
+def test_what_cannot_be_shown_is_refused(bank, rig):
     with pytest.raises(ValueError, match=r"model='bent' is not a model .* \['good', 'worn'\]"):
-        display.from_estimator(bank, rig.X[0], model="bent")
+        ResidualDisplay.from_estimator(bank, rig.X[0], model="bent")
     with pytest.raises(ValueError, match="SpectralDistance before its decision"):
-        display.from_estimator(make_diagnoser().fit(rig.X, rig.y), rig.X[0])
+        ResidualDisplay.from_estimator(make_diagnoser().fit(rig.X, rig.y), rig.X[0])
     with pytest.raises(ValueError, match=r"conditions=\['good'\] .* \['good', 'worn'\]"):
-        display.from_estimator(bank, rig.X[0], conditions=["good"])
+        ResidualDisplay.from_estimator(bank, rig.X[0], conditions=["good"])
 
 
 def test_wrong_arrays_are_refused():
     with pytest.raises(ValueError, match=r"residual has the shape \(1, 2\), expected one traj"):
-        ResidualDisplay.from_predictions([[0.5, -0.5]])
+        ResidualDisplay([[0.5, -0.5]])
     with pytest.raises(ValueError, match=r"residual has the shape \(0,\)"):
-        ResidualDisplay.from_predictions([])
+        ResidualDisplay([])
     with pytest.raises(ValueError, match=r"conditions=.*'a', 'a'.* must name each condition once"):
-        ResidualDisplay.from_predictions([1.0], conditions=["a", "a"])
+        ResidualDisplay([1.0], conditions=["a", "a"])
 
 
 def test_whiteness_has_no_trajectory(rig):
@@ -143,9 +140,7 @@ def test_whiteness_has_no_trajectory(rig):
 
 def test_only_the_thresholds_next_to_the_level_are_drawn(ax):
     thresholds = {"a": 1.0, "d": 4.0, "b": 2.0, "c": 3.0}
-    display = ResidualDisplay.from_predictions(
-        [1.0, -2.0], level=2.5, isolation_thresholds=thresholds, ax=ax
-    )
+    display = ResidualDisplay([1.0, -2.0], level=2.5, isolation_thresholds=thresholds).plot(ax=ax)
     assert list(heights(display)) == [r"$\Delta$ b", r"$\Delta$ c"]
-    without_level = ResidualDisplay.from_predictions([1.0, 2.0], isolation_thresholds=thresholds)
+    without_level = ResidualDisplay([1.0, 2.0], isolation_thresholds=thresholds).plot()
     assert list(heights(without_level).values()) == [1.0, 2.0, 3.0, 4.0]

@@ -99,14 +99,13 @@ def test_several_residuals_that_are_no_bank_are_combined(ax):
 def test_estimator_and_predictions_draw_the_same(bank, rig, ax):
     given = {"conditions": ["worn", "good"]}
     one = ThresholdLadderDisplay.from_estimator(bank, rig.X, rig.y, ax=ax, **given)
-    other = ThresholdLadderDisplay.from_predictions(
+    other = ThresholdLadderDisplay(
         rig.y,
         one.levels,
         rivals=one.rivals,
         isolation_thresholds=one.isolation_thresholds,
-        ax=Figure().subplots(),
         **given,
-    )
+    ).plot(ax=Figure().subplots())
     for a, b in zip(one.ax_.lines, other.ax_.lines, strict=True):
         np.testing.assert_array_equal(a.get_xydata(), b.get_xydata())
         assert a.get_color() == b.get_color() and a.get_label() == b.get_label()
@@ -115,8 +114,8 @@ def test_estimator_and_predictions_draw_the_same(bank, rig, ax):
 
 def test_order_places_and_colours(ax):
     y = ["high", "low", "middle", "low"]
-    display = ThresholdLadderDisplay.from_predictions(
-        y, [3.0, 0.5, 1.5, 0.7], isolation_thresholds=THREE, ax=ax
+    display = ThresholdLadderDisplay(y, [3.0, 0.5, 1.5, 0.7], isolation_thresholds=THREE).plot(
+        ax=ax
     )
     assert list(display.lines_) == list(THREE)
     np.testing.assert_array_equal(display.lines_["low"].get_ydata(), [0.5, 0.7])
@@ -129,34 +128,31 @@ def test_order_places_and_colours(ax):
     assert display.bands_["middle"].get_height() == pytest.approx(1.0)
     legend = [text.get_text() for text in ax.get_legend().get_texts()]
     assert legend == [r"$\Delta$ middle", r"$\Delta$ low"]
-    turned = ThresholdLadderDisplay.from_predictions(
-        y, [3.0, 0.5, 1.5, 0.7], conditions=["high", "middle", "low"], ax=Figure().subplots()
-    )
+    turned = ThresholdLadderDisplay(
+        y, [3.0, 0.5, 1.5, 0.7], conditions=["high", "middle", "low"]
+    ).plot(ax=Figure().subplots())
     assert list(turned.lines_) == ["high", "middle", "low"]
     assert turned.lines_["high"].get_color() == PALETTE[0]
 
 
 def test_conditions_without_windows_keep_their_colours(ax):
-    display = ThresholdLadderDisplay.from_predictions(
-        ["high"], [3.0], isolation_thresholds=THREE, detection_threshold=0.9, ax=ax
-    )
+    display = ThresholdLadderDisplay(
+        ["high"], [3.0], isolation_thresholds=THREE, detection_threshold=0.9
+    ).plot(ax=ax)
     assert list(display.lines_) == ["high"] and display.lines_["high"].get_color() == PALETTE[2]
     assert heights(display) == {r"$\Gamma$": 0.9, r"$\Delta$ low": 1.0, r"$\Delta$ middle": 2.0}
-    bank = ThresholdLadderDisplay.from_predictions(
-        ["low"], [0.9], rivals=[1.1], isolation_thresholds=THREE, ax=Figure().subplots()
+    bank = ThresholdLadderDisplay(["low"], [0.9], rivals=[1.1], isolation_thresholds=THREE).plot(
+        ax=Figure().subplots()
     )
     assert heights(bank) == {r"$\Delta$ low": 1.0}
 
 
-def test_line_keywords_ticks_and_repeated_plots(ax):
-    display = ThresholdLadderDisplay.from_predictions(["a", "b"], [0.1, 0.2], ax=ax)
-    ax.figure.canvas.draw()
-    ticks = [label.get_text() for label in ax.get_yticklabels()]
-    assert ticks and all(float(tick) > 0 for tick in ticks)
+def test_line_keywords_and_repeated_plots(ax):
+    display = ThresholdLadderDisplay(["a", "b"], [0.1, 0.2]).plot(ax=ax)
     wide = Figure().subplots()
     assert display.plot(ax=wide, markersize=9).ax_ is wide
     assert display.lines_["a"].get_markersize() == 9 and display.figure_ is wide.figure
-    spread = ThresholdLadderDisplay.from_predictions(["a", "b"], [0.0, 2e3], ax=Figure().subplots())
+    spread = ThresholdLadderDisplay(["a", "b"], [0.0, 2e3]).plot(ax=Figure().subplots())
     assert spread.ax_.get_yscale() == "log"
 
 
@@ -169,15 +165,15 @@ def test_line_keywords_ticks_and_repeated_plots(ax):
 )
 def test_wrong_arrays_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
-        ThresholdLadderDisplay.from_predictions(*arguments)
+        ThresholdLadderDisplay(*arguments)
 
 
 def test_wrong_parameters_are_refused(bank, detector, rig):
     draw = ThresholdLadderDisplay
     with pytest.raises(ValueError, match=r"isolation_thresholds=.* must ascend"):
-        draw.from_predictions(["a"], [1.0], isolation_thresholds={"a": 2.0, "b": 1.0})
+        draw(["a"], [1.0], isolation_thresholds={"a": 2.0, "b": 1.0})
     with pytest.raises(ValueError, match=r"conditions=\['b'\] .* expected all of \['a'\]"):
-        draw.from_predictions(["a"], [1.0], conditions=["b"])
+        draw(["a"], [1.0], conditions=["b"])
     with pytest.raises(ValueError, match=r"decision='both', expected one of \('detection', 'iso"):
         draw.from_estimator(bank, rig.X, rig.y, decision="both")
     with pytest.raises(ValueError, match=r"decision='isolation', expected one of \('detection',\)"):
