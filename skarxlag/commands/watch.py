@@ -100,7 +100,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="by which a time may be late without a gap; default: half a window",
     )
     parser.add_argument(
-        "--state", type=Path, metavar="FILE.npz", help="go on from here, and save here every minute"
+        "--state", type=Path, metavar="FILE.json", help="continue from here, and save every minute"
     )
     parser.add_argument(
         "--idle",

@@ -1,29 +1,25 @@
 """Memory of a monitor: fading evidence, and an alarm by Page's cumulative sum."""
 
 from collections import Counter
-from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import softmax
 
 from ..kernels.cumulative_sum import alarm_limit, reference_step
-from ..verdicts import combined_score, effective_number, p_value_score
+from .windowing import check_count
 
 
 class FadingEvidence:
-    r"""Log probabilities of the windows so far, in which older windows weigh less.
+    r"""Weighted mean of what windows contribute, in which older windows weigh less.
 
-    A window that is t seconds old weighs :math:`2^{-t/T}` with the half-life T. The probabilities
-    are the softmax of the weighted mean of the logarithms, times the effective number of windows
-    (see `effective_number`) at the sum of the weights.
+    A window that is t seconds old weighs :math:`2^{-t/T}` with the half-life T.
 
     Parameters
     ----------
-    n_conditions : int
-        Number of conditions.
+    n_values : int
+        Number of values that a window contributes, such as one logarithm for each condition.
     half_life : float
         T in seconds; infinity for no fading.
 
@@ -31,103 +27,57 @@ class FadingEvidence:
     ----------
     weight : float
         Sum of the weights of all windows.
-    age : float
-        Seconds since the last window that was added; infinity before the first.
+
+    Examples
+    --------
+    >>> evidence = FadingEvidence(1, half_life=2.0)
+    >>> evidence.add([3.0])
+    >>> evidence.move_to(2.0)
+    >>> evidence.add([0.0])
+    >>> evidence.weight, evidence.mean()
+    (1.5, array([1.]))
     """
 
     weight: float
-    age: float
 
-    def __init__(self, n_conditions: int, half_life: float) -> None:
-        self.half_life = half_life
-        self.weight, self.age = 0.0, np.inf
-        self._sums = np.zeros(n_conditions)
+    def __init__(self, n_values: int, half_life: float) -> None:
+        self._half_life = half_life
+        self.weight, self._time, self._age, self._sums = 0.0, 0.0, 0.0, np.zeros(n_values)
 
-    def pass_time(self, seconds: float) -> None:
-        """Reduce the weights by the passed time."""
-        kept = 0.5 ** (seconds / self.half_life)
+    def move_to(self, time: float) -> None:
+        """Reduce the weights by the time since the last call; a clock may be set back."""
+        passed = max(time - self._time, 0.0)
+        kept = 0.5 ** (passed / self._half_life)
         self.weight *= kept
         self._sums *= kept
-        self.age += seconds
+        self._age += passed
+        self._time = time
 
-    def add(self, log_probability: NDArray[Any]) -> None:
-        """Add the log probabilities of a window."""
-        self._sums += log_probability
+    def add(self, values: Any) -> None:
+        """Add the values of a window."""
+        self._sums += values
         self.weight += 1.0
-        self.age = 0.0
-
-    def probabilities(self) -> NDArray[Any] | None:
-        """Return the probability of each condition; None if no window is younger than T."""
-        mean = self.mean()
-        return None if mean is None else softmax(effective_number(self.weight) * mean)
+        self._age = 0.0
 
     def mean(self) -> NDArray[Any] | None:
-        """Return the weighted means; None if no window is younger than T."""
-        if self.weight == 0.0 or self.age > self.half_life:
+        """Return the weighted means; None if no window is younger than the half-life."""
+        if self.weight == 0.0 or self._age > self._half_life:
             return None
         return self._sums / self.weight
 
     def state(self) -> dict[str, Any]:
         """Return the state in plain values."""
-        return {"weight": self.weight, "age": self.age, "sums": self._sums.tolist()}
+        numbers = {"weight": self.weight, "age": self._age, "time": self._time}
+        return numbers | {"sums": self._sums.tolist()}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Continue from a state.
-
-        Raises
-        ------
-        ValueError
-            If the state has other conditions, or numbers that cannot be.
-        """
-        sums = np.asarray(state["sums"], dtype=np.float64)
-        if sums.shape != self._sums.shape or not (
-            np.all(np.isfinite(sums)) and 0 <= state["weight"] < np.inf and state["age"] >= 0
-        ):
-            raise ValueError(
-                f"state: evidence {state!r}, expected finite sums for {len(self._sums)} conditions"
-            )
-        self.weight, self.age, self._sums = state["weight"], state["age"], sums
-
-
-class FadingPValue:
-    """P-values of the windows so far as one, in which older windows weigh less.
-
-    Stouffer's method as in `combined_p_value`, with the weights of `FadingEvidence`.
-
-    Parameters
-    ----------
-    half_life : float
-        In seconds; infinity for no fading.
-
-    Examples
-    --------
-    >>> from scipy.stats import norm
-    >>> deviation = FadingPValue(1.0)
-    >>> for p_value in (0.01, 0.01):
-    ...     deviation.add(p_value)
-    >>> round(deviation.p_value(), 5) == round(combined_score(norm.ppf(0.01), 2), 5)
-    True
-    """
-
-    pass_time: Callable[[float], None]
-    state: Callable[[], dict[str, Any]]
-    restore: Callable[[dict[str, Any]], None]
-
-    def __init__(self, half_life: float) -> None:
-        self._scores = FadingEvidence(1, half_life)
-        self.pass_time, self.state = self._scores.pass_time, self._scores.state
-        self.restore = self._scores.restore
-
-    def add(self, p_value: float) -> None:
-        """Add the p-value of a window."""
-        self._scores.add(p_value_score(p_value))
-
-    def p_value(self) -> float:
-        """Return the combined p-value; NaN if no window is younger than the half-life."""
-        mean = self._scores.mean()
-        if mean is None:
-            return np.nan
-        return combined_score(float(mean[0]), self._scores.weight)
+        """Continue from a state, or raise a ValueError if its numbers cannot be."""
+        weight, age, time = (float(state[name]) for name in ("weight", "age", "time"))
+        sums = np.array(state["sums"], dtype=np.float64)
+        is_finite = np.isfinite([weight, age, time, *sums]).all()
+        if sums.shape != self._sums.shape or not is_finite or min(weight, age) < 0:
+            raise ValueError(f"evidence {state!r}, expected {len(self._sums)} finite sums")
+        self.weight, self._age, self._time, self._sums = weight, age, time, sums
 
 
 class CumulativeSumAlarm:
@@ -214,17 +164,11 @@ class CumulativeSumAlarm:
         return {"sum": self.sum, "active": self.active, "n_raised": self.n_raised}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Continue from a state.
-
-        Raises
-        ------
-        ValueError
-            If the sum is beyond the limit.
-        """
-        if not 0 <= state["sum"] <= self.limit or state["n_raised"] < 0:
-            raise ValueError(f"state: alarm {state!r}, expected a sum from 0 to {self.limit}")
-        self.sum, self.active = int(state["sum"]), bool(state["active"])
-        self.n_raised = int(state["n_raised"])
+        """Continue from a state, or raise a ValueError if its sum exceeds the limit."""
+        if check_count(state["sum"]) > self.limit:
+            raise ValueError(f"alarm {state!r}, expected a sum from 0 to {self.limit}")
+        self.sum, self.active = state["sum"], bool(state["active"])
+        self.n_raised = check_count(state["n_raised"])
 
 
 def runs_of(exceeds: list[bool]) -> Counter[str]:
@@ -255,7 +199,7 @@ def runs_of(exceeds: list[bool]) -> Counter[str]:
     )
 
 
-def healthy_windows(counts: Counter[str]) -> dict[str, float]:
+def healthy_shares(counts: Counter[str]) -> dict[str, float]:
     """Estimate rate and persistence of exceeding windows: means of Beta(1, 1) posteriors.
 
     Parameters
@@ -270,7 +214,7 @@ def healthy_windows(counts: Counter[str]) -> dict[str, float]:
 
     Examples
     --------
-    >>> healthy_windows(runs_of([False] * 98))
+    >>> healthy_shares(runs_of([False] * 98))
     {'rate': 0.01, 'persistence': 0.5}
     """
     return {

@@ -8,18 +8,31 @@ from numbers import Integral
 from typing import Any, NamedTuple, Self
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
+from scipy.special import softmax
 from sklearn.utils import check_scalar
 
 from .._answers import answers
 from .._validation import check_real
 from ..speeds import SPEED_FACTOR
-from ..verdicts import CHANGED, NO_VERDICT, SMALLEST_PROBABILITY, Judge, no_verdict
-from .memory import CumulativeSumAlarm, FadingEvidence, FadingPValue, healthy_windows, runs_of
+from ..verdicts import (
+    CHANGED,
+    NO_VERDICT,
+    SMALLEST_PROBABILITY,
+    Judge,
+    combined_score,
+    effective_number,
+    no_verdict,
+    p_value_score,
+)
+from .memory import CumulativeSumAlarm, FadingEvidence, healthy_shares, runs_of
 from .windowing import WindowStream, check_count
 
 #: Largest number of windows that are diagnosed together.
 _BATCH = 256
+#: Counts of `runs_of`, none of which exceeds the one before.
+_RUNS = ("windows", "exceeding", "followed", "runs")
 
 
 class MonitorVerdict(NamedTuple):
@@ -193,7 +206,8 @@ class ConditionMonitor:
         if gap_tolerance is None:
             gap_tolerance = 0.5 * window_length / sampling_rate
         check_real(gap_tolerance, "gap_tolerance", min_val=0)
-        _check_shares(persistence=persistence, faulty_rate=faulty_rate)
+        for name, value in {"persistence": persistence, "faulty_rate": faulty_rate}.items():
+            check_real(value, name, min_val=0, max_val=1, include_boundaries="neither")
         self._judge = Judge(
             diagnoser,
             conditions=conditions,
@@ -203,9 +217,8 @@ class ConditionMonitor:
             same_speed=True,
         )
         can = answers(detector if diagnoser is None else diagnoser)
-        self._names = can.conditions is not None
-        self._n_channels, self._frames_first = can.n_channels, None
-        self.conditions = self._judge.conditions if self._names else []
+        self._n_channels = can.n_channels
+        self.conditions = [] if can.conditions is None else self._judge.conditions
         self.healthy = self._judge.healthy
         self._windowing = {
             "window_length": int(window_length),
@@ -215,28 +228,27 @@ class ConditionMonitor:
         }
         self._half_life, self._faulty_rate = float(half_life), float(faulty_rate)
         self._run_length = false_alarm_interval * 3600 * sampling_rate / hop
-        self._healthy = {
-            "rate": self._judge.alarm_rate,
-            # Windows that share samples exceed together.
-            "persistence": max(float(persistence), 1 - hop / window_length),
-        }
+        # Windows that share samples exceed together.
+        self._persistence = max(float(persistence), 1 - hop / window_length)
         self._seen = Counter()
         self._start_afresh()
 
     def _start_afresh(self):
-        self._stream = WindowStream(**self._windowing)
+        # The shaft speed is one more channel.
+        self._stream = WindowStream(self._n_channels + 1, **self._windowing)
         self._evidence = FadingEvidence(len(self.conditions), self._half_life)
-        self._deviation = FadingPValue(self._half_life)
-        self._alarm = None
-        if self._judge.detects:
-            self._alarm = CumulativeSumAlarm(
-                self._run_length, faulty_rate=self._faulty_rate, **self._healthy
-            )
-        self._qualities, self._last_start, self._speeds = Counter(), None, []
+        self._p_values = FadingEvidence(1, self._half_life)
+        self._alarm = self._new_alarm(self._seen) if self._judge.detects else None
+        self._qualities, self._rpm = Counter(), None
+
+    def _new_alarm(self, seen):
+        shares = {"rate": self._judge.alarm_rate, "persistence": self._persistence}
+        shares = healthy_shares(seen) if seen else shares
+        return CumulativeSumAlarm(self._run_length, faulty_rate=self._faulty_rate, **shares)
 
     @property
     def counts(self) -> dict[str, Any]:
-        """Return what was counted so far: see the class."""
+        """Return the counts so far: see the class."""
         return {
             "samples": self._stream.n_samples,
             "windows": dict(self._qualities),
@@ -255,8 +267,7 @@ class ConditionMonitor:
         ----------
         samples : array-like of shape (n_samples,) or (n_channels, n_samples)
             Any number of real samples in the unit of `fit`. Of several channels, the first is the
-            output. The shape (n_samples, n_channels) is accepted, too, if it cannot be mistaken for
-            the other one. NaN is a missing sample.
+            output. NaN is a missing sample.
         time : float or None, default=None
             Time of the first sample, in seconds on any clock. None: the block follows the block
             before.
@@ -275,17 +286,15 @@ class ConditionMonitor:
             If the samples are not real numbers, or have another number of channels than the model;
             if there is not one speed, or one for each sample.
         """
-        signal = self._check_samples(samples)
+        signal = self._checked(samples)
         if time is not None:
             check_real(time, "time")
-        if rpm is not None:
-            self._note_speeds(rpm, signal.shape[1])
+        speeds = self._speeds(rpm, signal.shape[1])
+        start, windows = self._stream.push(np.vstack([signal, speeds]), time)
         verdicts = []
-        for start, windows, gap in self._stream.push(signal, time):
-            for first in range(0, len(windows), _BATCH):
-                batch = np.ascontiguousarray(windows[first : first + _BATCH])
-                begin = start + first * self._stream.hop
-                verdicts += self._judged(batch, begin, gap if first == 0 else 0.0)
+        for first in range(0, len(windows), _BATCH):
+            batch = windows[first : first + _BATCH]
+            verdicts += self._judged(batch, start + first * self._windowing["hop"])
         return verdicts
 
     def calibrate(self, samples: ArrayLike, *, rpm: float | None = None) -> Self:
@@ -316,129 +325,94 @@ class ConditionMonitor:
             raise ValueError("calibrate: the monitor has no detector, so there is no alarm")
         self._start_afresh()
         exceeds = [v.exceeds for v in self.update(samples, rpm=rpm) if v.exceeds is not None]
+        self._start_afresh()
         seen = self._seen + runs_of(exceeds)
-        before, self._healthy = self._healthy, healthy_windows(seen)
-        try:
-            self._start_afresh()
-        except ValueError:
-            self._healthy = before
-            self._start_afresh()
-            raise
+        self._alarm = self._new_alarm(seen)
         self._seen = seen
         return self
 
-    def _check_samples(self, samples):
+    def _checked(self, samples):
         """Samples of shape (n_channels, n_samples)."""
         signal, n = np.asarray(samples), self._n_channels
-        if signal.dtype.kind not in "iuf" or signal.ndim not in (1, 2):
+        if signal.ndim == 1 and (n == 1 or signal.size == 0):
+            signal = signal.reshape(n, -1)
+        if signal.dtype.kind not in "iuf" or signal.ndim != 2 or len(signal) != n:
             raise ValueError(
-                f"samples of type {signal.dtype} and shape {signal.shape}, expected real numbers "
-                f"of shape (n_samples,) or ({n}, n_samples)"
+                f"samples of type {signal.dtype} and shape {signal.shape}, expected {n} channels "
+                f"as in fit: real numbers of shape ({n}, n_samples)"
             )
-        is_empty_or_plain = signal.ndim == 1 and (n == 1 or signal.size == 0)
-        if not is_empty_or_plain and (signal.ndim == 1 or n not in signal.shape):
+        return signal
+
+    def _speeds(self, rpm, n_samples):
+        """Speed at each sample, NaN if it is not known."""
+        before = np.nan if self._rpm is None else self._rpm
+        if rpm is None:
+            return np.full(n_samples, before)
+        try:
+            stated = np.asarray(rpm, dtype=np.float64)
+            speeds = np.broadcast_to(stated, n_samples)
+        except (TypeError, ValueError) as error:
             raise ValueError(
-                f"samples of shape {signal.shape}, expected {n} channels as in fit: "
-                f"({n}, n_samples)"
-            )
-        if signal.ndim == 2 and signal.shape != (n, n):
-            frames_first = signal.shape[0] != n
-            if self._frames_first not in (None, frames_first):
-                raise ValueError(
-                    f"samples of shape {signal.shape}, expected channels along axis "
-                    f"{int(self._frames_first)} as in the blocks before"
-                )
-            self._frames_first = frames_first
-        if signal.ndim == 2 and self._frames_first:
-            signal = signal.T
-        return signal.reshape(n, -1).astype(np.float64, copy=False)
-
-    def _judged(self, windows, start, gap):
-        speeds = self._speeds_at(start, windows)
-        found = self._judge.opinions(windows[:, 0] if self._n_channels == 1 else windows, speeds)
-        verdicts = []
-        for i, quality in enumerate(found.quality.tolist()):
-            begin = start + i * self._stream.hop
-            passed = 0 if self._last_start is None else begin - self._last_start
-            self._last_start = begin
-            seconds = passed / self._stream.sampling_rate + (gap if i == 0 else 0.0)
-            self._evidence.pass_time(seconds)
-            self._deviation.pass_time(seconds)
-            if not np.isnan(found.p_value[i]):
-                self._deviation.add(found.p_value[i])
-            end = self._stream.time_of(begin + self._stream.window_length)
-            is_refused = quality == "good" and found.refusal[i] != ""
-            quality = NO_VERDICT if is_refused else quality
-            self._qualities[quality] += 1
-            exceeds = None if np.isnan(found.exceeds[i]) else bool(found.exceeds[i])
-            if exceeds is not None and self._alarm is not None:
-                self._alarm.add(exceeds)
-            alarm, level = None, np.nan
-            if self._alarm is not None:
-                alarm, level = self._alarm.active, self._alarm.sum / self._alarm.limit
-            said = self._conditions(found, i, quality, alarm)
-            rpm = np.nan if speeds is None else float(speeds[i])
-            p_value, limits = self._deviation.p_value(), str(found.limits[i])
-            verdicts.append(
-                MonitorVerdict(
-                    begin, end, rpm, quality, *said, exceeds, alarm, level, p_value, limits
-                )
-            )
-        return verdicts
-
-    def _conditions(self, found, i, quality, alarm):
-        """Verdict of the window, verdict of all windows, and its probability."""
-        if quality == NO_VERDICT:
-            return (no_verdict(found.refusal[i]),) * 2 + (np.nan,)
-        if not self._names:
-            if quality == "good":
-                self._evidence.add(np.zeros(0))
-            is_known = self._evidence.age <= self._half_life
-            return None, (CHANGED if alarm else self.healthy) if is_known else None, np.nan
-        window_verdict = None
-        if quality == "good":
-            logs = np.log(np.maximum(found.probability[i], SMALLEST_PROBABILITY))
-            self._evidence.add(logs)
-            window_verdict = self.conditions[int(logs.argmax())]
-        probability = self._evidence.probabilities()
-        if probability is None:
-            return window_verdict, None, np.nan
-        best = int(probability.argmax())
-        if alarm and self.conditions[best] == self.healthy:
-            return window_verdict, CHANGED, np.nan
-        return window_verdict, self.conditions[best], float(probability[best])
-
-    def _note_speeds(self, rpm, n_samples):
-        """Note where the speed changes."""
-        if np.ndim(rpm) == 0:
-            self._speeds.append((self._stream.n_samples, _number(rpm)))
-            return
-        rpm = np.asarray(rpm, dtype=np.float64)
-        if rpm.shape != (n_samples,):
-            raise ValueError(f"rpm of shape {rpm.shape}, expected one speed or ({n_samples},)")
-        known = np.concatenate([[self._speeds[-1][1] if self._speeds else np.nan], rpm])
-        latest = np.maximum.accumulate(np.where(np.isnan(known), 0, np.arange(len(known))))
-        known = known[latest]
-        is_new = (known[1:] != known[:-1]) & ~np.isnan(known[1:])
-        if not self._speeds and n_samples > 0:
-            is_new[0] = True
-        places = np.flatnonzero(is_new)
-        samples = (self._stream.n_samples + places).tolist()
-        self._speeds += zip(samples, known[1:][places].tolist(), strict=True)
-
-    def _speeds_at(self, start, windows):
-        """Speed in the middle of each window, or None if none was stated so far."""
-        middle = start + self._stream.window_length // 2
-        middles = middle + self._stream.hop * np.arange(len(windows))
-        changes = np.array([sample for sample, _ in self._speeds])
-        current = np.searchsorted(changes, middles, "right") - 1
-        if not self._speeds:
-            return None
-        # A window whose middle is before the first stated speed takes that one.
-        current = np.maximum(current, 0)
-        speeds = np.array([rpm for _, rpm in self._speeds])[current]
-        del self._speeds[: current[-1]]
+                f"rpm == {rpm!r}, expected one number, or one for each of {n_samples} samples"
+            ) from error
+        if stated.ndim == 1:
+            stated = pd.Series([before, *speeds]).ffill().to_numpy()
+            speeds = stated[1:]
+        self._rpm = float(stated.flat[-1])
         return speeds
+
+    def _judged(self, windows, start):
+        rows = np.ascontiguousarray(windows[:, 0] if self._n_channels == 1 else windows[:, :-1])
+        speeds = windows[:, -1, windows.shape[2] // 2]
+        found = self._judge.opinions(rows, None if self._rpm is None else speeds)
+        hop = self._windowing["hop"]
+        return [self._verdict(found, i, start + i * hop, v) for i, v in enumerate(speeds.tolist())]
+
+    def _verdict(self, found, i, start, rpm):
+        end = self._stream.time_of(start + self._windowing["window_length"])
+        self._evidence.move_to(end)
+        self._p_values.move_to(end)
+        if not np.isnan(found.p_value[i]):
+            self._p_values.add(p_value_score(found.p_value[i]))
+        exceeds = None if np.isnan(found.exceeds[i]) else bool(found.exceeds[i])
+        alarm, level = None, np.nan
+        if self._alarm is not None:
+            if exceeds is not None:
+                self._alarm.add(exceeds)
+            alarm, level = self._alarm.active, self._alarm.sum / self._alarm.limit
+        quality, window_verdict = str(found.quality[i]), None
+        if quality == "good" and found.refusal[i] != "":
+            quality, window_verdict = NO_VERDICT, no_verdict(found.refusal[i])
+            verdict, probability = window_verdict, np.nan
+        else:
+            if quality == "good":
+                window_verdict = self._add(found.probability[i, : len(self.conditions)])
+            verdict, probability = self._condition(alarm)
+        self._qualities[quality] += 1
+        return MonitorVerdict(
+            *(start, end, rpm, quality, window_verdict, verdict, probability),
+            *(exceeds, alarm, level, self._p_value(), str(found.limits[i])),
+        )
+
+    def _add(self, probabilities):
+        """Add the evidence of a window, and return its condition."""
+        self._evidence.add(np.log(np.maximum(probabilities, SMALLEST_PROBABILITY)))
+        return self.conditions[int(probabilities.argmax())] if self.conditions else None
+
+    def _condition(self, alarm):
+        """Verdict by the evidence of all recent windows, and its probability."""
+        mean = self._evidence.mean()
+        if mean is None:
+            return None, np.nan
+        verdict, probability = self.healthy, np.nan
+        if self.conditions:
+            every = softmax(effective_number(self._evidence.weight) * mean)
+            verdict, probability = self.conditions[int(every.argmax())], float(every.max())
+        return (CHANGED, np.nan) if alarm and verdict == self.healthy else (verdict, probability)
+
+    def _p_value(self):
+        mean = self._p_values.mean()
+        return np.nan if mean is None else combined_score(float(mean[0]), self._p_values.weight)
 
     def state(self) -> dict[str, Any]:
         """Return the state that `restore` continues from after a restart.
@@ -446,30 +420,27 @@ class ConditionMonitor:
         Returns
         -------
         dict
-            Plain numbers, texts, lists and dicts, and one array: the samples of the incomplete
-            window. `save_monitor_state` writes it to a file.
+            Plain numbers, texts, lists and dicts. `save_monitor_state` writes it to a file.
         """
         return {
             "settings": self._settings(),
-            "healthy": dict(self._healthy),
             "seen": dict(self._seen),
-            "frames_first": self._frames_first,
-            "last_start": self._last_start,
-            "speeds": [list(change) for change in self._speeds],
-            "stream": self._stream.state(),
+            "rpm": self._rpm,
             "qualities": dict(self._qualities),
-            "evidence": self._evidence.state(),
-            "deviation": self._deviation.state(),
-            "alarm": None if self._alarm is None else self._alarm.state(),
-        }
+        } | {name: part.state() for name, part in self._parts().items()}
+
+    def _parts(self):
+        parts = {"stream": self._stream, "evidence": self._evidence, "p_values": self._p_values}
+        return parts if self._alarm is None else parts | {"alarm": self._alarm}
 
     def _settings(self):
         return self._windowing | {
+            "n_channels": self._n_channels,
             "conditions": [str(name) for name in self.conditions],
             "healthy": None if self.healthy is None else str(self.healthy),
-            "n_channels": self._n_channels,
             "half_life": self._half_life,
             "run_length": self._run_length,
+            "persistence": self._persistence,
             "faulty_rate": self._faulty_rate,
             "train_rpm": [float(speed) for speed in self._judge.train_rpm],
             "alarm_rate": self._judge.alarm_rate,
@@ -500,52 +471,23 @@ class ConditionMonitor:
         for name, value in self._settings().items():
             if settings.get(name) != value:
                 raise ValueError(f"state: {name} is {settings.get(name)!r}, expected {value!r}")
-        before = self._healthy, self._seen
+        before = self._seen
         try:
             self._take_over(state)
         # Errors of damaged states are as varied as the damage.
         except Exception as error:
-            (self._healthy, self._seen), self._frames_first = before, None
+            self._seen = before
             self._start_afresh()
             raise ValueError(f"state is damaged: {error}") from error
         return self
 
     def _take_over(self, state):
-        """Take all values of `state`, or raise an error."""
-        healthy = {name: state["healthy"][name] for name in self._healthy}
-        if self._judge.detects:
-            _check_shares(**healthy)
-        self._healthy = healthy
-        self._seen = Counter({str(name): check_count(n) for name, n in state["seen"].items()})
+        seen = [check_count(state["seen"].get(name, 0)) for name in _RUNS]
+        if seen != sorted(seen, reverse=True):
+            raise ValueError(f"seen {state['seen']}, expected as many windows as exceed, or more")
+        self._seen = Counter(state["seen"])
         self._start_afresh()
-        self._stream.restore(state["stream"])
-        self._evidence.restore(state["evidence"])
-        self._deviation.restore(state["deviation"])
-        if self._alarm is not None:
-            self._alarm.restore(state["alarm"])
-        qualities = {str(name): check_count(n) for name, n in state["qualities"].items()}
-        self._qualities = Counter(qualities)
-        last_start, rest = state["last_start"], state["stream"]["rest"]
-        self._last_start = None if last_start is None else check_count(last_start)
-        if rest is not None and len(rest) != self._n_channels:
-            raise ValueError(f"state: {len(rest)} channels wait, expected {self._n_channels}")
-        if state["frames_first"] not in (None, True, False):
-            raise ValueError(f"state: frames_first is {state['frames_first']!r}")
-        self._frames_first = state["frames_first"]
-        speeds = [(check_count(sample), _number(rpm)) for sample, rpm in state["speeds"]]
-        if speeds != sorted(speeds, key=lambda change: change[0]):
-            raise ValueError("state: changes of speed are not in the order of time")
-        self._speeds = speeds
-
-
-def _check_shares(**shares):
-    for name, value in shares.items():
-        check_real(value, name, min_val=0, max_val=1, include_boundaries="neither")
-
-
-def _number(rpm):
-    """A stated speed, also one that is not plausible."""
-    try:
-        return float(rpm)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"rpm == {rpm!r}, expected a number") from error
+        for name, part in self._parts().items():
+            part.restore(state[name])
+        self._qualities = Counter({str(k): check_count(n) for k, n in state["qualities"].items()})
+        self._rpm = None if state["rpm"] is None else float(state["rpm"])

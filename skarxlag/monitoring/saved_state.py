@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from .._archive import read_members, write_members
 from .._files import write_atomically
 
 if TYPE_CHECKING:
     from .monitor import ConditionMonitor
 
-_FORMAT = "skarxlag monitor 2"
+_FORMAT = "skarxlag monitor 3"
+#: The state of one window of a million samples is smaller.
+_MOST_BYTES = 100 * 2**20
 
 
 def save_monitor_state(
@@ -24,8 +22,7 @@ def save_monitor_state(
 ) -> None:
     """Write the state of a monitor and facts about it, all or nothing.
 
-    The file is an uncompressed zip archive of a JSON text and an array of samples. It does not
-    contain the models.
+    The file is JSON text. It does not contain the models.
 
     Parameters
     ----------
@@ -47,6 +44,7 @@ def save_monitor_state(
     Examples
     --------
     >>> import os, tempfile, warnings
+    >>> import numpy as np
     >>> from skarxlag import ConditionMonitor, make_detector
     >>> X = np.random.default_rng(0).normal(size=(100, 1200))
     >>> with warnings.catch_warnings(action="ignore"):  # the speed is not known
@@ -54,21 +52,15 @@ def save_monitor_state(
     >>> monitor = ConditionMonitor(None, 20e3, detector=detector)
     >>> _ = monitor.update(X[0, :700])
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = os.path.join(folder, "monitor.npz")
+    ...     path = os.path.join(folder, "monitor.json")
     ...     save_monitor_state(monitor, path, sensor="B 12")
     ...     state, facts = load_monitor_state(path)
     >>> again = ConditionMonitor(None, 20e3, detector=detector).restore(state)
     >>> again.counts["samples"], facts["sensor"]
     (700, 'B 12')
     """
-    state = monitor.state()
-    rest = state["stream"]["rest"]
-    state["stream"] = state["stream"] | {"rest": rest is not None}
-    array = io.BytesIO()
-    np.lib.format.write_array(array, np.empty((0, 0)) if rest is None else rest)
-    text = json.dumps({"format": _FORMAT, "facts": facts} | state)
-    members = {"state.json": text.encode(), "rest.npy": array.getvalue()}
-    write_atomically(path, write_members(members, b""))
+    text = json.dumps({"format": _FORMAT, "facts": facts, "state": monitor.state()})
+    write_atomically(path, text.encode())
 
 
 def load_monitor_state(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -97,15 +89,12 @@ def load_monitor_state(path: str | os.PathLike[str]) -> tuple[dict[str, Any], di
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
     try:
-        members, _ = read_members(path.read_bytes())
-        state = json.loads(members["state.json"])
-        if state.pop("format") != _FORMAT:
+        if path.stat().st_size > _MOST_BYTES:
+            raise ValueError(f"it is larger than {_MOST_BYTES} bytes")
+        content = json.loads(path.read_bytes())
+        if content["format"] != _FORMAT:
             raise ValueError(f"expected the format {_FORMAT!r}")
-        facts = dict(state.pop("facts"))
-        rest = np.lib.format.read_array(io.BytesIO(members["rest.npy"]), allow_pickle=False)
-        state["stream"]["rest"] = rest if state["stream"]["rest"] else None
-    # What parsers raise on damaged input is as varied as the damage: also MemoryError and
-    # RecursionError.
+        return dict(content["state"]), dict(content["facts"])
+    # Errors of parsers on damaged input are as varied as the damage, such as RecursionError.
     except Exception as error:
         raise ValueError(f"{path}: no state of a monitor ({error})") from error
-    return state, facts

@@ -1,28 +1,24 @@
 """Windows of a signal that arrives in blocks, with gaps."""
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+_COUNTS = ("n_samples", "next_start", "n_gaps", "n_steps_back")
 
-def check_count(value: object, least: int = 0) -> int:
-    """Return an integer of a saved state.
 
-    Raises
-    ------
-    ValueError
-        If it is no integer, is smaller than `least`, or larger than any number of samples.
+def check_count(value: object) -> int:
+    """Return an integer of a saved state, or raise a ValueError.
 
     Examples
     --------
     >>> check_count(7)
     7
     """
-    if type(value) is not int or not least <= value < 2**62:
-        raise ValueError(f"state: {value!r}, expected an integer of at least {least}")
+    if type(value) is not int or not 0 <= value < 2**62:
+        raise ValueError(f"{value!r}, expected an integer of at least 0")
     return value
 
 
@@ -31,6 +27,8 @@ class WindowStream:
 
     Parameters
     ----------
+    n_rows : int
+        Rows of a block.
     window_length, hop : int
         Samples in a window, and from the start of one window to the start of the next.
     sampling_rate : float
@@ -41,125 +39,103 @@ class WindowStream:
 
     Attributes
     ----------
+    rest : ndarray of shape (n_rows, n_waiting)
+        Samples of the incomplete window.
     n_samples : int
         Number of samples so far.
+    next_start : int
+        Number of samples before the next window.
     n_gaps, n_steps_back : int
         Number of blocks that began later, and earlier, than expected.
     missing_seconds : float
         Sum over the gaps.
     """
 
-    n_samples: int
-    n_gaps: int
-    n_steps_back: int
-    missing_seconds: float
-
     def __init__(
-        self, window_length: int, hop: int, sampling_rate: float, gap_tolerance: float
+        self, n_rows: int, window_length: int, hop: int, sampling_rate: float, gap_tolerance: float
     ) -> None:
-        self.window_length = window_length
-        self.hop = hop
-        self.sampling_rate = sampling_rate
-        self.gap_tolerance = gap_tolerance
-        self.n_samples = self.n_gaps = self.n_steps_back = 0
+        self._length, self._hop = window_length, hop
+        self._rate, self._tolerance = sampling_rate, gap_tolerance
+        self.rest = np.empty((n_rows, 0))
+        self.n_samples = self.next_start = self.n_gaps = self.n_steps_back = 0
         self.missing_seconds = 0.0
-        self._rest = None
-        self._next_start = 0
+        # The sample whose time is known, and its time.
         self._reference = (0, 0.0)
-        self._gap_ahead = 0.0
 
-    def push(
-        self, samples: NDArray[Any], time: float | None
-    ) -> Iterator[tuple[int, NDArray[Any], float]]:
-        """Add a block, and yield the windows that are complete now.
+    def push(self, block: NDArray[Any], time: float | None) -> tuple[int, NDArray[Any]]:
+        """Add a block, and return the windows that are complete now.
 
         Parameters
         ----------
-        samples : ndarray of float64 of shape (n_channels, n_samples)
+        block : ndarray of float64 of shape (n_rows, n_samples)
             The block.
         time : float or None
             Time of its first sample in seconds; None if it follows the block before.
 
-        Yields
-        ------
+        Returns
+        -------
         start : int
             Number of samples before the first of the windows.
-        windows : ndarray of shape (n_windows, n_channels, window_length)
+        windows : ndarray of shape (n_windows, n_rows, window_length)
             A view of the samples.
-        gap : float
-            Missing seconds before the first of them, in addition to the hop.
         """
         if time is not None:
             self._note_time(time)
-        self.n_samples += samples.shape[1]
-        signal = samples if self._rest is None else np.concatenate([self._rest, samples], axis=1)
-        first = self.n_samples - signal.shape[1]
-        skipped = self._next_start - first
-        n_windows = max((signal.shape[1] - skipped - self.window_length) // self.hop + 1, 0)
-        if n_windows > 0:
-            views = np.lib.stride_tricks.sliding_window_view(signal, self.window_length, axis=1)
-            start, gap, self._gap_ahead = self._next_start, self._gap_ahead, 0.0
-            self._next_start += n_windows * self.hop
-            yield start, views[:, skipped :: self.hop].transpose(1, 0, 2), gap
+        signal = np.concatenate([self.rest, block], axis=1)
+        first = self.n_samples - self.rest.shape[1]
+        self.n_samples += block.shape[1]
+        signal = signal[:, self.next_start - first :]
+        start, n_windows = (
+            self.next_start,
+            max((signal.shape[1] - self._length) // self._hop + 1, 0),
+        )
+        self.next_start += n_windows * self._hop
         # A view would keep the whole block in memory.
-        self._rest = signal[:, min(max(self._next_start - first, 0), signal.shape[1]) :].copy()
+        self.rest = signal[:, n_windows * self._hop :].copy()
+        if n_windows == 0:
+            return start, np.empty((0, len(signal), self._length))
+        views = np.lib.stride_tricks.sliding_window_view(signal, self._length, axis=1)
+        return start, views[:, :: self._hop].transpose(1, 0, 2)
 
     def _note_time(self, time):
-        expected = self.time_of(self.n_samples)
-        self._reference = (self.n_samples, time)
-        if self.n_samples == 0:
+        late, is_first = time - self.time_of(self.n_samples), self.n_samples == 0
+        self._reference = (self.n_samples, float(time))
+        if is_first or abs(late) <= self._tolerance:
             return
-        late = time - expected
-        if abs(late) <= self.gap_tolerance:
-            return
-        if late > 0:
-            self.n_gaps += 1
-            self.missing_seconds += late
-            self._gap_ahead += late
-        else:
-            self.n_steps_back += 1
-        self._rest, self._next_start = None, self.n_samples
+        self.n_gaps += late > 0
+        self.n_steps_back += late < 0
+        self.missing_seconds += max(late, 0.0)
+        self.rest, self.next_start = self.rest[:, :0], self.n_samples
 
-    def time_of(self, sample: float) -> float:
+    def time_of(self, sample: int) -> float:
         """Return the time of a sample in seconds."""
         known, time = self._reference
-        return time + (sample - known) / self.sampling_rate
+        return time + (sample - known) / self._rate
 
     def state(self) -> dict[str, Any]:
-        """Return the state in plain values and one array."""
-        names = ("n_samples", "n_gaps", "n_steps_back", "missing_seconds")
-        return {name: getattr(self, name) for name in names} | {
-            "next_start": self._next_start,
+        """Return the state in plain values."""
+        return {name: getattr(self, name) for name in _COUNTS} | {
+            "missing_seconds": self.missing_seconds,
             "reference": list(self._reference),
-            "gap_ahead": self._gap_ahead,
-            "rest": self._rest,
+            "rest": self.rest.tolist(),
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Continue from a state.
-
-        Raises
-        ------
-        ValueError
-            If the state is not one of a stream of such windows.
-        """
-        rest = state["rest"]
-        for name in ("n_samples", "n_gaps", "n_steps_back", "next_start"):
-            check_count(state[name])
-        check_count(state["reference"][0])
-        first = state["n_samples"] - (0 if rest is None else rest.shape[1])
-        numbers = [state["missing_seconds"], state["gap_ahead"], *state["reference"]]
+        """Continue from a state, or raise a ValueError if its numbers do not fit each other."""
+        counts = {name: check_count(state[name]) for name in _COUNTS}
+        rest = np.array(state["rest"], dtype=np.float64)
+        known, time = state["reference"]
+        n_samples, next_start = counts["n_samples"], counts["next_start"]
         fits = (
-            (rest is None or (rest.ndim == 2 and rest.dtype == np.float64))
-            and 0 <= first == min(state["next_start"], state["n_samples"])
-            and state["next_start"] + self.window_length > state["n_samples"]
-            and len(numbers) == 4
-            and all(map(math.isfinite, numbers))
-            and 0 <= state["reference"][0] <= state["n_samples"]
+            rest.ndim == 2
+            and len(rest) == len(self.rest)
+            and 0 <= n_samples - rest.shape[1] == min(next_start, n_samples)
+            and next_start + self._length > n_samples
+            and check_count(known) <= n_samples
+            and math.isfinite(time)
+            and 0 <= state["missing_seconds"] < math.inf
         )
         if not fits:
-            raise ValueError("state: its samples and counts do not fit each other")
-        for name in ("n_samples", "n_gaps", "n_steps_back", "missing_seconds"):
-            setattr(self, name, state[name])
-        self._next_start, self._rest = state["next_start"], rest
-        self._reference, self._gap_ahead = tuple(state["reference"]), state["gap_ahead"]
+            raise ValueError("its samples and counts do not fit each other")
+        vars(self).update(counts, rest=rest, missing_seconds=state["missing_seconds"])
+        self._reference = (known, time)

@@ -88,7 +88,7 @@ def test_columns_are_chosen_and_bad_lines_are_missing_samples(run, models, fitte
 def test_a_growing_file_is_followed_and_a_restart_goes_on_where_it_was(
     run, models, fitted, tmp_path
 ):
-    path, state = tmp_path / "log.csv", tmp_path / "state.npz"
+    path, state = tmp_path / "log.csv", tmp_path / "state.json"
     signal = np.concatenate([sound("good", 1000, 3), sound("worn", 1000, 4)])
     content = lines_of(signal)
     options = (*IDLE, "--state", state, "--hop", 90)
@@ -139,7 +139,7 @@ def test_files_of_a_folder_are_one_recording(run, models, fitted, tmp_path):
 def test_times_of_files_tell_gaps_and_the_state_which_files_were_read(run, models, tmp_path):
     folder = tmp_path / "logger"
     folder.mkdir()
-    state = tmp_path / "state.npz"
+    state = tmp_path / "state.json"
     options = (*IDLE, "--timed-files", "--state", state)
     for number, end in enumerate([1000.0, 1001.0, 1030.0]):
         np.save(folder / f"{number}.npy", sound("good", 1000, number))
@@ -268,7 +268,7 @@ def test_european_lines_with_times_and_units(run, models, fitted, piped, tmp_pat
     code, out, err = run("watch", models[0], "-", *options)
     assert code == 0 and verdicts_of(out) == expected(fitted, signal)
     assert "no numbers" not in err
-    path, state = tmp_path / "log.csv", tmp_path / "state.npz"
+    path, state = tmp_path / "log.csv", tmp_path / "state.json"
     found = []
     for end in (30, 9000, len(text)):
         path.write_bytes(text[:end].encode())
@@ -329,10 +329,10 @@ def test_ctrl_c_and_termination_end_cleanly(run, models, monkeypatch, number, tm
         monkeypatch.setattr(
             "skarxlag.commands.watch_output.VerdictLines.write", lambda *args: ring.start()
         )
-        code, _, err = run("watch", models[0], "-", "--state", tmp_path / "state.npz")
+        code, _, err = run("watch", models[0], "-", "--state", tmp_path / "state.json")
     assert code == 0
     assert err.splitlines()[-1] == "450 samples; windows: 2 good; 0 gaps of 0.0 s; 0 alarms"
-    assert load_monitor_state(tmp_path / "state.npz")[0]["stream"]["n_samples"] == 450
+    assert load_monitor_state(tmp_path / "state.json")[0]["stream"]["n_samples"] == 450
 
 
 @pytest.fixture
@@ -450,7 +450,7 @@ def test_a_detector_of_several_speeds_asks_for_the_speed(run, fitted, piped, tmp
 
 
 def test_a_state_of_other_settings_is_refused(run, models, piped, tmp_path):
-    state = tmp_path / "state.npz"
+    state = tmp_path / "state.json"
     piped(lines_of(sound("good", 450, 3)))
     assert run("watch", models[0], "-", "--state", state)[0] == 0
     piped(b"")

@@ -189,7 +189,7 @@ def test_a_file_that_is_removed_is_waited_for(tmp_path):
 
 
 def test_a_state_belongs_to_its_source_and_model(run, models, fitted, tmp_path):
-    path, state = tmp_path / "log.csv", tmp_path / "state.npz"
+    path, state = tmp_path / "log.csv", tmp_path / "state.json"
     samples = sound("good", 2000, 3)
     path.write_bytes(lines_of(samples[:500]))
     options = (*IDLE, "--state", state)
@@ -224,7 +224,7 @@ def test_a_state_belongs_to_its_source_and_model(run, models, fitted, tmp_path):
 def test_a_file_that_was_truncated_and_rewritten_longer_is_read_from_its_beginning(
     run, models, tmp_path
 ):
-    path, state = tmp_path / "log.csv", tmp_path / "state.npz"
+    path, state = tmp_path / "log.csv", tmp_path / "state.json"
     options = (*IDLE, "--state", state)
     path.write_bytes(lines_of(sound("good", 500, 3)))
     assert len(verdicts_of(run("watch", models[0], path, *options)[1])) == 2
@@ -244,23 +244,23 @@ def test_a_file_that_was_truncated_and_rewritten_longer_is_read_from_its_beginni
 
 @pytest.mark.parametrize("place", [7, "here", [1], ["a", 1]])
 def test_a_place_that_is_none(run, models, fitted, tmp_path, place):
-    path, state = tmp_path / "log.csv", tmp_path / "state.npz"
+    path, state = tmp_path / "log.csv", tmp_path / "state.json"
     path.write_bytes(lines_of(sound("good", 450, 3)))
     monitor = ConditionMonitor(fitted[0], RATE, window_length=WINDOW)
     save_monitor_state(monitor, state, place=place)
     code, out, err = run("watch", models[0], path, *IDLE, "--state", state)
-    assert code == 1 and out == "" and f"state.npz: place {place!r}, expected two values" in err
+    assert code == 1 and out == "" and f"state.json: place {place!r}, expected two values" in err
 
 
 def test_a_state_that_cannot_be_written_is_told_at_once(run, models, piped, tmp_path):
     piped(lines_of(sound("good", 450, 3)))
-    code, out, err = run("watch", models[0], "-", "--state", tmp_path / "nowhere" / "state.npz")
+    code, out, err = run("watch", models[0], "-", "--state", tmp_path / "nowhere" / "state.json")
     assert code == 1 and out == "" and "nowhere" in err
 
 
 def test_a_request_to_end_waits_for_the_end_of_a_file(run, models, tmp_path, monkeypatch):
     """The state holds whole files: a later run reads none twice, and none in part."""
-    folder, state = tmp_path / "logger", tmp_path / "state.npz"
+    folder, state = tmp_path / "logger", tmp_path / "state.json"
     folder.mkdir()
     np.save(folder / "a.npy", sound("good", 1000, 3))
     monkeypatch.setattr("skarxlag.recordings.live.block_length", lambda length: length)

@@ -46,7 +46,7 @@ def test_a_gap_across_lines_is_a_gap_of_the_record(run, models, fitted, piped):
         assert code == 0 and "1 gaps of 7.5 s" in err
         assert [v["start"] for v in found] == [0, 200, 500, 700]
         assert [v["time"] - start for v in found] == pytest.approx([v.time for v in told], abs=1e-6)
-        assert [v["probability"] for v in found] == [v.probability for v in told]
+        assert [v["probability"] for v in found] == pytest.approx([v.probability for v in told])
 
 
 def test_times_are_told_alike_however_the_lines_come():
