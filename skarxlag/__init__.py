@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from .channels import ChannelRows as ChannelRows
     from .comparison import SpectralDistance as SpectralDistance
     from .detection import FaultDetector as FaultDetector
-    from .detection import KnownConditions as KnownConditions
     from .diagnosers import make_alpio as make_alpio
     from .diagnosers import make_detector as make_detector
     from .diagnosers import make_diagnoser as make_diagnoser
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     from .envelope_spectra import envelope_spectrum as envelope_spectrum
     from .fault_classifier import FaultOrderClassifier as FaultOrderClassifier
     from .identification import ARXLaguerre as ARXLaguerre
+    from .known_conditions import KnownConditions as KnownConditions
     from .ladder import ThresholdLadder as ThresholdLadder
     from .model_selection import SpeedSplit as SpeedSplit
     from .model_selection import cross_speed_predict as cross_speed_predict
@@ -67,7 +67,7 @@ _MODULES = {
     "ExtendedStatePIObserverBank": "observer_bank",
     "FaultDetector": "detection",
     "FaultOrderClassifier": "fault_classifier",
-    "KnownConditions": "detection",
+    "KnownConditions": "known_conditions",
     "LogSpectra": "spectra",
     "MonitorVerdict": "monitoring",
     "OrderResidual": "orders",

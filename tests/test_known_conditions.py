@@ -20,7 +20,7 @@ from skarxlag import (
     save_diagnoser,
 )
 from skarxlag._validation import check_state
-from skarxlag.detection import _measure as measure
+from skarxlag.detection import measure
 
 LENGTH, RATE = 1200, 0.05
 COLOURS = {"good": -0.8, "inner": 0.0, "outer": 0.8}

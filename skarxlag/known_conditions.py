@@ -1,0 +1,316 @@
+"""Outlier detector for rows of several known conditions, at any speed."""
+
+from __future__ import annotations
+
+import warnings
+from numbers import Integral
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.utils import check_scalar
+
+from ._validation import (
+    INNOVATIONS,
+    NEGATIVE,
+    Labels,
+    Values,
+    check_rate,
+    check_state,
+    remember_parameters,
+    validate_innovations,
+    weighted_windows,
+)
+from .detection import (
+    UNKNOWN_SPEED,
+    FaultDetector,
+    RowOutlierDetector,
+    checked_speeds,
+    few_rows,
+)
+from .kernels.speed_drift import group_speeds
+
+#: Drift scale of a condition without rows at several speeds: faults drift more than a healthy
+#: bearing.
+_DRIFT_OF_FAULTS = 3.0
+
+
+class KnownConditions(RowOutlierDetector):
+    r"""Outlier detector that rejects rows unlike every known condition.
+
+    A diagnoser always names one of its conditions, even if the row resembles none of them. This
+    estimator tests whether the row resembles any. Use `FaultDetector` to compare rows with the
+    healthy condition alone. Each condition has its own `FaultDetector`, whose limits widen with
+    the distance in speed. The p-value of the nearest condition is the largest over conditions:
+
+    .. math::
+
+        p = \max_c p_c
+
+    where :math:`p_c` is the probability that a row of condition c deviates at least as much. The
+    test of the unsteadiness is two-sided: a row with fewer impacts than expected is rejected, too.
+    A row is "none of these" if p is below the stated rate. A row of a known condition c is then
+    rejected with a probability of at most that rate, as far as the limits of c hold it, since
+    :math:`p \ge p_c`.
+
+    docs/detection.md shows how many rows of unknown conditions are rejected. At other speeds than
+    those of training, most are taken for a known condition.
+
+    Parameters
+    ----------
+    false_rejection_rate : float, default=0.01
+        Share in (0, 1) of rows of a known condition that may be rejected.
+    window_length : int, default=4800
+        A row is cut into windows of this many samples or a little more, at least 1; a shorter row
+        is one window.
+    n_jobs : int or None, default=None
+        Threads that work on rows. Results do not depend on it.
+
+    Attributes
+    ----------
+    classes_ : ndarray of shape (n_conditions,)
+        The conditions, sorted. Without y there is one, "known".
+    detectors_ : list of FaultDetector
+        The limits of each condition.
+    offset_ : float
+        Logarithm of the rate of false rejections: rows of a lower score are rejected.
+    n_models_ : int
+        1 where rows were innovations, 0 for plain windows.
+    window_shape_ : ndarray of int
+        Shape of one row.
+    n_features_in_ : int
+        Number of models, or samples in a plain row.
+    feature_names_in_ : ndarray of str
+        Column names, when fitted on a table.
+
+    See Also
+    --------
+    skarxlag.make_known_conditions : The same behind a model that explains measured inputs.
+    FaultDetector : The equations, for one condition.
+
+    Notes
+    -----
+    Where `fit` had speeds and the speed of a row is not known, its p-value is the largest over the
+    speeds of `fit` and those a factor of 1.3 beyond them. Where `fit` had none, the limits are
+    those for a speed that differs by that factor.
+
+    Examples
+    --------
+    Two conditions of different colour, and noise that is like neither:
+
+    >>> import numpy as np
+    >>> from scipy.signal import lfilter
+    >>> noise = np.random.default_rng(0).normal(size=(240, 4800))
+    >>> X = np.concatenate(
+    ...     [lfilter([1], [1, -0.8], noise[:100]), lfilter([1], [1, 0.8], noise[100:200])]
+    ... )
+    >>> y = np.repeat(["good", "worn"], 100)
+    >>> known = KnownConditions()
+    >>> with warnings.catch_warnings(action="ignore"):  # one speed
+    ...     _ = known.fit(X, y, rpm=1000)
+    >>> known.predict(noise[[200, 201]], rpm=1000)
+    array([-1, -1])
+    >>> new = lfilter([1], [1, -0.8], noise[200:])
+    >>> known.p_values(new[:1], rpm=1000).round(2)  # of "good" and of "worn"
+    array([[1., 0.]])
+    """
+
+    classes_: NDArray[Any]
+    detectors_: list[FaultDetector]
+    offset_: float
+
+    _state = INNOVATIONS | {"offset_": Values((), NEGATIVE), "classes_": Labels()}
+
+    def __init__(
+        self,
+        *,
+        false_rejection_rate: float = 0.01,
+        window_length: int = 4800,
+        n_jobs: int | None = None,
+    ) -> None:
+        self.false_rejection_rate = false_rejection_rate
+        self.window_length = window_length
+        self.n_jobs = n_jobs
+
+    def fit(
+        self,
+        X: ArrayLike,
+        y: ArrayLike | None = None,
+        rpm: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
+    ) -> Self:
+        """Calibrate the limits of each condition.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Windows or stretches, or the innovations of one model. Rows of one condition and speed
+            are in the order of time.
+        y : array-like of shape (n_rows,) or None, default=None
+            Condition of each row. None: all rows are of one condition.
+        rpm : float, array-like of shape (n_rows,) or None, default=None
+            Speed of the shaft in each row, in revolutions per minute. None: all rows are of one
+            speed, which is not known.
+        sample_weight : array-like of shape (n_rows,) or None, default=None
+            Weight of each row, as in `FaultDetector.fit`. A row of weight 0 is left out.
+
+        Returns
+        -------
+        KnownConditions
+            The fitted estimator.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is out of its range, a speed is not above 0, or no condition has two rows
+            at one speed.
+
+        Warns
+        -----
+        UserWarning
+            If a condition is left out because it has no two rows at one speed; if some condition
+            has fewer rows than the rate needs; if `rpm` is not given; or if all rows of a condition
+            are of one speed.
+        """
+        X, y = validate_innovations(self, X, y, reset=True)
+        self._check_parameters()
+        labels = np.full(len(X), "known") if y is None else y
+        speeds = None if rpm is None else checked_speeds(rpm, len(X))
+        X, counted, weights = weighted_windows(X, np.arange(len(X)), sample_weight)
+        labels, speeds = labels[counted], None if speeds is None else speeds[counted]
+        classes = np.unique(labels)
+        can = np.array([_has_two_rows(speeds, labels == name) for name in classes])
+        if not can.any():
+            raise ValueError(
+                f"n_samples = {len(X)}: X has one row of each condition at each speed, expected at "
+                "least 2 rows of one condition at one speed."
+            )
+        self.classes_ = classes[can]
+        self.offset_ = float(np.log(self.false_rejection_rate))
+        self.detectors_ = [
+            self._detector_of(X, labels == name, speeds, weights) for name in self.classes_
+        ]
+        remember_parameters(self)
+        for sentence in self._weak_points(classes[~can].tolist()):
+            warnings.warn(sentence, stacklevel=2)
+        return self
+
+    def _detector_of(self, X, own, speeds, weights):
+        detector = FaultDetector(
+            false_alarm_rate=self.false_rejection_rate,
+            window_length=self.window_length,
+            n_jobs=self.n_jobs,
+        )
+        rows = X[own] if self.n_models_ else X[own, 0]
+        with warnings.catch_warnings():
+            # `_weak_points` warns once for all conditions.
+            warnings.simplefilter("ignore", UserWarning)
+            detector.fit(
+                rows, rpm=None if speeds is None else speeds[own], sample_weight=weights[own]
+            )
+        if len(detector.speeds_) < 2:
+            detector.drift_scale_ = _DRIFT_OF_FAULTS
+        return detector
+
+    def _weak_points(self, left_out):
+        """Yield sentences on a calibration that promises less than its user may think."""
+        if left_out:
+            listed = ", ".join(map(repr, left_out))
+            yield (
+                f"Conditions with one row at each speed are left out: {listed}. Their own rows "
+                "may be taken for none of the known conditions."
+            )
+        fewest = min(self.detectors_, key=lambda each: each.n_rows_)
+        name = self.classes_[self.detectors_.index(fewest)]
+        rows = f"{fewest.n_rows_} rows of condition {name!s}"
+        yield from few_rows(rows, fewest.n_rows_, self.false_rejection_rate)
+        n_speeds = min(len(each.speeds_) for each in self.detectors_)
+        if n_speeds == 0:
+            yield f"{UNKNOWN_SPEED}, and most unknown conditions are taken for a known one."
+        if n_speeds == 1:
+            yield (
+                "Some conditions have rows at one speed only. At other speeds, most unknown "
+                "conditions are taken for a known one."
+            )
+
+    def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
+        """Compute for each condition the probability that its rows deviate at least as much.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Rows of the length that `fit` saw.
+        rpm : float, array-like of shape (n_rows,) or None, default=None
+            Speed of the shaft in each row. None: not known, see the notes of the class. Not used
+            where `fit` had none.
+
+        Returns
+        -------
+        ndarray of shape (n_rows, n_conditions)
+            In (0, 1], in the order of `classes_`.
+
+        Warns
+        -----
+        UserWarning
+            If a speed is not above 0, or farther than a factor of 5 outside the speeds of `fit`:
+            the p-values are then nearly 0.
+        """
+        return np.exp(self._log_p_values(X, rpm, two_sided=True))
+
+    def score_samples(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
+        """Compute the logarithm of the p-value of the nearest condition.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Rows.
+        rpm : float, array-like of shape (n_rows,) or None, default=None
+            Their speeds, as in `p_values`.
+
+        Returns
+        -------
+        ndarray of shape (n_rows,)
+            Finite, at most 0; lower is less like any condition.
+        """
+        return self._log_p_values(X, rpm, two_sided=True).max(axis=1)
+
+    def _detectors(self):
+        return self.detectors_
+
+    def _answers(self):
+        return super()._answers() | {
+            "none_of_these": True,
+            "stated_rate": self.false_rejection_rate,
+        }
+
+    def _check_parameters(self):
+        check_rate(self.false_rejection_rate, "false_rejection_rate")
+        check_scalar(self.window_length, "window_length", Integral, min_val=1)
+
+    def _check_relations(self):
+        detectors, n = vars(self).get("detectors_"), len(self.classes_)
+        is_list = isinstance(detectors, list) and len(detectors) == n
+        if not is_list or not all(isinstance(each, FaultDetector) for each in detectors):
+            raise ValueError(
+                f"detectors_ == {detectors!r}, expected {n} of FaultDetector, one for each of "
+                "classes_."
+            )
+        for detector in detectors:
+            check_state(detector)
+        found = [
+            (each.window_shape_.tolist(), each.n_windows_, each.means_.shape[1])
+            for each in detectors
+        ]
+        expected = (self.window_shape_.tolist(), *found[0][1:])
+        if any(each != expected for each in found):
+            raise ValueError(
+                f"detectors_ differ in window_shape_, n_windows_ or means_: {found}, expected "
+                f"{expected} for each."
+            )
+
+
+def _has_two_rows(speeds, own):
+    """Return whether some rows have two of one speed."""
+    if speeds is None:
+        return own.sum() > 1
+    return np.bincount(group_speeds(np.log(speeds[own]))[1]).max() > 1
