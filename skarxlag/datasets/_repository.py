@@ -1,9 +1,11 @@
 """Common code of the fetchers: download the recordings of a rig, verify them, cut them."""
 
+import functools
 import hashlib
+import inspect
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from http.client import HTTPException
 from importlib.resources import files
 from pathlib import Path
@@ -12,6 +14,7 @@ from urllib.parse import quote
 from zipfile import BadZipFile
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 from scipy.io import loadmat
 from sklearn.datasets import fetch_file, get_data_home
@@ -26,16 +29,6 @@ CONVERTED = "acceleration"
 N_RETRIES = 3
 
 
-class Repository(NamedTuple):
-    """Source of a rig: folder in the data home, URL, rate in Hz, description, bearing."""
-
-    folder: str
-    url: str
-    sampling_rate: float
-    description: str
-    bearing: BearingGeometry | None = None
-
-
 class Recording(NamedTuple):
     """One recording: its file in the repository, its labels, and a converted file to accept."""
 
@@ -43,15 +36,47 @@ class Recording(NamedTuple):
     condition: str
     rpm: float
     name: str
+    sha256: str | None
     converted: str | None = None
 
 
-def shared_documentation(fetcher: Callable[..., Any]) -> Callable[..., Any]:
-    """Insert the sections that all fetchers share into a docstring, at ``{shared}``."""
-    if fetcher.__doc__ and fetch_rig.__doc__:
-        shared = fetch_rig.__doc__.partition("    data_home : ")
-        fetcher.__doc__ = fetcher.__doc__.replace("    {shared}\n", "".join(shared[1:]))
-    return fetcher
+class Source(NamedTuple):
+    """Source of a rig.
+
+    ``folder`` is that in the data home, and the name of the description if no other is given.
+    ``recordings`` begin with the healthy condition. ``read_signal`` takes the path of an original
+    file and returns its samples.
+    """
+
+    folder: str
+    url: str
+    sampling_rate: float
+    recordings: list[Recording]
+    read_signal: Callable[[Path], Any]
+    bearing: BearingGeometry | None = None
+    description: str | None = None
+
+
+def fetcher(source_of: Callable[..., Source]) -> Callable[..., Any]:
+    """Make the public fetcher of a rig from a function that returns its source.
+
+    The fetcher has the parameters of both functions. The sections that all fetchers share stand at
+    ``{shared}`` of its docstring.
+    """
+
+    @functools.wraps(source_of)
+    def fetch(**options: Any) -> Any:
+        own = {name: options.pop(name) for name in parts.parameters if name in options}
+        return fetch_rig(source_of(**own), **options)
+
+    parts, shared = inspect.signature(source_of), inspect.signature(fetch_rig)
+    options = [each for name, each in shared.parameters.items() if name != "source"]
+    fetch.__signature__ = shared.replace(parameters=[*parts.parameters.values(), *options])
+    if fetch.__doc__ and fetch_rig.__doc__:
+        text = fetch_rig.__doc__
+        text = text[text.index("    data_home : ") :]
+        fetch.__doc__ = fetch.__doc__.replace("    {shared}\n", text)
+    return fetch
 
 
 def checksums(rig: str) -> dict[str, str]:
@@ -69,16 +94,13 @@ def description(name: str) -> str:
 
 
 def fetch_rig(
-    repository: Repository,
-    recordings: Sequence[Recording],
-    read_signal: Callable[[Path], Any],
-    sha256: dict[str, str],
+    source: Source,
     *,
-    data_home: str | os.PathLike[str] | None,
-    download_if_missing: bool,
-    return_X_y: bool,
-    window_length: int,
-    mirror: str | None,
+    data_home: str | os.PathLike[str] | None = None,
+    download_if_missing: bool = True,
+    return_X_y: bool = False,
+    window_length: int = 1200,
+    mirror: str | None = None,
 ) -> Any:
     """Fetch the recordings of a rig and cut them into windows.
 
@@ -86,14 +108,8 @@ def fetch_rig(
 
     Parameters
     ----------
-    repository : Repository
+    source : Source
         The source of the rig.
-    recordings : sequence of Recording
-        The recordings. The healthy condition comes first.
-    read_signal : callable
-        Function that returns the samples in an original file.
-    sha256 : dict of str to str
-        SHA-256 of the files, by their paths in the repository. Files without one are not verified.
     data_home : str or path-like, default=None
         Folder that holds the data sets of scikit-learn. If None, the folder that
         :func:`sklearn.datasets.get_data_home` returns is used. The recordings are stored in a
@@ -151,39 +167,35 @@ def fetch_rig(
     # A given folder is not created if no file is stored there in the end.
     home = Path(get_data_home() if data_home is None else data_home).expanduser()
     names, signals = [], []
-    for recording in recordings:
+    for recording in source.recordings:
         path = home / (recording.converted or "")
         if path.is_file():
             signals.append(_read_converted(path))
         else:
-            path = home / repository.folder / recording.path
-            known = sha256.get(recording.path)
+            path = home / source.folder / recording.path
             if download_if_missing:
-                url = f"{(mirror or repository.url).rstrip('/')}/{quote(recording.path)}"
-                _download(url, path, known)
-            elif not _is_intact(path, known):
+                url = f"{(mirror or source.url).rstrip('/')}/{quote(recording.path)}"
+                _download(url, path, recording.sha256)
+            elif not _is_intact(path, recording.sha256):
                 state = (
                     "is not the original (its SHA-256 differs)" if path.exists() else "is missing"
                 )
                 raise OSError(f"{path} {state} and download_if_missing is False")
-            signals.append(np.ravel(read_signal(path)))
+            signals.append(np.ravel(source.read_signal(path)))
         names.append(str(path))
-    data, source, start = stack_windows(signals, names, window_length)
-    conditions, speeds, ids = (
-        np.array([getattr(recording, name) for recording in recordings])
-        for name in ("condition", "rpm", "name")
-    )
+    data, row, start = stack_windows(signals, names, window_length)
+    recordings = pd.DataFrame(source.recordings)
     rig = Bunch(
         data=data,
-        target=conditions[source],
-        target_names=list(dict.fromkeys(conditions.tolist())),
-        rpm=speeds.astype(float)[source],
-        recording=ids[source],
+        target=recordings["condition"].to_numpy(dtype=str)[row],
+        target_names=recordings["condition"].unique().tolist(),
+        rpm=recordings["rpm"].to_numpy(dtype=float)[row],
+        recording=recordings["name"].to_numpy(dtype=str)[row],
         start=start,
-        sampling_rate=repository.sampling_rate,
-        bearing=repository.bearing,
+        sampling_rate=source.sampling_rate,
+        bearing=source.bearing,
         filenames=names,
-        DESCR=description(repository.description),
+        DESCR=description(source.description or source.folder),
     )
     return (rig.data, rig.target) if return_X_y else rig
 

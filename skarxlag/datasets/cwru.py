@@ -1,17 +1,13 @@
 """The rig of Case Western Reserve University: nine faults at four loads."""
 
-import os
-from typing import Any
-
 from scipy.io import loadmat
 
 from skarxlag.bearings import SKF_6205, BearingGeometry
 from skarxlag.datasets._repository import (
     Recording,
-    Repository,
+    Source,
     checksums,
-    fetch_rig,
-    shared_documentation,
+    fetcher,
 )
 
 URL = "https://engineering.case.edu/sites/default/files"
@@ -36,16 +32,11 @@ ENDS = {
 }
 
 
-@shared_documentation
+@fetcher
 def fetch_cwru(
     *,
     end: str = "drive",
-    data_home: str | os.PathLike[str] | None = None,
-    download_if_missing: bool = True,
-    return_X_y: bool = False,
-    window_length: int = 1200,
-    mirror: str | None = None,
-) -> Any:
+) -> Source:
     """Fetch the bearing data of Case Western Reserve University (download of 105 or 79 MB).
 
     Acceleration next to a faulty bearing of a motor: three sizes of faults of the inner race, the
@@ -88,13 +79,13 @@ def fetch_cwru(
     if end not in ENDS:
         raise ValueError(f"end must be one of {list(ENDS)}, got {end!r}.")
     first_files, first_load, sensor, bearing = ENDS[end]
-    recordings = []
+    sums, recordings = checksums("cwru"), []
     for condition, first in first_files.items():
         for load in range(first_load, len(SPEEDS)):
             number, name = first + load, f"{condition}_{SPEEDS[load]}"
             path = f"{OUT_OF_SEQUENCE.get(number, number)}.mat"
             converted = f"cwru_{end}_end/{name}.npz"
-            recordings.append(Recording(path, condition, SPEEDS[load], name, converted))
+            recordings.append(Recording(path, condition, SPEEDS[load], name, sums[path], converted))
 
     def read_signal(path):
         # Some files repeat the arrays of another file.
@@ -102,14 +93,4 @@ def fetch_cwru(
         own = f"X{int(path.stem):03d}_{sensor}_time"
         return content.get(own, next((v for k, v in content.items() if k.endswith(own[4:])), None))
 
-    return fetch_rig(
-        Repository("cwru", URL, SAMPLING_RATE, "cwru", bearing),
-        recordings,
-        read_signal,
-        checksums("cwru"),
-        data_home=data_home,
-        download_if_missing=download_if_missing,
-        return_X_y=return_X_y,
-        window_length=window_length,
-        mirror=mirror,
-    )
+    return Source("cwru", URL, SAMPLING_RATE, recordings, read_signal, bearing)

@@ -1,17 +1,14 @@
 """The two rigs of the HIT-SM bearing data sets: seven conditions at three speeds."""
 
-import os
 from pathlib import Path
-from typing import Any
 
 from skarxlag.bearings import SKF_6205
 from skarxlag.datasets._repository import (
     Recording,
-    Repository,
+    Source,
     checksums,
-    fetch_rig,
+    fetcher,
     read_only_signal,
-    shared_documentation,
 )
 
 URL = (
@@ -26,16 +23,11 @@ RIGS = {
 }
 
 
-@shared_documentation
+@fetcher
 def fetch_hit_sm(
     *,
     rig: str = "spectraquest",
-    data_home: str | os.PathLike[str] | None = None,
-    download_if_missing: bool = True,
-    return_X_y: bool = False,
-    window_length: int = 1200,
-    mirror: str | None = None,
-) -> Any:
+) -> Source:
     """Fetch a rig of the HIT-SM data sets, cut into windows (download of 37 MB).
 
     Vibration of normal bearings and of bearings with a fault of the inner or the outer race in
@@ -77,20 +69,12 @@ def fetch_hit_sm(
     if rig not in RIGS:
         raise ValueError(f"rig must be one of {list(RIGS)}, got {rig!r}.")
     folder, bearing = RIGS[rig]
-    sums, recordings = checksums("hit_sm"), []
-    for path in sums:
+    recordings = []
+    for path, sha256 in checksums("hit_sm").items():
         if path.startswith(folder):
             name = Path(path).stem
             condition, rpm = name.split("_")
-            recordings.append(Recording(path, condition, float(rpm), name))
-    return fetch_rig(
-        Repository("hit_sm", URL, SAMPLING_RATE, f"hit_sm_{rig}", bearing),
-        recordings,
-        read_only_signal,
-        sums,
-        data_home=data_home,
-        download_if_missing=download_if_missing,
-        return_X_y=return_X_y,
-        window_length=window_length,
-        mirror=mirror,
+            recordings.append(Recording(path, condition, float(rpm), name, sha256))
+    return Source(
+        "hit_sm", URL, SAMPLING_RATE, recordings, read_only_signal, bearing, f"hit_sm_{rig}"
     )

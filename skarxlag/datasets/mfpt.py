@@ -1,16 +1,12 @@
 """The bearing fault data of the MFPT society: two faults at seven loads."""
 
-import os
-from typing import Any
-
 from scipy.io import loadmat
 
 from skarxlag.bearings import BearingGeometry
 from skarxlag.datasets._repository import (
     Recording,
-    Repository,
-    fetch_rig,
-    shared_documentation,
+    Source,
+    fetcher,
 )
 
 URL = (
@@ -24,15 +20,8 @@ MM_PER_INCH = 25.4
 NICE = BearingGeometry(8, 0.235 * MM_PER_INCH, 1.245 * MM_PER_INCH)
 
 
-@shared_documentation
-def fetch_mfpt(
-    *,
-    data_home: str | os.PathLike[str] | None = None,
-    download_if_missing: bool = True,
-    return_X_y: bool = False,
-    window_length: int = 1200,
-    mirror: str | None = None,
-) -> Any:
+@fetcher
+def fetch_mfpt() -> Source:
     """Fetch the bearing fault data of the MFPT society, cut into windows.
 
     Acceleration of a bearing with a fault of the inner or the outer race at seven loads, each a
@@ -74,18 +63,9 @@ def fetch_mfpt(
             part = "train_data" if load <= 5 else "test_data"
             path = f"{part}/{condition.capitalize()}RaceFault_vload_{load}.mat"
             name = f"{condition}_load{load}"
-            recordings.append(Recording(path, condition, RPM, name, f"mfpt/{name}.npz"))
-    return fetch_rig(
-        Repository("mfpt", URL, SAMPLING_RATE, "mfpt", NICE),
-        recordings,
-        _read_signal,
-        {},
-        data_home=data_home,
-        download_if_missing=download_if_missing,
-        return_X_y=return_X_y,
-        window_length=window_length,
-        mirror=mirror,
-    )
+            converted = f"mfpt/{name}.npz"
+            recordings.append(Recording(path, condition, RPM, name, None, converted))
+    return Source("mfpt", URL, SAMPLING_RATE, recordings, _read_signal, NICE)
 
 
 def _read_signal(path):

@@ -127,9 +127,9 @@ def simulate_rig(
         Number of samples of a recording, a multiple of `window_length`. Source: [1]_, section 5.
     window_length : int, default=1200
         Number of samples of a window. Source: [1]_, section 5.
-    rig : Rig, default=Rig()
-        The physical parameters, see :class:`skarxlag.datasets.rig.Rig`: sampling rate, bearing,
-        transmission paths, slip, and the levels of the sources.
+    rig : Rig, optional
+        The physical parameters: sampling rate, bearing, transmission paths, slip, and the levels of
+        the sources. The default is ``Rig()``, see :class:`skarxlag.datasets.rig.Rig`.
     random_state : int, RandomState instance or None, default=0
         Seed or generator of the random numbers.
     return_fault : bool, default=False

@@ -1,16 +1,13 @@
 """The UESTC bearing rig: four conditions at four shaft speeds."""
 
-import os
 from pathlib import Path
-from typing import Any
 
 from skarxlag.datasets._repository import (
     Recording,
-    Repository,
+    Source,
     checksums,
-    fetch_rig,
+    fetcher,
     read_only_signal,
-    shared_documentation,
 )
 
 URL = (
@@ -20,15 +17,8 @@ URL = (
 SAMPLING_RATE = 20_000.0
 
 
-@shared_documentation
-def fetch_uestc(
-    *,
-    data_home: str | os.PathLike[str] | None = None,
-    download_if_missing: bool = True,
-    return_X_y: bool = False,
-    window_length: int = 1200,
-    mirror: str | None = None,
-) -> Any:
+@fetcher
+def fetch_uestc() -> Source:
     """Fetch the UESTC bearing rig, cut into windows (download of 34 MB).
 
     Vibration of normal bearings and of bearings with a fault of the ball, the inner or the outer
@@ -62,19 +52,9 @@ def fetch_uestc(
     >>> rig.data.shape  # doctest: +SKIP
     (3488, 1200)
     """
-    sums, recordings = checksums("uestc"), []
-    for path in sums:
+    recordings = []
+    for path, sha256 in checksums("uestc").items():
         name = Path(path).stem
         condition, rpm, _ = name.split("_")
-        recordings.append(Recording(path, condition, float(rpm), name))
-    return fetch_rig(
-        Repository("uestc", URL, SAMPLING_RATE, "uestc"),
-        recordings,
-        read_only_signal,
-        sums,
-        data_home=data_home,
-        download_if_missing=download_if_missing,
-        return_X_y=return_X_y,
-        window_length=window_length,
-        mirror=mirror,
-    )
+        recordings.append(Recording(path, condition, float(rpm), name, sha256))
+    return Source("uestc", URL, SAMPLING_RATE, recordings, read_only_signal)
