@@ -13,7 +13,6 @@ from ._version import __version__ as __version__
 if TYPE_CHECKING:
     from .bearings import BearingGeometry as BearingGeometry
     from .bearings import bearing_orders as bearing_orders
-    from .bearings import fault_orders as fault_orders
     from .channels import ChannelRows as ChannelRows
     from .comparison import SpectralDistance as SpectralDistance
     from .detection import FaultDetector as FaultDetector
@@ -80,7 +79,6 @@ _MODULES = {
     "cross_speed_predict": "model_selection",
     "envelope_spectrum": "envelope_spectra",
     "estimate_shaft_speed": "speeds",
-    "fault_orders": "bearings",
     "iter_windows": "recordings",
     "list_channels": "recordings",
     "load_diagnoser": "persistence",

@@ -17,8 +17,6 @@ __all__ = [
     "bearing_orders",
     "contact_speed",
     "defect_frequencies",
-    "fault_orders",
-    "strike_rate",
 ]
 
 METRES_PER_MM = 1e-3
@@ -73,6 +71,12 @@ class BearingGeometry:
         if not 0 <= self.contact_angle < 90:
             raise ValueError(f"contact_angle must be in [0, 90) degrees, got {self.contact_angle}.")
 
+    @property
+    def diameter_ratio(self) -> float:
+        r"""The ratio :math:`\gamma` of `defect_frequencies`."""
+        cosine = np.cos(np.deg2rad(self.contact_angle))
+        return self.element_diameter * cosine / self.pitch_diameter
+
 
 #: What names a bearing: see `bearing_orders`.
 BearingLike = str | BearingGeometry | Mapping[str, float]
@@ -107,26 +111,22 @@ BEARINGS = {
 _SHEET = {"bpfo": "outer", "bpfi": "inner", "ftf": "cage", "twice spin": "ball"}
 
 
-def _diameter_ratio(bearing):
-    return (
-        bearing.element_diameter
-        * np.cos(np.deg2rad(bearing.contact_angle))
-        / bearing.pitch_diameter
-    )
-
-
 def defect_frequencies(bearing: BearingGeometry, rpm: float | NDArray[Any]) -> dict[str, Any]:
-    r"""Characteristic frequencies of a bearing with a stationary outer ring.
+    r"""Compute the frequencies at which defects of a bearing cause impacts.
 
-    With the shaft rate :math:`f_r`, n elements of diameter d on the pitch diameter
-    D and :math:`\gamma = (d / D) \cos\alpha`, pure rolling gives [1]_
+    With the shaft rate :math:`f_r`, n elements of diameter d on the pitch diameter D,
+    :math:`\gamma = (d / D) \cos\alpha` and an outer ring that stands still, pure rolling gives [1]_
 
     .. math::
 
         f_{cage} = \frac{f_r}{2}(1 - \gamma), \quad
         f_{outer} = n f_{cage}, \quad
         f_{inner} = \frac{n f_r}{2}(1 + \gamma), \quad
-        f_{spin} = \frac{f_r D}{2 d}(1 - \gamma^2).
+        f_{spin} = \frac{f_r D}{2 d}(1 - \gamma^2), \quad
+        f_{ball} = 2 f_{spin}.
+
+    Every element that passes hits a defect of a ring. A defect of an element hits both rings in
+    each turn of the element.
 
     Parameters
     ----------
@@ -137,9 +137,13 @@ def defect_frequencies(bearing: BearingGeometry, rpm: float | NDArray[Any]) -> d
 
     Returns
     -------
-    frequencies : dict
-        "cage" (FTF), "outer" (BPFO), "inner" (BPFI) and "spin" (BSF), each in Hz and of
-        the shape of `rpm`.
+    dict of str to float or ndarray
+        "cage" (FTF), "outer" (BPFO), "inner" (BPFI), "spin" (BSF) and "ball" (twice BSF), each in
+        Hz and of the shape of `rpm`.
+
+    See Also
+    --------
+    bearing_orders : Return these frequencies as multiples of the shaft rate.
 
     References
     ----------
@@ -151,55 +155,26 @@ def defect_frequencies(bearing: BearingGeometry, rpm: float | NDArray[Any]) -> d
     >>> from skarxlag.bearings import SKF_6205, defect_frequencies
     >>> frequencies = defect_frequencies(SKF_6205, 60.0)
     >>> {name: round(float(value), 4) for name, value in frequencies.items()}
-    {'cage': 0.3983, 'outer': 3.5848, 'inner': 5.4152, 'spin': 2.3567}
+    {'cage': 0.3983, 'outer': 3.5848, 'inner': 5.4152, 'spin': 2.3567, 'ball': 4.7135}
     """
-    rate, ratio = rpm / 60, _diameter_ratio(bearing)
+    rate, ratio = rpm / 60, bearing.diameter_ratio
     cage = rate / 2 * (1 - ratio)
+    spin = rate * bearing.pitch_diameter / (2 * bearing.element_diameter) * (1 - ratio**2)
     return {
         "cage": cage,
         "outer": bearing.n_elements * cage,
         "inner": bearing.n_elements * rate / 2 * (1 + ratio),
-        "spin": rate * bearing.pitch_diameter / (2 * bearing.element_diameter) * (1 - ratio**2),
+        "spin": spin,
+        "ball": 2 * spin,
     }
 
 
-def fault_orders(bearing: BearingGeometry) -> dict[str, float]:
-    r"""Orders of the shaft at which faults of a bearing show in the spectrum of the envelope.
+def bearing_orders(bearing: BearingLike, gear_ratio: float = 1.0) -> dict[str, float]:
+    r"""Return the orders of the shaft at which faults of a bearing show in an envelope spectrum.
 
     An order is a frequency divided by that of the shaft, so these numbers hold at every speed. They
-    are those of :func:`defect_frequencies` with :math:`f_r = 1`. Slip of the rolling elements moves
-    the orders of real bearings by 1 to 2 % [1]_.
-
-    Parameters
-    ----------
-    bearing : BearingGeometry
-        The bearing.
-
-    Returns
-    -------
-    dict of str to float
-        "shaft", which is 1; "cage" (FTF); "outer" (BPFO) and "inner" (BPFI), the orders at which a
-        fault of a ring is struck; "spin" (BSF), the turns of an element about its own axis; and
-        "ball", which is twice that, since a fault of an element strikes both rings in each turn.
-
-    References
-    ----------
-    .. [1] R. B. Randall, J. Antoni, "Rolling element bearing diagnostics - a tutorial",
-       Mechanical Systems and Signal Processing 25 (2011), Eqs. 1-4.
-
-    Examples
-    --------
-    >>> from skarxlag import BearingGeometry, fault_orders
-    >>> bearing = BearingGeometry(n_elements=9, element_diameter=7.94, pitch_diameter=39.04)
-    >>> {name: round(order, 4) for name, order in fault_orders(bearing).items()}
-    {'shaft': 1.0, 'cage': 0.3983, 'outer': 3.5848, 'inner': 5.4152, 'spin': 2.3567, 'ball': 4.7135}
-    """
-    orders = {name: float(order) for name, order in defect_frequencies(bearing, 60.0).items()}
-    return {"shaft": 1.0, **orders, "ball": 2 * orders["spin"]}
-
-
-def bearing_orders(bearing: BearingLike, gear_ratio: float = 1.0) -> dict[str, float]:
-    """Return the orders of a bearing that is given by name, dimensions or orders.
+    are those of :func:`~skarxlag.bearings.defect_frequencies` with :math:`f_r = 1`. Slip of the
+    rolling elements moves the orders of real bearings by 1 to 2 %.
 
     Parameters
     ----------
@@ -214,7 +189,9 @@ def bearing_orders(bearing: BearingLike, gear_ratio: float = 1.0) -> dict[str, f
     Returns
     -------
     dict of str to float
-        As `fault_orders` returns it, multiplied with the gear ratio.
+        "shaft"; "cage" (FTF); "outer" (BPFO) and "inner" (BPFI), the orders at which elements hit a
+        fault of a ring; "spin" (BSF), the turns of an element about its own axis; and "ball", which
+        is twice that. All are multiplied by the gear ratio.
 
     Raises
     ------
@@ -225,6 +202,10 @@ def bearing_orders(bearing: BearingLike, gear_ratio: float = 1.0) -> dict[str, f
 
     Examples
     --------
+    >>> from skarxlag import BearingGeometry, bearing_orders
+    >>> bearing = BearingGeometry(n_elements=9, element_diameter=7.94, pitch_diameter=39.04)
+    >>> {name: round(order, 4) for name, order in bearing_orders(bearing).items()}
+    {'shaft': 1.0, 'cage': 0.3983, 'outer': 3.5848, 'inner': 5.4152, 'spin': 2.3567, 'ball': 4.7135}
     >>> orders = bearing_orders({"BPFO": 3.585, "BPFI": 5.415})
     >>> round(orders["cage"], 3), round(orders["spin"], 3)
     (0.398, 2.357)
@@ -234,14 +215,14 @@ def bearing_orders(bearing: BearingLike, gear_ratio: float = 1.0) -> dict[str, f
     if isinstance(bearing, str):
         bearing = _parsed(bearing)
     if isinstance(bearing, BearingGeometry):
-        orders = fault_orders(bearing)
+        orders = {"shaft": 1.0, **defect_frequencies(bearing, 60.0)}
     elif isinstance(bearing, Mapping):
         orders = _from_sheet(bearing)
     else:
         raise TypeError(
             f"bearing must be a name, a BearingGeometry or orders by name, got {bearing!r}."
         )
-    return {name: order * gear_ratio for name, order in orders.items()}
+    return {name: float(order * gear_ratio) for name, order in orders.items()}
 
 
 def _parsed(text):
@@ -300,42 +281,10 @@ def _from_sheet(sheet):
             "ball": 2 * spin}  # fmt: skip
 
 
-def strike_rate(
-    bearing: BearingGeometry, rpm: float | NDArray[Any], location: str
-) -> float | NDArray[Any]:
-    """Strikes a second of a defect at one location.
-
-    A defect of a ring is struck by every element that passes. A defect of an element
-    strikes both rings in each turn of the element, so twice the spin frequency.
-
-    Parameters
-    ----------
-    bearing : BearingGeometry
-        The bearing.
-    rpm : float or ndarray
-        Speed of the shaft, in revolutions per minute.
-    location : {"outer", "inner", "ball"}
-        Where the defect is.
-
-    Returns
-    -------
-    rate : float or ndarray
-        Mean strike rate in Hz.
-
-    Examples
-    --------
-    >>> from skarxlag.bearings import SKF_6205, strike_rate
-    >>> round(float(strike_rate(SKF_6205, 300.0, "ball")), 2)
-    23.57
-    """
-    frequencies = defect_frequencies(bearing, rpm)
-    return 2 * frequencies["spin"] if location == "ball" else frequencies[location]
-
-
 def contact_speed(bearing: BearingGeometry, rpm: float | NDArray[Any]) -> float | NDArray[Any]:
-    r"""Speed at which the contact point runs along a surface.
+    r"""Compute the speed at which the contact point runs along a surface.
 
-    In pure rolling it is the same along both rings and around the element,
+    In pure rolling this speed is the same along both rings and around the element,
     :math:`v = \pi f_r (D / 2) (1 - \gamma^2)` in the symbols of
     :func:`defect_frequencies`.
 
@@ -357,6 +306,5 @@ def contact_speed(bearing: BearingGeometry, rpm: float | NDArray[Any]) -> float 
     >>> round(float(contact_speed(SKF_6205, 300.0)), 4)
     0.2939
     """
-    ratio = _diameter_ratio(bearing)
     radius = bearing.pitch_diameter / 2 * METRES_PER_MM
-    return np.pi * rpm / 60 * radius * (1 - ratio**2)
+    return np.pi * rpm / 60 * radius * (1 - bearing.diameter_ratio**2)

@@ -19,7 +19,7 @@ from benchmarks.paper.protocol import run_protocol
 from benchmarks.paper.report import paper_report
 from benchmarks.paper.tables_plot import averages_figure
 from skarxlag import make_alpio, make_diagnoser, make_single_observer_pio
-from skarxlag.bearings import SKF_6205, strike_rate
+from skarxlag.bearings import SKF_6205, defect_frequencies
 from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import LOCATIONS
 
@@ -48,7 +48,7 @@ def window_of_strikes(n_strikes):
     42000
     """
     lowest = min(load_tables().tables[number].rpm for number in (2, 3, 4, 5))
-    slowest = min(strike_rate(SKF_6205, lowest, location) for location in LOCATIONS)
+    slowest = min(defect_frequencies(SKF_6205, lowest)[location] for location in LOCATIONS)
     samples = n_strikes * PAPER["sampling_rate_hz"] / slowest
     return int(np.ceil(samples / PAPER_WINDOW)) * PAPER_WINDOW
 

@@ -16,7 +16,7 @@ from benchmarks.cross_speed.reporting import merge
 from benchmarks.pages.blocks import markdown, write_blocks
 from benchmarks.stretches.methods import CONDITIONS, RACES, SLOW, TRAINING, TooFew
 from benchmarks.stretches.rigs import BEARINGS, places, rigs_of_stretches
-from skarxlag import fault_orders
+from skarxlag import bearing_orders
 
 BLOCK = "stretches {}"
 DEFAULTS = {
@@ -217,6 +217,6 @@ def _score_into(path, run, rig, bearing):
 
 def _score(method, rig, bearing):
     if method in RACES:
-        orders = fault_orders(bearing)
+        orders = bearing_orders(bearing)
         return speed_pairs(lambda: RACES[method](rig.sampling_rate, orders), rig, of_place=True)
     return speed_pairs(lambda: _ALL[method](rig.sampling_rate), rig)

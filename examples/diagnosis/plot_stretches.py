@@ -10,7 +10,7 @@ with a nominal speed that is wrong by 5 %. All results come from a simulation.
 import matplotlib.pyplot as plt
 import numpy as np
 
-from skarxlag import fault_orders, make_diagnoser, recording_verdicts
+from skarxlag import bearing_orders, make_diagnoser, recording_verdicts
 from skarxlag.bearings import SKF_6205
 from skarxlag.datasets import simulate_rig
 from skarxlag.plotting import OrderSpectrumDisplay
@@ -32,7 +32,7 @@ print("stretches, channels, samples:", rig.data.shape)
 # %%
 # Every strike of a ball on a crack is a burst of acoustic emission. The orders at which the bursts
 # come follow from the geometry of the bearing, and do not change with the speed.
-orders = fault_orders(SKF_6205)
+orders = bearing_orders(SKF_6205)
 print("orders:", {name: round(order, 3) for name, order in orders.items()})
 
 # %%

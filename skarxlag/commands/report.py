@@ -62,7 +62,7 @@ def html_report(
     resample : bool, default=False
         Whether recordings were brought to the model's sampling rate.
     faults : dict of str to float or None, default=None
-        Orders of the bearing's faults, as `fault_orders` returns them.
+        Orders of the bearing's faults, as `bearing_orders` returns them.
 
     Returns
     -------

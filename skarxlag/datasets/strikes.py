@@ -10,7 +10,6 @@ from skarxlag.bearings import (
     BearingGeometry,
     contact_speed,
     defect_frequencies,
-    strike_rate,
 )
 
 POINT_CONTACT_EXPONENT = 1.5
@@ -193,7 +192,7 @@ def simulate_strikes(
     >>> len(times), float(load.min())
     (179, 1.0)
     """
-    rate = strike_rate(bearing, rpm, location)
+    rate = defect_frequencies(bearing, rpm)[location]
     zone_phase, first = rng.uniform(size=2)
     ahead = first + _interval_sums(duration * rate, slip, rng)
     behind = first - 1 - _interval_sums(before * rate, slip, rng)

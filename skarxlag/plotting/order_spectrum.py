@@ -44,7 +44,7 @@ class OrderSpectrumDisplay:
     rpm : float or None, default=None
         Nominal speed in revolutions per minute.
     fault_orders : dict of str to float or None, default=None
-        Orders of the faults, as `skarxlag.fault_orders` gives them.
+        Orders of the faults, as `skarxlag.bearing_orders` returns them.
     conditions : list of str or None, default=None
         All conditions. Their order determines their colours.
 
@@ -111,7 +111,7 @@ class OrderSpectrumDisplay:
         rpm : float, array-like of shape (n_samples,) or None, default=None
             Nominal shaft speed of the stretch, in revolutions per minute.
         fault_orders : dict of str to float or None, default=None
-            Orders to mark, as `skarxlag.fault_orders` returns them.
+            Orders to mark, as `skarxlag.bearing_orders` returns them.
         n_conditions : int, default=2
             Number of conditions to show. The nearest conditions are chosen.
         conditions : sequence of label or None, default=None

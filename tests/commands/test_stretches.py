@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from skarxlag import fault_orders, make_diagnoser
+from skarxlag import bearing_orders, make_diagnoser
 from skarxlag.bearings import SKF_6205
 from skarxlag.persistence import load_diagnoser
 
@@ -164,7 +164,7 @@ def test_report_draws_orders_and_marks_the_faults_of_a_bearing(run, workshop, mo
     captions, (_, plain) = figures(report_of(run, workshop, model))
     # The healthy recording has a line, the other one has figures.
     assert len(captions) == 1 and "rpm found at nominal 600 rpm" in plain
-    orders = fault_orders(SKF_6205)
+    orders = bearing_orders(SKF_6205)
     _, (_, marked) = figures(report_of(run, workshop, model, "--bearing", "9,7.94,39.04"))
     for name in ("shaft", "cage", "outer", "inner", "ball"):
         label = f"{name} {orders[name]:.3g}"

@@ -14,7 +14,7 @@ import pytest
 from scipy.io import savemat
 
 from skarxlag import datasets
-from skarxlag.bearings import fault_orders
+from skarxlag.bearings import bearing_orders
 from skarxlag.datasets import FETCHERS, _repository, cwru, hit_sm, mfpt, uestc
 
 REAL = os.environ.get("SKARXLAG_DATA")
@@ -465,7 +465,7 @@ def test_geometry_comes_with_the_rig(fetch, rig_name):
     }
     bearing = fetch().bearing
     if rig_name in orders:
-        found = fault_orders(bearing)
+        found = bearing_orders(bearing)
         np.testing.assert_allclose((found["outer"], found["inner"]), orders[rig_name], atol=6e-4)
     else:
         assert bearing is None

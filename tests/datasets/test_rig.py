@@ -11,7 +11,7 @@ from skarxlag.bearings import (
     SKF_6205,
     BearingGeometry,
     contact_speed,
-    strike_rate,
+    defect_frequencies,
 )
 from skarxlag.datasets.rig import Rig, defect_emission
 from skarxlag.datasets.simulated import simulate_rig
@@ -62,7 +62,7 @@ def test_strikes_come_at_the_defect_frequency(condition, location, rpm):
         entry_ratio=0.0,
         load_distribution=10.0,
     )
-    expected = 2.4 * strike_rate(SKF_6205, rpm, location)
+    expected = 2.4 * defect_frequencies(SKF_6205, rpm)[location]
     assert abs(len(strike_instants(emission)) - expected) < 1 + 4 * 0.01 * np.sqrt(expected)
 
 

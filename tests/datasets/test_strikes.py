@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from skarxlag.bearings import SKF_6205, strike_rate
+from skarxlag.bearings import SKF_6205, defect_frequencies
 from skarxlag.datasets.strikes import (
     impact_velocity,
     load_distribution_at,
@@ -21,19 +21,19 @@ def strikes(location, seed=0, **changes):
 @pytest.mark.parametrize("location", LOCATIONS)
 def test_mean_rate_is_the_defect_frequency(location):
     times, _ = strikes(location, slip=0.02)
-    expected = 100.0 * strike_rate(SKF_6205, 400.0, location)
+    expected = 100.0 * defect_frequencies(SKF_6205, 400.0)[location]
     assert abs(len(times) - expected) < 1 + 4 * 0.02 * np.sqrt(expected)
 
 
 @pytest.mark.parametrize("slip", [0.0, 0.01, 0.02])
 def test_slip_is_the_relative_deviation_of_an_interval(slip):
     times, _ = strikes("inner", slip=slip)
-    intervals = np.diff(times) * strike_rate(SKF_6205, 400.0, "inner")
+    intervals = np.diff(times) * defect_frequencies(SKF_6205, 400.0)["inner"]
     assert intervals.std() == pytest.approx(slip, rel=0.05, abs=1e-9)
 
 
 def test_slip_accumulates_as_a_random_walk():
-    rate = strike_rate(SKF_6205, 400.0, "outer")
+    rate = defect_frequencies(SKF_6205, 400.0)["outer"]
     runs = [strikes("outer", seed=seed, duration=5.0)[0] for seed in range(400)]
     for n_intervals in (9, 81):
         deviation = np.std([times[n_intervals] - times[0] for times in runs]) * rate
@@ -42,7 +42,7 @@ def test_slip_accumulates_as_a_random_walk():
 
 @pytest.mark.parametrize("location", LOCATIONS)
 def test_strikes_fill_the_time_span_to_both_ends(location):
-    interval = 1 / strike_rate(SKF_6205, 400.0, location)
+    interval = 1 / defect_frequencies(SKF_6205, 400.0)[location]
     for seed in range(30):
         times, load = strikes(location, seed=seed, duration=3.0, before=2.0)
         assert -2.0 <= times[0] < -2.0 + 1.2 * interval
@@ -114,7 +114,7 @@ def test_impact_velocity_grows_with_crack_and_speed():
 @pytest.mark.parametrize("location", LOCATIONS)
 @pytest.mark.parametrize("rpm", [300, 400, 450, 500])
 def test_a_window_of_the_default_rig_is_shorter_than_the_interval_between_strikes(location, rpm):
-    interval = 1 / strike_rate(SKF_6205, rpm, location)
+    interval = 1 / defect_frequencies(SKF_6205, rpm)[location]
     assert interval > 1200 / 250e3
     assert 22e-3 < interval < 56e-3
     # An impact belongs to the entry before it, not to the next one.

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from skarxlag import fault_orders, make_alpio, make_diagnoser
+from skarxlag import bearing_orders, make_alpio, make_diagnoser
 from skarxlag.bearings import SKF_6205
 from skarxlag.plotting import OrderSpectrumDisplay
 
@@ -16,7 +16,7 @@ def diagnoser():
 def test_display_shows_what_the_diagnoser_compared(diagnoser):
     X, _ = stretches(600, seed=1)
     display = OrderSpectrumDisplay.from_estimator(
-        diagnoser, X[0], rpm=620, fault_orders=fault_orders(SKF_6205)
+        diagnoser, X[0], rpm=620, fault_orders=bearing_orders(SKF_6205)
     )
     orders = diagnoser["compare"].order_residual_
     found = orders.match(diagnoser[:1].transform(X[:1]), rpm=[620])

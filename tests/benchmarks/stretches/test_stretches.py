@@ -14,12 +14,12 @@ from benchmarks.stretches.methods import (
     WindowsVote,
 )
 from benchmarks.stretches.rigs import places
-from skarxlag import fault_orders, make_alpio
+from skarxlag import bearing_orders, make_alpio
 from skarxlag.bearings import SKF_6205
 
 from ...test_orders import RATE, strikes
 
-ORDERS = fault_orders(SKF_6205)
+ORDERS = bearing_orders(SKF_6205)
 
 
 @pytest.fixture(scope="module")
