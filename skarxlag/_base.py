@@ -9,7 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
-from ._validation import INNOVATIONS, CheckedEstimator, check_input_names, uses_fitted
+from ._validation import (
+    INNOVATIONS,
+    CheckedEstimator,
+    check_input_names,
+    uses_fitted,
+    validate_innovations,
+)
+from .speeds import with_plausible_speeds
 
 #: Site of the documentation.
 SITE = "https://skarxlag.github.io/skarxlag/"
@@ -95,9 +102,11 @@ class GroupTransformer(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=
 
 
 class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
-    """Transformer from stretches and their speeds to one residual for each condition.
+    """Transformer from rows and their speeds to one residual for each condition.
 
-    A subclass names its residuals by the conditions and `_suffix`.
+    A subclass computes the residuals of checked rows in `_residuals`. It states in `_answers`
+    whether `fit` was given speeds, and which ones. The names of the residuals are those of the
+    conditions and `_suffix`.
     """
 
     classes_: NDArray[Any]
@@ -134,6 +143,48 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         """
         # The method of scikit-learn's mixin does not pass rpm to transform.
         return self.fit(X, y, rpm=rpm, sample_weight=sample_weight).transform(X, rpm=rpm)
+
+    @uses_fitted
+    def transform(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
+        """Compute one residual for each row and condition.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
+            Rows as in `fit`. Stretches may have any length.
+        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
+            Nominal speed in revolutions per minute. None: the speed is not known.
+
+        Returns
+        -------
+        ndarray of shape (n_rows, n_classes)
+            Residuals, in units of the variation that is expected.
+
+        Raises
+        ------
+        ValueError
+            As in `fit`; also if `rpm` is given and was not in `fit`.
+
+        Warns
+        -----
+        UserWarning
+            If a speed is not above 0, or farther than a factor of 5 outside the speeds of `fit`.
+            The residuals of such a row are 1 for all conditions.
+        """
+        X = self._checked_rows(X)
+        self._check_rpm_is_taken(rpm)
+        rpm, is_plausible = with_plausible_speeds(rpm, len(X), self._answers()["speeds"])
+        residuals = self._residuals(X, rpm)
+        # Equal residuals name no condition.
+        residuals[~is_plausible] = 1.0
+        return residuals.astype(X.dtype, copy=False)
+
+    def _checked_rows(self, X):
+        return validate_innovations(self, X, reset=False, any_length=True)[0]
+
+    def _check_rpm_is_taken(self, rpm):
+        if rpm is not None and not self._answers()["takes_rpm"]:
+            raise ValueError("rpm was given, but not in fit; expected it in both or in neither.")
 
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
         """Return the names of the residuals, one for each condition.

@@ -22,7 +22,6 @@ from ._validation import (
     check_real,
     check_value,
     remember_parameters,
-    uses_fitted,
     validate_signals,
     weighted_windows,
 )
@@ -31,7 +30,7 @@ from .kernels.group_means import group_means
 from .kernels.spectra import cepstrum
 from .kernels.speed_drift import along_axes, drift_factor, group_speeds, joint_axes
 from .kernels.speed_references import drift_learned, mean_by_speed, references_at, speeds_to_try
-from .speeds import log_speeds, with_plausible_speeds
+from .speeds import log_speeds
 
 #: No power of double precision has a larger logarithm: a value above it is no logarithm.
 _LARGEST = 1e4
@@ -313,8 +312,8 @@ class SpectralDistance(StretchTransformer):
                 f"{self.classes_.tolist()}."
             )
         own, cepstra = np.searchsorted(self.classes_, y), _cepstra(X)
-        log_speed = self._log_speeds(rpm, len(X))
-        known = np.log(self.speeds_) if len(self.speeds_) > 0 else np.zeros(1)
+        self._check_rpm_is_taken(rpm)
+        log_speed, known = log_speeds(rpm, len(X)), self._known_log_speeds()
         at = np.full(len(X), known.mean()) if log_speed is None else log_speed
         moved = []
         for chosen, axes, variances, references in self._parts():
@@ -330,57 +329,23 @@ class SpectralDistance(StretchTransformer):
             references["joint_references_"] = self.joint_references_ + moved[n_groups]
         return references
 
-    @uses_fitted
     @one_thread
-    def transform(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Compute one residual for each window and condition.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)
-            Log spectra.
-        rpm : float, array-like of shape (n_windows,) or (n_windows, n_samples), default=None
-            Speed of each window, as in `fit`.
-
-        Returns
-        -------
-        ndarray of shape (n_windows, n_classes)
-            Residuals: 1 is usual for windows of the condition at the training speed.
-
-        Raises
-        ------
-        ValueError
-            If `rpm` is given and was not in `fit`.
-
-        Warns
-        -----
-        UserWarning
-            If a speed is not above 0, or farther than a factor of 5 outside the speeds of `fit`.
-            The residuals of such a window are 1 for all conditions.
-        """
-        X, _ = self._validate(X, reset=False)
-        rpm, is_plausible = with_plausible_speeds(rpm, len(X), self.speeds_)
-        log_speed, cepstra = self._log_speeds(rpm, len(X)), _cepstra(X)
+    def _residuals(self, X, rpm):
+        log_speed, cepstra = log_speeds(rpm, len(X)), _cepstra(X)
         parts = [
             (along_axes(_joined(cepstra[:, chosen]), axes), variances, references)
             for chosen, axes, variances, references in self._parts()
         ]
-        known = np.log(self.speeds_) if len(self.speeds_) > 0 else np.zeros(1)
+        known = self._known_log_speeds()
         if log_speed is not None:
-            residuals = self._residuals(parts, log_speed, known)
-        else:
-            residuals = np.min(
-                [
-                    self._residuals(parts, np.full(len(X), tried), known, factor=1.0)
-                    for tried in speeds_to_try(known)
-                ],
-                axis=0,
-            )
-        # Equal residuals name no condition.
-        residuals[~is_plausible] = 1.0
-        return residuals.astype(X.dtype, copy=False)
+            return self._residuals_at(parts, log_speed, known)
+        at_speeds = [
+            self._residuals_at(parts, np.full(len(X), tried), known, factor=1.0)
+            for tried in speeds_to_try(known)
+        ]
+        return np.min(at_speeds, axis=0)
 
-    def _residuals(self, parts, log_speed, known, factor=None):
+    def _residuals_at(self, parts, log_speed, known, factor=None):
         """Residuals at given speeds; the factor on the drift follows from them if it is None."""
         joint = self.joint_weight if self._is_joint() else 0.0
         n_groups = len(self.axes_)
@@ -405,10 +370,8 @@ class SpectralDistance(StretchTransformer):
             chosen = self._joint_groups()
             yield chosen, self.joint_axes_, self.joint_variances_, self.joint_references_
 
-    def _log_speeds(self, rpm, n_windows):
-        if rpm is not None and len(self.speeds_) == 0:
-            raise ValueError("rpm was given, but not in fit; expected it in both or in neither.")
-        return log_speeds(rpm, n_windows)
+    def _known_log_speeds(self):
+        return np.log(self.speeds_) if len(self.speeds_) > 0 else np.zeros(1)
 
     def _joint_groups(self):
         n_groups = int(self.window_shape_[0])
@@ -420,6 +383,9 @@ class SpectralDistance(StretchTransformer):
     def _smooth_variance(self, n_groups, rough):
         of_group = smooth_variance(self._n_coefficients(), self.smooth_drift, rough)
         return np.tile(of_group, n_groups)
+
+    def _checked_rows(self, X):
+        return self._validate(X, reset=False)[0]
 
     def _validate(self, X, y=None, *, reset):
         expected = "(n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)"

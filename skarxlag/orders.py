@@ -28,7 +28,7 @@ from ._validation import (
 from .kernels.group_means import group_means
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
 from .kernels.speed_drift import drift_factor, group_speeds, speed_distance
-from .speeds import LEAST_TURNS, log_speeds, samples_a_turn, with_plausible_speeds
+from .speeds import LEAST_TURNS, log_speeds, samples_a_turn
 
 #: Lowest order, and the step from one order to the next.
 _LOWEST_ORDER, _ORDER_STEP = 0.3, 0.1
@@ -261,43 +261,8 @@ class OrderResidual(StretchTransformer):
         return self
 
     @uses_fitted
-    def transform(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """One residual for each stretch and condition.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
-            Innovations, or plain stretches, of any length.
-        rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
-            Nominal speed in revolutions per minute.
-
-        Returns
-        -------
-        ndarray of shape (n_stretches, n_classes)
-            Root-mean-square distances, in standard deviations. Where the speed is not given and the
-            stretches are too short to show orders, they are 1 for every condition.
-
-        Raises
-        ------
-        ValueError
-            As in `fit`; also if `rpm` is given and was not in `fit`.
-
-        Warns
-        -----
-        UserWarning
-            If a speed is not above 0, or farther than a factor of 5 outside the speeds of `fit`.
-            The residuals of such a stretch are 1 for all conditions.
-        """
-        X, _ = validate_innovations(self, X, reset=False, any_length=True)
-        rpm, is_plausible = with_plausible_speeds(rpm, len(X), self.speeds_)
-        residuals = self._match(X, rpm).residuals
-        # Equal residuals name no condition.
-        residuals[~is_plausible] = 1.0
-        return residuals
-
-    @uses_fitted
     def match(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
-        """Residuals, and the factors on the speed that they belong to.
+        """Compute the residuals, and the factors on the speed that they belong to.
 
         Parameters
         ----------
@@ -313,54 +278,47 @@ class OrderResidual(StretchTransformer):
             (n_stretches, n_classes); ``spectra`` of shape (n_stretches, n_classes, n_bands,
             n_orders), the order spectra z at these factors, in nepers.
         """
-        X, _ = validate_innovations(self, X, reset=False, any_length=True)
+        X = self._checked_rows(X)
+        self._check_rpm_is_taken(rpm)
         return self._match(X, rpm)
 
+    def _residuals(self, X, rpm):
+        return self._match(X, rpm).residuals
+
     def _match(self, X, rpm):
-        turns = self._samples_a_turn(rpm, X)
         if rpm is None:
-            deviation, factors = np.log(self.speed_range) / 2, np.ones(len(X))
+            turns, factors = np.full(len(X), self.samples_a_turn_), np.ones(len(X))
+            deviation = np.log(self.speed_range) / 2
         else:
-            known = np.log(self.speeds_)
-            at = speed_distance(log_speeds(rpm, len(X), X.shape[-1]), known)
-            deviation, factors = self.speed_tolerance, drift_factor(at.variance)
+            turns = samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])
+            log_speed = log_speeds(rpm, len(X), X.shape[-1])
+            factors = drift_factor(speed_distance(log_speed, np.log(self.speeds_)).variance)
+            deviation = self.speed_tolerance
 
         def of_batch(batch):
             row = batch.start
             variances = self.variances_ + self.drift * factors[row]
-            return self._match_one(X[row], turns[row], deviation, variances)
+            # With one model for each condition, each is compared with its own reference.
+            references = np.split(self.references_, X.shape[1])
+            found = [
+                match(
+                    *self._envelopes(samples, turns[row]),
+                    self.n_turns,
+                    self.orders_,
+                    deviation,
+                    own,
+                    variances,
+                )
+                for samples, own in zip(X[row], references, strict=True)
+            ]
+            return tuple(map(np.concatenate, zip(*found, strict=True)))
 
         found = map_batches(of_batch, len(X), self.n_jobs, batch_size=1)
         residuals, factors, spectra = map(np.stack, zip(*found, strict=True))
         return Bunch(residuals=residuals.astype(X.dtype), factors=factors, spectra=spectra)
 
-    def _match_one(self, models, turn, deviation, variances):
-        """Residual, factor and order spectra of one stretch for each condition."""
-        parts = []
-        for model, samples in enumerate(models):
-            mine = slice(None) if len(models) == 1 else slice(model, model + 1)
-            parts.append(
-                match(
-                    *self._envelopes(samples, turn),
-                    self.n_turns,
-                    self.orders_,
-                    deviation,
-                    self.references_[mine],
-                    variances,
-                )
-            )
-        return tuple(map(np.concatenate, zip(*parts, strict=True)))
-
     def _envelopes(self, samples, turn):
         return envelopes_over_angle(samples, turn, self.frame, self.n_bands, self.max_order)
-
-    def _samples_a_turn(self, rpm, X):
-        """Samples in a turn for each stretch, or for each of its samples."""
-        if rpm is None:
-            return np.full(len(X), self.samples_a_turn_)
-        if len(self.speeds_) == 0:
-            raise ValueError("rpm was given, but not in fit; expected it in both or in neither.")
-        return samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])
 
     def _check_parameters(self):
         if self.sampling_rate is not None:

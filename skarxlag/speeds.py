@@ -1,4 +1,4 @@
-"""Shaft speeds: what users give, and what a signal tells."""
+"""Shaft speeds: checks of stated speeds, and estimates from a signal."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from sklearn.utils import check_array, check_scalar
 from ._validation import check_real
 from .kernels.comb import comb_frequency
 
-#: Turns of the shaft below which a stretch says nothing of orders.
+#: Least number of turns of the shaft in a stretch whose orders are compared.
 LEAST_TURNS = 3
-#: A stated speed is taken for an error if it lies farther than this factor outside the training
-#: speeds: hertz instead of revolutions per minute is a factor of 60.
+#: A stated speed counts as an error if it lies farther than this factor outside the training
+#: speeds. Hertz instead of revolutions per minute are a factor of 60.
 SPEED_FACTOR = 5.0
 
 
@@ -93,61 +93,17 @@ def speed_errors(
     lowest, highest = 0.0, np.inf
     if len(train_rpm) > 0:
         lowest, highest = min(train_rpm) / factor, max(train_rpm) * factor
-    worst = speeds.reshape(n_rows, -1)
-    is_bad = ~((worst >= lowest) & (worst <= highest) & (worst > 0) & np.isfinite(worst))
-    worst = worst[np.arange(n_rows), is_bad.argmax(axis=1)] if n_rows else worst
-    return np.array(
-        [_speed_error(speed, lowest, highest) if bad else ""
-         for speed, bad in zip(worst, is_bad.any(axis=1), strict=True)],
-        dtype=str,
-    )  # fmt: skip
-
-
-def _speed_error(speed, lowest, highest):
-    if not (np.isfinite(speed) and speed > 0):
-        return f"speed {speed:g} rpm is not a number above 0"
-    return f"speed {speed:g} rpm is outside {lowest:g} to {highest:g} rpm"
-
-
-def plausible_speeds(
-    rpm: ArrayLike, n_rows: int, train_rpm: Sequence[float] = (), factor: float = SPEED_FACTOR
-) -> NDArray[np.bool_]:
-    """Return which rows have a plausible speed, and warn once if some have not.
-
-    Parameters
-    ----------
-    rpm, n_rows, train_rpm, factor
-        As in `speed_errors`.
-
-    Returns
-    -------
-    ndarray of bool of shape (n_rows,)
-        True for a plausible speed. Estimators treat other rows as rows without a signal.
-
-    Raises
-    ------
-    ValueError
-        As in `speed_errors`.
-
-    Warns
-    -----
-    UserWarning
-        If the speed of a row is not plausible.
-
-    Examples
-    --------
-    >>> plausible_speeds(900.0, 2, train_rpm=[600.0])
-    array([ True,  True])
-    """
-    errors = speed_errors(rpm, n_rows, train_rpm, factor)
-    is_plausible = errors == ""
-    if not is_plausible.all():
-        warnings.warn(
-            f"{np.sum(~is_plausible)} of {n_rows} rows are treated as rows without a signal: "
-            f"{errors[~is_plausible][0]}. rpm must be in revolutions per minute.",
-            stacklevel=5,
-        )
-    return is_plausible
+    speeds = speeds.reshape(n_rows, -1)
+    is_speed = np.isfinite(speeds) & (speeds > 0)
+    is_plausible = is_speed & (speeds >= lowest) & (speeds <= highest)
+    errors = np.full(n_rows, "", dtype=object)
+    for row in np.flatnonzero(~is_plausible.all(axis=1)):
+        place = is_plausible[row].argmin()
+        wanted = f"outside {lowest:g} to {highest:g} rpm"
+        if not is_speed[row, place]:
+            wanted = "not a number above 0"
+        errors[row] = f"speed {speeds[row, place]:g} rpm is {wanted}"
+    return errors
 
 
 def with_plausible_speeds(
@@ -165,7 +121,12 @@ def with_plausible_speeds(
     rpm : ndarray of shape (n_rows,) or (n_rows, n_samples), or None
         Speeds, with the first training speed for rows without a plausible one.
     is_plausible : ndarray of bool of shape (n_rows,)
-        Rows whose speed was not replaced.
+        Rows whose speed was not replaced. Estimators treat other rows as rows without a signal.
+
+    Warns
+    -----
+    UserWarning
+        If the speed of a row is not plausible.
 
     Examples
     --------
@@ -174,9 +135,15 @@ def with_plausible_speeds(
     """
     if rpm is None:
         return None, np.ones(n_rows, dtype=bool)
-    is_plausible = plausible_speeds(rpm, n_rows, train_rpm)
+    errors = speed_errors(rpm, n_rows, train_rpm)
+    is_plausible = errors == ""
     if is_plausible.all():
         return rpm, is_plausible
+    warnings.warn(
+        f"{np.sum(~is_plausible)} of {n_rows} rows are treated as rows without a signal: "
+        f"{errors[~is_plausible][0]}. rpm must be in revolutions per minute.",
+        stacklevel=5,
+    )
     speeds = speeds_of_rows(rpm, n_rows).copy()
     speeds[~is_plausible] = train_rpm[0] if len(train_rpm) > 0 else 1.0
     return speeds, is_plausible
@@ -185,7 +152,7 @@ def with_plausible_speeds(
 def samples_a_turn(
     rpm: ArrayLike, sampling_rate: float | None, n_stretches: int, n_samples: int
 ) -> NDArray[Any]:
-    """Samples in a turn of the shaft, from nominal speeds.
+    """Compute the samples in a turn of the shaft from nominal speeds.
 
     Parameters
     ----------
@@ -199,7 +166,7 @@ def samples_a_turn(
     Returns
     -------
     ndarray of shape (n_stretches,) or (n_stretches, n_samples)
-        Samples that a turn takes.
+        Samples in a turn.
 
     Raises
     ------
@@ -228,7 +195,7 @@ def samples_a_turn(
 
 
 def check_speeds(rpm: ArrayLike, n_stretches: int, n_samples: int) -> NDArray[Any]:
-    """Check nominal speeds.
+    """Check nominal speeds, and return those of the last samples.
 
     Parameters
     ----------

@@ -19,7 +19,6 @@ from ._validation import (
     Values,
     check_real,
     remember_parameters,
-    uses_fitted,
     validate_innovations,
     weighted_windows,
 )
@@ -27,7 +26,7 @@ from .comparison import SpectralDistance
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
 from .spectra import LogSpectra
-from .speeds import LEAST_TURNS, log_speeds, speeds_of_rows, with_plausible_speeds
+from .speeds import LEAST_TURNS, log_speeds, speeds_of_rows
 
 #: Constants of the recommended diagnoser, see ``python -m benchmarks.recipe constants``: order of
 #: the model; settings of `SpectralDistance`, whose joint distance is that of colour and steadiness;
@@ -237,37 +236,7 @@ class StretchResidual(StretchTransformer):
         remember_parameters(self)
         return self
 
-    @uses_fitted
-    def transform(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Compute one residual for each row and condition.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
-            Innovations, or plain rows.
-        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
-            Nominal speed in revolutions per minute.
-
-        Returns
-        -------
-        ndarray of shape (n_rows, n_classes)
-            Products of both residuals.
-
-        Raises
-        ------
-        ValueError
-            As in `OrderResidual.transform`; also if `rpm` is given and was not in `fit`.
-
-        Warns
-        -----
-        UserWarning
-            If a speed is not above 0, or farther than a factor of 5 outside the speeds of `fit`.
-            The residuals of such a row are 1 for all conditions.
-        """
-        X, _ = validate_innovations(self, X, reset=False, any_length=True)
-        if rpm is not None and not self.speed_known_:
-            raise ValueError("rpm was given, but not in fit; expected it in both or in neither.")
-        rpm, is_plausible = with_plausible_speeds(rpm, len(X), self._speeds())
+    def _residuals(self, X, rpm):
         windows = self._windows(X)
         n_windows = len(windows) // len(X)
         metadata = _of_windows(self.window_residual_, "transform", rpm, len(X), n_windows)
@@ -282,8 +251,6 @@ class StretchResidual(StretchTransformer):
                 own = None if rpm is None else speeds_of_rows(rpm, len(X))[rows]
                 of_orders = self.order_residual_.transform(X[rows], rpm=own)
                 residuals[rows] *= np.asarray(of_orders) ** self.order_weight
-        # Equal residuals name no condition.
-        residuals[~is_plausible] = 1.0
         return residuals
 
     def _speeds(self):
