@@ -104,9 +104,8 @@ class GroupTransformer(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=
 class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
     """Transformer from rows and their speeds to one residual for each condition.
 
-    A subclass computes the residuals of checked rows in `_residuals`. It states in `_answers`
-    whether `fit` was given speeds, and which ones. The names of the residuals are those of the
-    conditions and `_suffix`.
+    A subclass computes the residuals of checked rows in `_residuals`. The names of the residuals
+    are those of the conditions and `_suffix`.
     """
 
     classes_: NDArray[Any]
@@ -173,7 +172,7 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         """
         X = self._checked_rows(X)
         self._check_rpm_is_taken(rpm)
-        rpm, is_plausible = with_plausible_speeds(rpm, len(X), self._answers()["speeds"])
+        rpm, is_plausible = with_plausible_speeds(rpm, len(X), self._trained_speeds() or ())
         residuals = self._residuals(X, rpm)
         # Equal residuals name no condition.
         residuals[~is_plausible] = 1.0
@@ -183,8 +182,16 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         return validate_innovations(self, X, reset=False, any_length=True)[0]
 
     def _check_rpm_is_taken(self, rpm):
-        if rpm is not None and not self._answers()["takes_rpm"]:
+        if rpm is not None and self._trained_speeds() is None:
             raise ValueError("rpm was given, but not in fit; expected it in both or in neither.")
+
+    def _trained_speeds(self):
+        """Return the speeds of `fit` in revolutions per minute, or None if it was given none."""
+        return tuple(self.speeds_.round(6).tolist()) or None
+
+    def _answers(self):
+        speeds = self._trained_speeds()
+        return {"takes_rpm": speeds is not None, "speeds": speeds or ()}
 
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
         """Return the names of the residuals, one for each condition.

@@ -440,12 +440,6 @@ class SpectralDistance(StretchTransformer):
                 f"{n_groups - 1}."
             )
 
-    def _answers(self):
-        return {
-            "takes_rpm": len(self.speeds_) > 0,
-            "speeds": tuple(self.speeds_.round(6).tolist()),
-        }
-
 
 def _moved(means):
     """Changes of mean log spectra when the frequency axis is scaled, for each group."""

@@ -332,12 +332,7 @@ class OrderResidual(StretchTransformer):
         check_real(self.drift, "drift", min_val=0, include_boundaries="neither")
 
     def _answers(self):
-        return {
-            "takes_rpm": len(self.speeds_) > 0,
-            "speeds": tuple(self.speeds_.round(6).tolist()),
-            "is_stretch": True,
-            "sampling_rate": self.sampling_rate,
-        }
+        return super()._answers() | {"is_stretch": True, "sampling_rate": self.sampling_rate}
 
     def _check_relations(self):
         if self.n_models_ not in (0, 1, len(self.classes_)):

@@ -253,10 +253,11 @@ class StretchResidual(StretchTransformer):
                 residuals[rows] *= np.asarray(of_orders) ** self.order_weight
         return residuals
 
-    def _speeds(self):
-        """Training speeds, as far as a part of the residual knows them."""
-        if self.order_residual_ is not None and len(self.order_residual_.speeds_) > 0:
-            return tuple(self.order_residual_.speeds_.round(6).tolist())
+    def _trained_speeds(self):
+        if not self.speed_known_:
+            return None
+        if self.order_residual_ is not None:
+            return self.order_residual_._trained_speeds()
         return answers(self.window_residual_).speeds
 
     def adapt(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
@@ -303,12 +304,8 @@ class StretchResidual(StretchTransformer):
         check_scalar(self.window_length, "window_length", Integral, min_val=1)
 
     def _answers(self):
-        return {
-            "takes_rpm": self.speed_known_,
-            "speeds": self._speeds(),
-            "is_stretch": self.compares_orders_,
-            "sampling_rate": self.order_residual.sampling_rate if self.order_residual else None,
-        }
+        rate = self.order_residual.sampling_rate if self.order_residual else None
+        return super()._answers() | {"is_stretch": self.compares_orders_, "sampling_rate": rate}
 
     def _check_relations(self):
         for name in ("window_residual_", "order_residual_"):
