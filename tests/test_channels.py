@@ -6,7 +6,7 @@ from sklearn.preprocessing import StandardScaler
 
 from skarxlag import ChannelRows, DiagnosisPipeline, load_diagnoser, make_alpio, save_diagnoser
 from skarxlag.commands.messages import CommandError
-from skarxlag.commands.models import load_model
+from skarxlag.commands.models import SavedModel
 
 X = np.random.default_rng(0).normal(size=(20, 3, 50))
 Y = np.repeat(["good", "worn"], 10)
@@ -57,14 +57,14 @@ def test_a_saved_diagnoser_of_rows_works_on_rows_and_in_commands_on_recordings(t
     loaded, _ = load_diagnoser(tmp_path / "d.skops")
     expected = diagnoser.predict_proba(X.reshape(20, -1))
     np.testing.assert_array_equal(loaded.predict_proba(X.reshape(20, -1)), expected)
-    model = load_model(tmp_path / "d.skops")
+    model = SavedModel(tmp_path / "d.skops")
     assert (model.n_channels, model.window_length) == (3, 50)
     np.testing.assert_array_equal(model.diagnoser.predict_proba(X), expected)
 
 
 def saved_as(diagnoser, rows, path):
     save_diagnoser(diagnoser.fit(rows, Y), path)
-    return load_model(path)
+    return SavedModel(path)
 
 
 @pytest.mark.parametrize("wrap", [make_pipeline, lambda rows: CalibratedClassifierCV(rows, cv=2)])

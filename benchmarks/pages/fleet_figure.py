@@ -24,6 +24,7 @@ from benchmarks.pages.svg_figures import BLUE, GREY, ORANGE, PURPLE, saved_figur
 from benchmarks.speed.rows import coloured_windows
 from skarxlag import make_diagnoser, save_diagnoser
 from skarxlag.commands.diagnosis import Task
+from skarxlag.commands.models import SavedModel
 from skarxlag.commands.workers import WorkerDied, executors, run_tasks
 from skarxlag.recordings.listing import list_files
 
@@ -80,8 +81,8 @@ def measure():
         save_diagnoser(make_diagnoser().fit(X[::6], y[::6]), model)
         np.save(folder / "0.npy", X.ravel().astype(np.float32))
         (recording,) = list_files(folder / "0.npy")
-        settings = str(model), model.stat().st_mtime_ns, 1
-        tasks = [Task(replace(recording, name=str(n)), settings) for n in range(N_RECORDINGS)]
+        load = SavedModel(model).loader(1)
+        tasks = [Task(replace(recording, name=str(n)), load) for n in range(N_RECORDINGS)]
         expected = tasks[0]().windows
         notes = folder / "notes"
         args = argparse.Namespace()

@@ -25,6 +25,7 @@ from benchmarks.speed.rows import coloured_windows, rate
 from benchmarks.speed.timing import matrix_product, ratio, take_turns
 from skarxlag import make_diagnoser, save_diagnoser
 from skarxlag.commands.diagnosis import Task
+from skarxlag.commands.models import SavedModel
 from skarxlag.commands.workers import WorkerDied, Workers, run_tasks
 from skarxlag.recordings.listing import list_files
 
@@ -86,8 +87,8 @@ def measure(n_rounds=9, n_recordings=24, n_windows=400):
         save_diagnoser(make_diagnoser().fit(X, y), model)
         for number in range(n_recordings):
             np.save(folder / f"{number}.npy", X.ravel().astype(np.float32))
-        settings = str(model), model.stat().st_mtime_ns, 1
-        tasks = [Task(recording, settings) for recording in list_files(folder)]
+        load = SavedModel(model).loader(1)
+        tasks = [Task(recording, load) for recording in list_files(folder)]
         products = [partial(_products, 10)] * 8
         with _warm_workers(1, tasks[:2]) as one, _warm_workers(2, tasks[:4]) as two:
             seconds = take_turns(

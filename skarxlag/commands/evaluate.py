@@ -18,8 +18,8 @@ from ..datasets import FETCHERS, simulate_rig
 from ..model_selection import SpeedSplit
 from . import figures
 from .arguments import add_execution_arguments, positive_int, seed, speed_or_all, window_length
-from .diagnosers import DIAGNOSERS
 from .messages import CommandError, Progress, UsageError, add_progress_arguments, as_command_error
+from .models import DIAGNOSERS
 from .own_rig import evaluate_table
 from .report import why_no_figures
 from .tables import evaluation_report

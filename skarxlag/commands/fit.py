@@ -27,9 +27,9 @@ from .arguments import (
     table_recordings,
     window_length,
 )
-from .diagnosers import DIAGNOSERS
+from .info import calibration_basis, too_few_rows
 from .messages import CommandError, UsageError, add_progress_arguments, as_command_error, counted
-from .models import calibration_basis, held_rate, is_model_file
+from .models import DIAGNOSERS, is_model_file
 from .results import check_output
 from .training import (
     DETECTOR,
@@ -232,7 +232,7 @@ def run(args: argparse.Namespace) -> int:
     if healthy is not None and detector is None:
         lines.append(_calibration(diagnoser[-1], args.false_alarm_rate, rows))
         if kind != DETECTOR:
-            lines += held_rate(n_windows[0], args.false_alarm_rate)
+            lines += too_few_rows(n_windows[0], args.false_alarm_rate)
     print(*lines, f"Saved {kind} to {args.output}", sep="\n")
     return 0
 

@@ -1,202 +1,296 @@
-"""A saved diagnoser and what must be known to use it on recordings."""
+"""Models that diagnose recordings: a saved diagnoser, and the orders of a bearing."""
 
 import hashlib
 import os
-from dataclasses import dataclass
-from functools import lru_cache
+from collections.abc import Callable, Iterator
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
 
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from sklearn.base import BaseEstimator
 from sklearn.pipeline import Pipeline
 
 from .._answers import answers
 from .._validation import estimators_within
 from ..channels import ChannelRows
-from ..kernels.ladder import rows_that_hold
+from ..diagnosers import (
+    make_alpio,
+    make_diagnoser,
+    make_extended_state_pio,
+    make_fault_order_classifier,
+)
+from ..fault_places import HEALTHY, PLACES
 from ..persistence import load_diagnoser
 from ..pipelines import in_one_pass
-from ..verdicts import Judge
-from .diagnosers import set_threads
+from ..quality import signal_quality
+from ..recordings.listing import ListedRecording
+from ..recordings.rates import rates_agree, resampled_blocks
+from ..recordings.windows import block_length, cut_blocks
+from ..verdicts import CHANGED, HOLD, NO_SIGNAL, NONE_OF_THESE, Judge
+from .diagnosis import Diagnosis
 from .messages import CommandError, as_command_error, printable
+from .workers import cancelled
+
+#: Titles and makers of the diagnosers that `evaluate` compares, in the order of its tables.
+DIAGNOSERS = {
+    "alpio": ("ALPIO", make_alpio),
+    "extended-state": ("Extended state", make_extended_state_pio),
+    "diagnoser": ("Diagnoser", make_diagnoser),
+}
+#: Advice on verdicts that are no condition.
+_ADVICE = {
+    NO_SIGNAL: "No window carries a signal. Check the sensor, its cable and the logger.",
+    NONE_OF_THESE: "None of these: the recording resembles no condition of the model. Check the "
+    "sensor, the unit and the stated speed; if they are right, the condition is new to it.",
+    CHANGED: "Changed: the healthy limits are exceeded, but no condition can be named. Another "
+    "load, mounting or sensor can be the reason.",
+}
 
 
-@dataclass(frozen=True)
 class SavedModel:
-    """What `fit`, or `save_diagnoser`, has written.
+    """Diagnoser in a file, with its healthy limits, its known conditions and its facts.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    diagnoser : Pipeline
-        Fitted.
-    facts : dict
-        As saved.
-    kind : str
-        Name of the diagnoser in the commands, or of its class.
-    conditions : list of str
-        The healthy one first.
-    healthy : str or None
-        The healthy one; None if nobody has stated which that is.
-    n_channels : int
-        Of the windows.
-    window_length : int
-        In samples.
-    sampling_rate : float or None
-        In Hz; None if nobody has stated it.
-    train_rpm : list of float or None
-        Speeds of the training.
-    judge : Judge
-        Diagnoser, known conditions and detector of the file as one, for verdicts.
-    known : Pipeline or None
-        Known conditions that were saved with the diagnoser.
-    detector : Pipeline or None
-        Detector that was saved with the diagnoser.
+    Facts that are missing from the file are read from the fitted steps. They are None if they are
+    not known.
     """
 
-    path: Path
-    diagnoser: object
-    facts: dict[str, Any]
-    kind: str
-    conditions: list[Any]
-    healthy: str | None
-    n_channels: int
-    window_length: int
-    sampling_rate: float | None
-    train_rpm: list[Any] | None
-    judge: Judge
-    known: Any = None
-    detector: Any = None
-
-
-def load_model(path: str | os.PathLike[str], n_jobs: int | None = None) -> SavedModel:
-    """Load a model. What `fit` states and `save_diagnoser` may not is taken from its steps.
-
-    Parameters
-    ----------
-    path : path-like
-        The file.
-    n_jobs : int or None, default=None
-        Threads that work on windows.
-
-    Returns
-    -------
-    SavedModel
-        The model.
-
-    Raises
-    ------
-    CommandError
-        If it cannot be read, or neither states the length of its windows nor knows it.
-    """
-    with as_command_error():
-        diagnoser, facts = load_diagnoser(path)
-    _take_windows(path, diagnoser)
-    companions = [facts.pop(name, None) for name in ("known_conditions", "detector")]
-    for each in (diagnoser, *companions):
-        if each is not None:
+    def __init__(self, path: str | os.PathLike[str], n_jobs: int | None = None) -> None:
+        with as_command_error():
+            diagnoser, facts = load_diagnoser(path)
+        self.known = facts.pop("known_conditions", None)
+        self.detector = facts.pop("detector", None)
+        _remove_channel_rows(path, diagnoser)
+        for each in (diagnoser, self.known, self.detector):
             set_threads(each, n_jobs)
-    known = _of_steps(path, diagnoser, in_one_pass(diagnoser)[-1]) | facts
-    if "window_length" not in known:
-        raise CommandError(
-            f"{path}: does not state the length of its windows; save it with "
-            "save_diagnoser(..., window_length=...)"
+        self.can = can = answers(diagnoser)
+        self.path, self.facts, self.diagnoser = path, facts, in_one_pass(diagnoser)
+        self.kind = facts.get("diagnoser") or type(diagnoser).__name__
+        self.window_length = facts.get("window_length") or can.window_length
+        self.n_channels = facts.get("n_channels") or can.n_channels
+        self.sampling_rate = facts.get("sampling_rate")
+        self.train_rpm = facts.get("train_rpm")
+        self.rows = "stretches" if can.is_stretch else "windows"
+        self.healthy = "healthy" if can.conditions is None else can.healthy
+        names = can.conditions or [self.healthy]
+        self.conditions = facts.get("conditions") or sorted(
+            names, key=lambda name: name != self.healthy
         )
-    conditions, train_rpm, healthy = known["conditions"], known.get("train_rpm"), known["healthy"]
-    if "conditions" in facts:
-        healthy = facts.get("healthy", conditions[0])
-    with as_command_error():
-        judge = Judge(
-            diagnoser,
-            conditions=None if healthy is None else conditions,
-            known=companions[0],
-            detector=companions[1],
-            train_rpm=train_rpm or (),
+        if "conditions" in facts:
+            self.healthy = facts.get("healthy", self.conditions[0])
+        if self.window_length is None:
+            raise CommandError(
+                f"{path}: does not state the length of its windows; save it with "
+                "save_diagnoser(..., window_length=...)"
+            )
+        try:
+            self.judge = Judge(
+                diagnoser,
+                conditions=None if self.healthy is None else self.conditions,
+                known=self.known,
+                detector=self.detector,
+                train_rpm=self.train_rpm or (),
+            )
+        except ValueError as error:
+            raise CommandError(f"{path}: {error}") from error
+        if self.healthy is None:
+            # Without a healthy condition there are no healthy limits.
+            self.judge.healthy, self.judge.detects = None, False
+
+    @property
+    def heading(self) -> str:
+        """Description in one line."""
+        speeds = at = seconds = ""
+        if self.train_rpm is not None:
+            speeds = f" at {', '.join(f'{speed:g}' for speed in self.train_rpm)} rpm"
+        if self.sampling_rate is not None:
+            at = f" at {self.sampling_rate:g} Hz"
+            if self.can.is_stretch:
+                seconds = f", {self.window_length / self.sampling_rate:.3g} s,"
+        return (
+            f"{self.path}: {self.kind} calibrated on {', '.join(map(str, self.conditions))}"
+            f"{speeds}, {self.rows} of {self.window_length} samples{seconds}{at}. "
+            f"Healthy: {'not known' if self.healthy is None else self.healthy}"
         )
-    if healthy is None:
-        # Without a healthy condition there are no healthy limits.
-        judge.healthy, judge.detects = None, False
-    return SavedModel(
-        path=path,
-        diagnoser=in_one_pass(diagnoser),
-        facts=facts,
-        kind=known["diagnoser"],
-        conditions=conditions,
-        healthy=healthy,
-        n_channels=known["n_channels"],
-        window_length=known["window_length"],
-        sampling_rate=known.get("sampling_rate"),
-        train_rpm=train_rpm,
-        judge=judge,
-        known=companions[0],
-        detector=companions[1],
-    )
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Entries for a file of results."""
+        found = {
+            "file": printable(self.path),
+            "diagnoser": self.kind,
+            "conditions": self.conditions,
+            "healthy": self.healthy,
+            "train_rpm": self.train_rpm,
+            "sampling_rate": self.sampling_rate,
+            "window_length": self.window_length,
+        }
+        if self.known is not None:
+            found["false_rejection_rate"] = answers(self.known).stated_rate
+        return found
+
+    @property
+    def identity(self) -> str:
+        """SHA-256 of the file."""
+        return model_digest(self.path)
+
+    def loader(self, n_jobs: int) -> Callable[[], Any]:
+        """Return a function that loads the model in a worker, once for all recordings."""
+        path = os.path.abspath(self.path)
+        return partial(_cached_model, path, os.stat(path).st_mtime_ns, n_jobs)
+
+    def diagnose(self, recording: ListedRecording, resample: bool = False) -> Diagnosis:
+        """Diagnose a recording, block by block."""
+        old_rates, parts, sampling_rate = [], [], None
+        if recording.rpm is None and self.can.takes_rpm:
+            recording = recording.with_speed()
+        for X, rate in self.windows(recording, resample, old_rates.append):
+            if cancelled.is_set():
+                raise KeyboardInterrupt
+            sampling_rate = rate
+            parts.append(self.judge.windows(X, recording.rpm))
+        windows = pd.concat(parts, ignore_index=True)
+        windows.insert(0, "start", np.arange(len(windows)) * self.window_length)
+        verdict = self.judge.recording(windows)
+        remarks = [f"Resampled from {r:g} to {self.sampling_rate:g} Hz." for r in old_rates]
+        remarks += _remarks(windows, verdict)
+        if recording.rpm is None and self.can.is_stretch and self.train_rpm:
+            remarks.append("The speed is not stated. Speeds near those of fit were searched.")
+        return Diagnosis(verdict, windows, sampling_rate, tuple(remarks))
+
+    def windows(
+        self,
+        recording: ListedRecording,
+        resample: bool = False,
+        note: Callable[[float], object] = lambda rate: None,
+    ) -> Iterator[tuple[NDArray[Any], float | None]]:
+        """Yield windows and sampling rate, block by block; `note` takes the rate before."""
+        sampling_rate = None
+
+        def signals():
+            nonlocal sampling_rate
+            blocks = recording.blocks(block_length(self.window_length))
+            if resample:
+                blocks = resampled_blocks(blocks, self.sampling_rate, note=note)
+            for signal, sampling_rate in blocks:
+                self._check_fits(recording.name, signal, sampling_rate)
+                yield signal
+
+        for X in cut_blocks(signals(), recording.name, self.window_length):
+            yield X, sampling_rate
+
+    def _check_fits(self, name, signal, sampling_rate):
+        n_channels = 1 if signal.ndim == 1 else len(signal)
+        if n_channels != self.n_channels:
+            raise CommandError(
+                f"{name}: {n_channels} channels, but {self.path} was fitted on {self.n_channels}"
+            )
+        if not rates_agree(sampling_rate, self.sampling_rate):
+            raise CommandError(
+                f"{name}: sampled at {sampling_rate:g} Hz, but {self.path} was fitted at "
+                f"{self.sampling_rate:g} Hz; --resample brings it to that"
+            )
+
+    def fitted(self, row: NDArray[Any], sampling_rate: float | None) -> Any:
+        """Return the diagnoser."""
+        return self.diagnoser
 
 
-def stated_facts(model: SavedModel) -> dict[str, Any]:
-    """What a file of results states of the model."""
-    known = {}
-    if model.known is not None:
-        known = {"false_rejection_rate": answers(model.known).stated_rate}
-    return known | {
-        "file": printable(model.path),
-        "diagnoser": model.kind,
-        "conditions": model.conditions,
-        "healthy": model.healthy,
-        "train_rpm": model.train_rpm,
-        "sampling_rate": model.sampling_rate,
-        "window_length": model.window_length,
-    }
+class BearingModel:
+    """Places of faults by the orders of a bearing, without training.
 
+    It has the methods of `SavedModel` that `diagnose` needs. A recording is one row.
+    """
 
-def model_heading(model: SavedModel) -> str:
-    """Describe a model in one line."""
-    at = (
-        "" if model.train_rpm is None else f" at {', '.join(f'{s:g}' for s in model.train_rpm)} rpm"
-    )
-    rate = "" if model.sampling_rate is None else f" at {model.sampling_rate:g} Hz"
-    rows, seconds = "windows", ""
-    if answers(model.diagnoser).is_stretch:
-        rows = "stretches"
-        if model.sampling_rate is not None:
-            seconds = f", {model.window_length / model.sampling_rate:.3g} s,"
-    return (
-        f"{model.path}: {model.kind} calibrated on {', '.join(map(str, model.conditions))}{at}, "
-        f"{rows} of {model.window_length} samples{seconds}{rate}. "
-        f"Healthy: {'not known' if model.healthy is None else model.healthy}"
-    )
+    path = sampling_rate = None
+    healthy = HEALTHY
+    conditions = tuple(sorted(PLACES, key=lambda name: name != HEALTHY))
+
+    def __init__(self, bearing: str) -> None:
+        self.bearing = bearing
+        self.summary = {"bearing": bearing, "conditions": self.conditions, "healthy": HEALTHY}
+        self.identity = f"bearing {bearing}"
+        self.heading = (
+            f"No model: places of faults by the orders of bearing {bearing}. {HEALTHY} means that "
+            "no comb exceeds the limit of healthy recordings of other machines."
+        )
+
+    def loader(self, n_jobs: int) -> Callable[[], Any]:
+        """Return a function that makes the model in a worker."""
+        return partial(BearingModel, self.bearing)
+
+    def fitted(self, row: NDArray[Any], sampling_rate: float | None) -> Any:
+        """Return a classifier, fitted on the row."""
+        maker = partial(make_fault_order_classifier, bearing=self.bearing)
+        return maker(sampling_rate=sampling_rate).fit(row[np.newaxis])
+
+    def windows(
+        self, recording: ListedRecording, resample: bool = False
+    ) -> Iterator[tuple[NDArray[Any], float]]:
+        """Yield the recording as one row, and its sampling rate."""
+        ((signal, sampling_rate),) = recording.blocks()
+        if sampling_rate is None:
+            raise ValueError(
+                f"{recording.name}: the sampling rate is not stated; expected --sampling-rate."
+            )
+        yield signal[np.newaxis], sampling_rate
+
+    def diagnose(self, recording: ListedRecording, resample: bool = False) -> Diagnosis:
+        """Diagnose a recording. The first remark is the evidence."""
+        recording = recording.with_speed()
+        if recording.rpm is None:
+            raise ValueError(
+                f"{recording.name}: the speed of the shaft is not stated; expected --rpm, a column "
+                "rpm, or a speed in the file."
+            )
+        ((X, sampling_rate),) = self.windows(recording)
+        row = {"start": 0, "verdict": NO_SIGNAL, "alarm": False, "quality": signal_quality(X)[0]}
+        answer = {"probability": np.nan, "alarm": "-", "p-value": np.nan, "limits": ""}
+        remarks = []
+        has_signal = row["quality"] == "good"
+        if has_signal:
+            classifier = self.fitted(X[0], sampling_rate)
+            found = classifier.diagnose(X, rpm=recording.rpm)
+            chances = dict(zip(classifier.classes_, found.probability[0].tolist(), strict=True))
+            row |= {"verdict": found.named[0], "alarm": bool(found.alarm[0])}
+            row |= {f"probability of {name}": chance for name, chance in chances.items()}
+            answer["probability"] = chances.get(row["verdict"], np.nan)
+            answer |= {"alarm": "yes" if row["alarm"] else "no", "limits": HOLD}
+            answer["p-value"] = float(found.p_value[0])
+            remarks = [found.evidence[0][0].upper() + found.evidence[0][1:] + "."]
+        answer |= {"verdict": row["verdict"], "windows": 1, "no signal": int(not has_signal)}
+        windows = pd.DataFrame([row])
+        return Diagnosis(answer, windows, sampling_rate, (*remarks, *_remarks(windows, answer)))
 
 
 @lru_cache(maxsize=2)
-def cached_model(path: str | os.PathLike[str], changed: int, n_jobs: int | None) -> SavedModel:
-    """`load_model` of a file as it was at a time: a worker loads it once for all recordings.
+def _cached_model(path, changed, n_jobs):
+    """Load a model file as it was at a time."""
+    return SavedModel(path, n_jobs)
 
-    Parameters
-    ----------
-    path : path-like
-        The file.
-    changed : int
-        Its time of modification in nanoseconds.
-    n_jobs : int or None
-        Threads that work on windows.
 
-    Returns
-    -------
-    SavedModel
-        The model.
-    """
-    return load_model(path, n_jobs)
+def _remarks(windows, verdict):
+    if verdict["verdict"] in _ADVICE:
+        yield _ADVICE[verdict["verdict"]]
+    if verdict["no signal"]:
+        reasons = windows.loc[windows["quality"] != "good", "quality"].value_counts()
+        listed = ", ".join(f"{reason}: {count}" for reason, count in reasons.items())
+        yield f"{verdict['no signal']} of {verdict['windows']} windows carry no signal ({listed})."
+    if verdict["limits"] not in ("", HOLD):
+        yield f"No alarm: {verdict['limits']}."
 
 
 def model_digest(path: str | os.PathLike[str]) -> str:
-    """SHA-256 of a model file, by which later runs know that the model is the same."""
+    """Return the SHA-256 of a file, by which later runs know that the model is the same."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def is_model_file(path: Path) -> bool:
-    """Whether a file is a saved model, damaged or not."""
+    """Return whether a file is a saved model, damaged or not."""
     try:
         with ZipFile(path) as file:
             return "schema.json" in file.namelist()
@@ -204,95 +298,33 @@ def is_model_file(path: Path) -> bool:
         return False
 
 
-def held_rate(n_windows: int, rate: float) -> list[str]:
-    """What to say where fewer healthy windows were at hand than the false-alarm rate needs.
-
-    Of n windows and a further one of the same kind, the further one is the largest with
-    probability 1 / (n + 1), so no threshold that rests on the n promises less.
-
-    Parameters
-    ----------
-    n_windows : int
-        Healthy windows of the calibration.
-    rate : float
-        The rate that was asked for.
-
-    Returns
-    -------
-    list of str
-        A sentence, or none if the rate can be held.
-
-    Examples
-    --------
-    >>> print(*held_rate(4, 0.01))
-    4 healthy windows cannot hold a false-alarm rate of 0.01: no threshold promises less than
-    1/5 = 0.2. It takes 99 windows.
-    >>> held_rate(99, 0.01)
-    []
-    """
-    needed = rows_that_hold(rate)
-    if n_windows >= needed:
-        return []
-    return [
-        f"{n_windows} healthy windows cannot hold a false-alarm rate of {rate:g}: no threshold "
-        f"promises less than 1/{n_windows + 1} = {1 / (n_windows + 1):.2g}. It takes {needed} "
-        "windows."
-    ]
+def set_threads(model: Any, n_jobs: int | None) -> None:
+    """Set the number of threads of a model, of its steps and of what these have fitted."""
+    if model is None:
+        return
+    names = [name for name in model.get_params() if name.split("__")[-1] == "n_jobs"]
+    model.set_params(**dict.fromkeys(names, n_jobs))
+    # A step may keep a fitted copy of a parameter, as meta-estimators do.
+    for _, step in model.steps if isinstance(model, Pipeline) else ():
+        for name, fitted in vars(step).items():
+            if name.endswith("_") and isinstance(fitted, BaseEstimator):
+                set_threads(fitted, n_jobs)
 
 
-def calibration_basis(decide: Any, rows: str = "windows") -> str:
-    """What the limits of a fitted detector rest on.
+def _remove_channel_rows(path, diagnoser):
+    """Remove the step that makes windows of rows: recordings are cut into windows."""
 
-    Parameters
-    ----------
-    decide : FaultDetector
-        The last step.
-    rows : str, default="windows"
-        What its rows are called.
+    def is_of_rows(step):
+        # Windows of one channel are rows.
+        return isinstance(step, ChannelRows) and step.n_channels > 1
 
-    Returns
-    -------
-    str
-        For a line of text.
-    """
-    text = f"{decide.n_rows_} healthy {rows}"
-    if len(decide.left_out_rates_) == 0:
-        return text
-    shares = zip(decide.speeds_, decide.left_out_rates_, strict=True)
-    listed = ", ".join(f"{share:.1%} at {speed:g} rpm" for speed, share in shares)
-    return f"{text}; false alarms at speeds that were left out: {listed}"
-
-
-def _take_windows(path, diagnoser):
-    """Leave out the step that makes windows of rows: recordings are cut into windows."""
     pipelines = [part for part in estimators_within(diagnoser) if isinstance(part, Pipeline)]
-    behind = {id(step) for pipeline in pipelines for _, step in pipeline.steps[1:]}
+    inner = [step for pipeline in pipelines for _, step in pipeline.steps[1:]]
     for pipeline in pipelines:
-        for _, step in pipeline.steps:
-            # Windows of one channel are rows.
-            if not isinstance(step, ChannelRows) or step.n_channels == 1:
-                continue
-            if step is not pipeline[0] or id(pipeline) in behind:
-                raise CommandError(
-                    f"{path}: ChannelRows(n_channels={step.n_channels}) stands behind other steps, "
-                    "expected the first step: recordings are cut into windows, not into rows"
-                )
+        if is_of_rows(pipeline[0]) and not any(step is pipeline for step in inner):
             pipeline.steps = pipeline.steps[1:]
-
-
-def _of_steps(path, diagnoser, decide):
-    can = answers(diagnoser)
-    known = {"diagnoser": type(diagnoser).__name__, "healthy": can.healthy}
-    if can.conditions is None:
-        known["healthy"], known["conditions"] = "healthy", ["healthy"]
-    elif not can.states_probabilities:
+    for step in filter(is_of_rows, estimators_within(diagnoser)):
         raise CommandError(
-            f"{path}: {type(decide).__name__} states no probabilities, which verdicts rest "
-            "on; fit it within CalibratedClassifierCV"
+            f"{path}: ChannelRows(n_channels={step.n_channels}) stands behind other steps, "
+            "expected the first step: recordings are cut into windows, not into rows"
         )
-    else:
-        known["conditions"] = sorted(can.conditions, key=lambda name: name != can.healthy)
-    known["n_channels"] = can.n_channels
-    if can.window_length is not None:
-        known["window_length"] = can.window_length
-    return known

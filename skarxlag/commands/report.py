@@ -9,19 +9,18 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .._answers import answers, unfolded_steps
+from .._answers import unfolded_steps
 from .._version import __version__
+from ..fault_classifier import FaultOrderClassifier
 from ..identification import ARXLaguerre
 from ..recordings.listing import ListedRecording
 from ..stretches import order_comparison
 from ..verdicts import NO_SIGNAL, NO_VERDICT
-from .diagnosis import Diagnosis, recording_windows
+from .diagnosis import Diagnosis
 from .messages import CommandError, below_common_folder, counted
-from .models import SavedModel, model_heading
 from .results import MARK
-from .tables import number_text
 
-#: Recordings of which figures are drawn, the worst first.
+#: Recordings with figures, the worst first.
 MOST_DRAWN = 50
 #: CSS classes of verdicts, the worst first.
 _SEVERITIES = ("fault", "unclear", "healthy")
@@ -39,47 +38,27 @@ def template() -> Any:
 
 
 def html_report(
-    model: SavedModel,
+    model: Any,
     recordings: list[ListedRecording],
     diagnoses: list[Diagnosis],
     rows: pd.DataFrame,
-    *,
     resample: bool = False,
     faults: dict[str, float] | None = None,
 ) -> str:
-    """Write the report.
+    """Return the report of recordings, whose rows are those of `recording_rows`.
 
-    Parameters
-    ----------
-    model : SavedModel
-        The diagnoser.
-    recordings : list of ListedRecording
-        The recordings that were diagnosed.
-    diagnoses : list of Diagnosis
-        Their results, in the same order.
-    rows : DataFrame
-        Of `recording_rows`.
-    resample : bool, default=False
-        Whether recordings were brought to the model's sampling rate.
-    faults : dict of str to float or None, default=None
-        Orders of the bearing's faults, as `bearing_orders` returns them.
-
-    Returns
-    -------
-    str
-        An HTML document. The worst recordings come first. Recordings that are not healthy have a
-        section with details, and the worst 50 of them have figures.
+    The worst recordings come first. Recordings that are not healthy have a section with details,
+    and the worst 50 of them have figures, in which the orders of `faults` are marked.
     """
     page, missing = template(), why_no_figures()
     folder, names = below_common_folder(rows["recording"])
     rows = rows.assign(recording=names, verdict=rows["verdict"].astype(str))
     rows["severity"] = [_severity(verdict, model) for verdict in rows["verdict"]]
-    entries = []
-    for row, recording, diagnosis in zip(
-        rows.to_dict("records"), recordings, diagnoses, strict=True
-    ):
-        entries.append(_entry(row, diagnosis) | {"source": (recording, diagnosis)})
-    entries.sort(key=lambda each: (_SEVERITIES.index(each["severity"]), -each["certainty"]))
+    entries = rows.astype(object).where(rows.notna(), None).to_dict("records")
+    for entry, recording, diagnosis in zip(entries, recordings, diagnoses, strict=True):
+        entry |= {"source": (recording, diagnosis), "remarks": diagnosis.remarks, "figures": []}
+        entry["stated"] = _stated(entry)
+    entries.sort(key=_rank)
     detailed = [each for each in entries if each["severity"] != "healthy"]
     if missing is None:
         for each in detailed[:MOST_DRAWN]:
@@ -88,10 +67,10 @@ def html_report(
         title=f"Diagnosis of {counted(len(rows), 'recordings')}",
         mark=MARK,
         saved=f"{date.today().isoformat()}, skarxlag {__version__}",
-        heading=model_heading(model),
+        heading=model.heading,
         healthy=model.healthy,
         folder=folder,
-        counts=_counts(entries),
+        counts=pd.DataFrame(entries)[["verdict", "severity"]].value_counts(sort=False).items(),
         accuracy=_accuracy(rows, [*map(str, model.conditions)]),
         entries=entries,
         detailed=detailed,
@@ -115,135 +94,117 @@ def _severity(verdict, model):
     return "healthy" if verdict == str(model.healthy) else "fault"
 
 
-def _entry(row, diagnosis):
-    """Return what the template shows of a recording."""
-    shown = {"probability": "{:.1%}", "p_value": "{:.2g}", "rpm": "{:g}", "windows": "{}"}
-    shown = {
-        name: "" if pd.isna(row.get(name)) else text.format(row[name])
-        for name, text in shown.items()
-    }
-    stated = {
+def _rank(entry):
+    certainty = 1.0 if entry["probability"] is None else entry["probability"]
+    return _SEVERITIES.index(entry["severity"]), -certainty
+
+
+def _stated(entry):
+    """Return the stated facts of a recording as texts."""
+    return {
         name.removeprefix("stated_"): f"{value:g}" if isinstance(value, float) else value
-        for name, value in row.items()
-        if (name == "condition" or name.startswith("stated_")) and not pd.isna(value)
+        for name, value in entry.items()
+        if (name == "condition" or name.startswith("stated_")) and value is not None
     }
-    return shown | {
-        "name": row["recording"],
-        "verdict": row["verdict"],
-        "severity": row["severity"],
-        "certainty": np.nan_to_num(row["probability"], nan=1.0),
-        "alarm": row["alarm"],
-        "stated": stated,
-        "remarks": list(diagnosis.remarks),
-        "figures": [],
-    }
-
-
-def _counts(entries):
-    """Verdicts, how often each is, and how severe."""
-    verdicts = pd.DataFrame(entries, columns=["verdict", "severity"])
-    return [(*key, number) for key, number in verdicts.value_counts(sort=False).items()]
 
 
 def _accuracy(rows, order):
-    """Numbers of verdicts that are right, and the confusion matrix, or None."""
+    """Return numbers of right verdicts and the confusion matrix, or None."""
     if "condition" not in rows:
         return None
     known = rows[rows["condition"].notna() & (rows["error"] == "")]
     if known.empty:
         return None
     table = pd.crosstab(known["condition"], known["verdict"])
-    place = {name: number for number, name in enumerate(order)}
-
-    def in_order(names):
-        return sorted(names, key=lambda name: (place.get(name, len(place)), name))
-
-    table = table.reindex(index=in_order(table.index), columns=in_order(table.columns))
-    right = int((known["condition"] == known["verdict"]).sum())
-    share = number_text(100 * right / len(known), 1)
+    names = dict.fromkeys([*order, *table.index, *table.columns])
+    table = table.reindex(
+        index=[name for name in names if name in table.index],
+        columns=[name for name in names if name in table.columns],
+    )
     return {
-        "right": right,
+        "right": int((known["condition"] == known["verdict"]).sum()),
         "total": len(known),
-        "share": share,
         "columns": table.columns.tolist(),
         "rows": [(name, counts.to_dict()) for name, counts in table.iterrows()],
     }
 
 
 def _figures(recording, diagnosis, model, resample, faults):
-    """Captions and figures of a recording; none if it failed or cannot be read once more."""
-    if diagnosis.windows is None:
+    """Return captions and figures of a recording; none if it failed or cannot be read again."""
+    windows = diagnosis.windows
+    if windows is None:
         return []
     rate = diagnosis.sampling_rate or model.sampling_rate
-    found = [_timeline(diagnosis.windows, rate)]
-    place = _typical_place(diagnosis.windows, diagnosis.verdict["verdict"])
-    if place is not None:
+    found = [_timeline(windows, rate)] if len(windows) > 1 else []
+    chosen = np.flatnonzero(windows["verdict"].astype(str) == str(diagnosis.verdict["verdict"]))
+    if diagnosis.verdict["verdict"] != NO_SIGNAL and len(chosen) > 0:
         with suppress(OSError, ValueError, ImportError, CommandError):
-            found += _typical_row(recording, model, resample, faults, place, rate)
+            found += _typical_row(
+                recording, model, resample, faults, chosen[len(chosen) // 2], rate
+            )
     return found
 
 
-def _typical_place(windows, verdict):
-    """Position of the window whose probability is the median of those with that verdict."""
-    chosen = windows.index[windows["verdict"].astype(str) == str(verdict)]
-    columns = [name for name in (f"probability of {verdict}", "score") if name in windows]
-    if verdict == NO_SIGNAL or chosen.empty or not columns:
-        return None
-    ranked = windows.loc[chosen, columns[0]].sort_values()
-    return int(ranked.index[len(ranked) // 2])
-
-
 def _typical_row(recording, model, resample, faults, place, rate):
-    from ..plotting import IdentificationDisplay, OrderSpectrumDisplay
+    from .. import plotting
 
     n_seen = 0
-    for X, _ in recording_windows(recording, model, resample):
+    for X, _ in model.windows(recording, resample):
         n_seen += len(X)
         if n_seen > place:
             row = X[place - n_seen]
             break
-    rpm = recording.rpm if answers(model.diagnoser).takes_rpm else None
-    try:
-        order_comparison(model.diagnoser)
-    except ValueError:
-        if not isinstance(unfolded_steps(model.diagnoser)[0][1], ARXLaguerre):
-            return []
-        caption = f"Window {place}: measured and predicted signal, and what the model leaves"
-        display, options = IdentificationDisplay, {"sampling_rate": rate}
-    else:
+    estimator = model.fitted(row, rate)
+    steps = [step for _, step in unfolded_steps(estimator)]
+    recording = recording.with_speed()
+    if isinstance(steps[-1], FaultOrderClassifier):
+        caption = f"Stretch {place}: contrast of its envelope spectra, and the orders of the faults"
+        display, options = plotting.EnvelopeSpectrumDisplay, {"rpm": recording.rpm}
+    elif _compares_orders(estimator):
         caption = (
             f"Stretch {place}: spectrum of its envelope over the orders of the shaft, and the "
             "references of the nearest conditions"
         )
-        display, options = OrderSpectrumDisplay, {"rpm": rpm, "fault_orders": faults}
-    figure = _drawn(lambda: display.from_estimator(model.diagnoser, row, **options).figure_)
-    return [(caption, figure)]
+        rpm = recording.rpm if model.can.takes_rpm else None
+        display, options = plotting.OrderSpectrumDisplay, {"rpm": rpm, "fault_orders": faults}
+    elif isinstance(steps[0], ARXLaguerre):
+        caption = f"Window {place}: measured and predicted signal, and what the model leaves"
+        display, options = plotting.IdentificationDisplay, {"sampling_rate": rate}
+    else:
+        return []
+    return [(caption, _drawn(lambda: display.from_estimator(estimator, row, **options).figure_))]
+
+
+def _compares_orders(estimator):
+    try:
+        order_comparison(estimator)
+    except ValueError:
+        return False
+    return True
 
 
 def _timeline(windows, rate):
-    """Probability of each condition over the recording."""
-    columns = [name for name in windows if name.startswith("probability of ")]
-    columns = columns or ["score"]
-    time, unit = windows["start"], "samples"
-    if rate is not None:
-        time, unit = time / rate, "s"
+    """Draw the probability of each condition over the recording."""
 
     def draw():
         from matplotlib.figure import Figure
 
         from ..plotting import condition_styles
 
-        figure = Figure(figsize=(6.4, 2.2), layout="constrained")
-        ax = figure.subplots()
+        columns = [name for name in windows if name.startswith("probability of ")] or ["score"]
+        time, unit = windows["start"] / (rate or 1), "samples" if rate is None else "s"
         names = [name.removeprefix("probability of ") for name in columns]
         styles = condition_styles(names)
+        figure = Figure(figsize=(6.4, 2.2), layout="constrained")
+        ax = figure.subplots()
         for column, name in zip(columns, names, strict=True):
             style = styles[name] | ({} if len(windows) < 40 else {"marker": ""})
             ax.plot(time, windows[column], label=name, **style)
-        alarm = windows["alarm"] == 1
-        ax.plot(time[alarm], np.ones(alarm.sum()), "|", label="alarm", clip_on=False, color="gray")
-        dead = windows["quality"] != "good"
-        ax.plot(time[dead], np.zeros(dead.sum()), "x", label=NO_SIGNAL, color="gray")
+        for marked, height, sign, label in (
+            (windows["alarm"] == 1, 1.0, "|", "alarm"),
+            (windows["quality"] != "good", 0.0, "x", NO_SIGNAL),
+        ):
+            ax.plot(time[marked], 0 * time[marked] + height, sign, label=label, color="gray")
         ax.set(xlabel=f"Time ({unit})", ylabel="Probability" if len(columns) > 1 else "Score")
         ax.legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize="small", frameon=False)
         return figure

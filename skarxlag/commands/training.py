@@ -12,9 +12,9 @@ from .._answers import answers
 from ..diagnosers import make_detector, make_known_conditions
 from ..recordings.listing import ListedRecording
 from ..recordings.rig import cut_recordings
-from .diagnosers import set_threads
+from .info import calibration_basis
 from .messages import CommandError, Progress, as_command_error
-from .models import calibration_basis
+from .models import set_threads
 
 DETECTOR = "detector"
 STRETCHES = "stretches"
@@ -256,5 +256,5 @@ def fit_healthy_limits(
         return None, f"No healthy limits: {error}"
     return detector, (
         f"Limits for a false-alarm rate of {args.false_alarm_rate:g} from "
-        f"{calibration_basis(detector[-1])}"
+        f"{calibration_basis(detector[-1], 'windows')}"
     )

@@ -23,7 +23,7 @@ from ..recordings.rates import rates_agree
 from ..verdicts import HOLD
 from .arguments import positive_number
 from .messages import CommandError, UsageError, as_command_error, printable
-from .models import load_model, model_heading
+from .models import SavedModel
 from .watch_output import VerdictLines, sentence, summary
 from .watch_state import WatchState
 
@@ -146,7 +146,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
-    model = load_model(args.model)
+    model = SavedModel(args.model)
     sampling_rate = args.sampling_rate or model.sampling_rate
     if sampling_rate is None:
         raise UsageError(f"argument --sampling-rate: needed, {args.model} states none")
@@ -168,7 +168,7 @@ def run(args: argparse.Namespace) -> int:
         place = state.restore(monitor)
         # A file that cannot be written is told now, not in a minute.
         state.save(monitor, place)
-    _warn(printable(model_heading(model)))
+    _warn(printable(model.heading))
     sensor = args.sensor or (args.model if args.source == "-" else Path(args.source)).stem
     lines = VerdictLines(args.every, model.healthy, sensor, args.heartbeat)
     with as_command_error(), Stopping() as stopping, lines:

@@ -49,8 +49,27 @@ def test_results_as_json_and_a_recording_without_a_signal(run, plant):
     options = ("--bearing", "6205", "--rpm", 900, *RATES, "-o", output)
     assert run("diagnose", plant / "dead.npy", plant / "outer.npy", *options)[0] == 0
     content = json.loads(output.read_text())
-    assert content["bearing"] == "6205"
+    assert content["model"]["bearing"] == "6205"
     assert [each["verdict"] for each in content["recordings"]] == ["no signal", "outer"]
+
+
+@pytest.mark.slow
+def test_processes_and_a_report_work_without_a_model_too(run, plant, monkeypatch):
+    files = [plant / f"{place}.npy" for place in ("healthy", "inner")]
+    arguments = ("diagnose", "--bearing", "6205", "--rpm", 900, *RATES, *files)
+    output = plant / "report.html"
+    monkeypatch.setattr("skarxlag.commands.diagnose.write_atomically", interrupt)
+    assert run(*arguments, "-o", output, "--processes")[0] == 130
+    monkeypatch.undo()
+    code, out, err = run(*arguments, "-o", output)
+    assert code == 0 and err.count("(from an earlier run)") == 2
+    page = output.read_text()
+    assert page.count("<section ") == 1 and "contrast of its envelope spectra" in page
+    assert run(*arguments)[1] in out
+
+
+def interrupt(*arguments):
+    raise KeyboardInterrupt
 
 
 @pytest.mark.parametrize(
@@ -58,7 +77,6 @@ def test_results_as_json_and_a_recording_without_a_signal(run, plant):
     [
         (("--bearing", "6299", "x.npy"), "bearing '6299' is not known"),
         (("--bearing", "6205"), "RECORDING: none given"),
-        (("--bearing", "6205", "x.npy", "-o", "x.html"), "a report needs a model"),
         (("--bearing", "6205", "x.npy", "--resample"), "--resample: belongs to a model"),
         ((), "expected a model or --bearing"),
     ],

@@ -11,7 +11,7 @@ from skarxlag import (
     make_diagnoser,
     window_verdicts,
 )
-from skarxlag.commands.diagnosers import set_threads
+from skarxlag.commands.models import set_threads
 
 
 def test_threads_are_set_in_the_pipeline_and_in_its_steps():

@@ -123,7 +123,7 @@ def test_a_recording_that_kills_each_of_its_workers_costs_itself_alone(
     def task(recording, *arguments):
         return Deadly() if recording.name == killer else Task(recording, *arguments)
 
-    monkeypatch.setattr("skarxlag.commands.batch.Task", task)
+    monkeypatch.setattr("skarxlag.commands.diagnosis.Task", task)
     diagnose("--dask", cluster.scheduler_address, n_failed=2)
     for name in ("{}.csv", "{}_windows.csv"):
         expected, found = (pd.read_csv(tmp_path / name.format(run)) for run in ("order", "out"))
@@ -294,20 +294,20 @@ def test_an_interrupted_run_goes_on_where_it_stopped(run, fleet, tmp_path, monke
 
 
 def test_a_journal_of_another_model_is_not_used(fleet, tmp_path):
-    journal = Journal(tmp_path / "out.csv", fleet / "m.skops", ["0.1"])
+    journal = Journal(tmp_path / "out.csv", ["model", "0.1"])
     with pytest.raises(KeyboardInterrupt), journal:
         raise KeyboardInterrupt
     head = json.loads(journal.path.read_text())
-    other = Journal(tmp_path / "out.csv", fleet / "table.csv", ["0.1"])
+    other = Journal(tmp_path / "out.csv", ["other", "0.1"])
     with pytest.raises(KeyboardInterrupt), other:
-        assert json.loads(journal.path.read_text())["model"] != head["model"]
+        assert json.loads(journal.path.read_text())["settings"] != head["settings"]
         raise KeyboardInterrupt
 
 
 def test_a_result_at_another_speed_or_channel_is_not_used(fleet, tmp_path):
     path = fleet / "m.skops"
     recording = ListedRecording(None, "a", path, channel=["x", "y"], rpm=600.0)
-    journal = Journal(tmp_path / "out.csv", path, ["0.1"])
+    journal = Journal(tmp_path / "out.csv", ["model"])
     windows = pd.DataFrame({"verdict": ["good"]})
     with pytest.raises(KeyboardInterrupt), journal:
         journal.add(recording, Diagnosis({"verdict": "good"}, windows, file=file_state(recording)))
@@ -357,15 +357,15 @@ def test_a_dask_array_is_refused_with_a_recipe_that_works(fleet):
         lambda line: {},
         lambda line: line | {"recording": 5},
         lambda line: line | {"recording": [[1]]},
-        lambda line: line | {"result": None},
-        lambda line: line | {"result": {}},
-        lambda line: line | {"result": line["result"] | {"verdict": []}},
-        lambda line: line | {"result": line["result"] | {"windows": {}}},
-        lambda line: line | {"result": line["result"] | {"windows": {"a": [1], "b": [1, 2]}}},
+        lambda line: line | {"verdict": None},
+        lambda line: line | {"verdict": {}},
+        lambda line: line | {"verdict": []},
+        lambda line: line | {"windows": {}},
+        lambda line: line | {"windows": {"a": [1], "b": [1, 2]}},
     ],
 )
 def test_a_damaged_line_of_a_journal_is_computed_once_more(fleet, tmp_path, damage):
-    journal = Journal(tmp_path / "out.csv", fleet / "m.skops", [])
+    journal = Journal(tmp_path / "out.csv", ["model"])
     recording = ListedRecording(where=None, name="1", path=fleet / "table.csv")
     verdict = {"verdict": "a", "windows": 2}
     windows = pd.DataFrame({"verdict": ["a", "a"], "quality": ["good", "good"]})

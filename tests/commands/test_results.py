@@ -8,8 +8,8 @@ import pytest
 from scipy.signal import lfilter
 
 from skarxlag import make_alpio, save_diagnoser
-from skarxlag.commands import diagnosis
 from skarxlag.commands.journal import Journal
+from skarxlag.commands.models import SavedModel
 from skarxlag.commands.results import verdict_table
 
 WINDOW = 200
@@ -244,24 +244,24 @@ def test_a_file_called_partial_is_left_alone(run, plant):
 
 def test_a_second_run_on_one_output_is_refused(run, plant):
     output = plant / "out.csv"
-    with Journal(output, plant / "bearing.skops", []):
+    with Journal(output, []):
         code, _, err = run("diagnose", plant / "bearing.skops", plant / "good.npy", "-o", output)
         assert code == 1 and "another run is writing these results" in err
     assert run("diagnose", plant / "bearing.skops", plant / "good.npy", "-o", output)[0] == 0
 
 
 def test_a_file_that_changes_while_it_is_read_has_no_verdict(run, plant, monkeypatch):
-    path, diagnose = plant / "good.npy", diagnosis.diagnose_recording
+    path, diagnose = plant / "good.npy", SavedModel.diagnose
 
-    def replaced(recording, *arguments):
-        found = diagnose(recording, *arguments)
+    def replaced(model, recording, *arguments):
+        found = diagnose(model, recording, *arguments)
         if recording.path == path:
             os.utime(path, ns=(1, 1))
         if recording.path.name == "dead.npy":
             recording.path.unlink()
         return found
 
-    monkeypatch.setattr(diagnosis, "diagnose_recording", replaced)
+    monkeypatch.setattr(SavedModel, "diagnose", replaced)
     files = (path, plant / "dead.npy", plant / "worn.npy")
     code, _, err = run("diagnose", plant / "bearing.skops", *files, "-o", plant / "out.csv")
     assert code == 1 and f"{path}: the file changed while it was read" in err
