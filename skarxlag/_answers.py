@@ -16,7 +16,7 @@ from sklearn.frozen import FrozenEstimator
 from sklearn.pipeline import Pipeline
 from sklearn.utils.metadata_routing import get_routing_for_object
 
-from ._validation import as_fitted, estimators_within, is_fitted
+from ._state import as_fitted, estimators_within, is_fitted
 
 #: Fields that describe the last step; other fields may come from any step.
 _OF_THE_DECISION = {"alarm", "healthy_p_value", "none_of_these", "stated_rate"}

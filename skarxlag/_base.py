@@ -9,13 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
-from ._validation import (
-    INNOVATIONS,
-    CheckedEstimator,
-    check_input_names,
-    uses_fitted,
-    validate_innovations,
-)
+from ._state import INNOVATIONS, CheckedEstimator, uses_fitted
+from ._validation import check_input_names, validate_innovations
 from .speeds import with_plausible_speeds
 
 #: Site of the documentation.

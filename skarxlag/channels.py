@@ -11,7 +11,8 @@ from sklearn.utils import check_array, check_scalar
 from sklearn.utils.validation import validate_data
 
 from ._base import ArrayTransformer
-from ._validation import TABLE, check_input_names, remember_parameters, uses_fitted
+from ._state import TABLE, remember_parameters, uses_fitted
+from ._validation import check_input_names
 
 
 class ChannelRows(ArrayTransformer, auto_wrap_output_keys=None):

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._base import StretchTransformer
 from ._parallel import one_thread
-from ._validation import (
+from ._state import (
     MODERATE,
     NOT_NEGATIVE,
     SPEEDS,
@@ -19,12 +19,9 @@ from ._validation import (
     Labels,
     Values,
     as_fitted,
-    check_real,
-    check_value,
     remember_parameters,
-    validate_signals,
-    weighted_windows,
 )
+from ._validation import check_real, validate_signals, weighted_windows
 from .kernels.drift import scaled_frequency, smooth_variance
 from .kernels.group_means import group_means
 from .kernels.spectra import cepstrum
@@ -430,7 +427,7 @@ class SpectralDistance(StretchTransformer):
                 "joint_references_": Values((self._n_speeds(), len(self.classes_), n), MODERATE),
             }
             for name, expected in shapes.items():
-                check_value(self, name, vars(self).get(name), expected)
+                expected.check(self, name, vars(self).get(name))
 
     def _check_groups(self):
         n_groups = self._n_groups()

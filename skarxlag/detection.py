@@ -13,7 +13,7 @@ from sklearn.utils import check_scalar
 
 from ._base import SignalEstimator
 from ._parallel import BATCH, map_batches, one_thread
-from ._validation import (
+from ._state import (
     AT_LEAST_1,
     INNOVATIONS,
     NEGATIVE,
@@ -21,12 +21,10 @@ from ._validation import (
     POSITIVE,
     SPEEDS,
     Values,
-    check_rate,
     remember_parameters,
     uses_fitted,
-    validate_innovations,
-    weighted_windows,
 )
+from ._validation import check_rate, validate_innovations, weighted_windows
 from .kernels.healthy_limits import (
     Limits,
     calibrate,

@@ -12,17 +12,8 @@ from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils import Bunch
 
 from ._base import SignalEstimator
-from ._validation import (
-    INNOVATIONS,
-    POSITIVE,
-    Labels,
-    Values,
-    check_rate,
-    check_real,
-    remember_parameters,
-    uses_fitted,
-    validate_innovations,
-)
+from ._state import INNOVATIONS, POSITIVE, Labels, Values, remember_parameters, uses_fitted
+from ._validation import check_rate, check_real, validate_innovations
 from .bearings import BearingLike, bearing_orders
 from .envelope_spectra import match_faults, turns_of_rows
 from .fault_places import (

@@ -13,18 +13,20 @@ from sklearn.utils import Bunch, check_scalar
 
 from ._base import ArrayTransformer
 from ._parallel import map_batches
-from ._validation import (
+from ._state import (
     AT_LEAST_1,
     MODERATE,
     NOT_NEGATIVE,
     WINDOWS,
     Labels,
     Values,
+    remember_parameters,
+    uses_fitted,
+)
+from ._validation import (
     check_input_names,
     check_networks,
     check_real,
-    remember_parameters,
-    uses_fitted,
     validate_signals,
     weighted_windows,
 )

@@ -10,17 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_scalar
 
-from ._validation import (
-    INNOVATIONS,
-    NEGATIVE,
-    Labels,
-    Values,
-    check_rate,
-    check_state,
-    remember_parameters,
-    validate_innovations,
-    weighted_windows,
-)
+from ._state import INNOVATIONS, NEGATIVE, Labels, Values, check_state, remember_parameters
+from ._validation import check_rate, validate_innovations, weighted_windows
 from .detection import (
     UNKNOWN_SPEED,
     FaultDetector,

@@ -12,20 +12,17 @@ from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import validate_data
 
 from ._base import DocumentedEstimator
-from ._validation import (
+from ._state import (
     NOT_NEGATIVE,
     POSITIVE,
     TABLE,
     CheckedEstimator,
     Labels,
     Values,
-    check_labels,
-    check_rate,
-    check_real,
     remember_parameters,
     uses_fitted,
-    weighted_windows,
 )
+from ._validation import check_labels, check_rate, check_real, weighted_windows
 from .kernels.ladder import (
     confidence_scale,
     false_alarm_threshold,

@@ -13,16 +13,8 @@ from sklearn.utils import Bunch, check_scalar
 
 from ._base import GroupTransformer
 from ._parallel import map_batches
-from ._validation import (
-    INNOVATIONS,
-    MODERATE,
-    NOT_NEGATIVE,
-    Values,
-    check_real,
-    remember_parameters,
-    uses_fitted,
-    validate_innovations,
-)
+from ._state import INNOVATIONS, MODERATE, NOT_NEGATIVE, Values, remember_parameters, uses_fitted
+from ._validation import check_real, validate_innovations
 from .kernels import observer
 from .kernels.observer_bank import bank_levels, centre_frequencies, member_gains
 from .kernels.residual_levels import switching_gain

@@ -14,17 +14,8 @@ from sklearn.utils import Bunch, check_scalar
 
 from ._base import DocumentedEstimator
 from ._parallel import map_batches
-from ._validation import (
-    INNOVATIONS,
-    CheckedEstimator,
-    Values,
-    check_input_names,
-    check_real,
-    check_value,
-    remember_parameters,
-    uses_fitted,
-    validate_innovations,
-)
+from ._state import INNOVATIONS, CheckedEstimator, Values, remember_parameters, uses_fitted
+from ._validation import check_input_names, check_real, validate_innovations
 from .kernels import observer, residual_levels
 from .kernels.scaling import root_mean_square
 from .kernels.spectra import LOG_SPECTRUM_CELLS, autoregressive_log_spectrum, frequency_grid
@@ -257,7 +248,7 @@ class Observer(CheckedEstimator, DocumentedEstimator, TransformerMixin, BaseEsti
         afresh._certify()
         for name in filter(lambda name: name.endswith("_"), vars(afresh)):
             expected, found = vars(afresh)[name], vars(self).get(name)
-            check_value(self, name, found, Values(np.shape(expected)))
+            Values(np.shape(expected)).check(self, name, found)
             if not np.allclose(found, expected, rtol=1e-6):
                 raise ValueError(f"{name} == {found!r}, but the parameters give {expected!r}.")
 

@@ -11,7 +11,7 @@ from sklearn.utils import Bunch, check_scalar
 
 from ._base import StretchTransformer
 from ._parallel import map_batches
-from ._validation import (
+from ._state import (
     INNOVATIONS,
     MODERATE,
     NOT_NEGATIVE,
@@ -19,12 +19,10 @@ from ._validation import (
     SPEEDS,
     Labels,
     Values,
-    check_real,
     remember_parameters,
     uses_fitted,
-    validate_innovations,
-    weighted_windows,
 )
+from ._validation import check_real, validate_innovations, weighted_windows
 from .kernels.group_means import group_means
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
 from .kernels.speed_drift import drift_factor, group_speeds, speed_distance

@@ -17,7 +17,7 @@ from ._answers import answers
 from ._archive import read_members, write_members
 from ._facts import check_facts
 from ._files import write_atomically
-from ._validation import check_model_state, estimators_within
+from ._state import check_model_state, estimators_within
 from ._version import __version__
 from .detection import FaultDetector
 from .known_conditions import KnownConditions

@@ -12,7 +12,8 @@ from sklearn.utils import check_scalar
 
 from ._base import GroupTransformer
 from ._parallel import map_batches
-from ._validation import remember_parameters, uses_fitted, validate_innovations
+from ._state import remember_parameters, uses_fitted
+from ._validation import validate_innovations
 from .kernels.measures import MEASURES, measure
 
 

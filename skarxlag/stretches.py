@@ -13,15 +13,8 @@ from sklearn.utils import check_scalar
 
 from ._answers import answers, requests
 from ._base import StretchTransformer
-from ._validation import (
-    INNOVATIONS,
-    Labels,
-    Values,
-    check_real,
-    remember_parameters,
-    validate_innovations,
-    weighted_windows,
-)
+from ._state import INNOVATIONS, Labels, Values, remember_parameters
+from ._validation import check_real, validate_innovations, weighted_windows
 from .comparison import SpectralDistance
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline

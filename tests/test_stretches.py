@@ -14,7 +14,7 @@ from skarxlag import (
     save_diagnoser,
 )
 from skarxlag._answers import answers
-from skarxlag._validation import check_model_state
+from skarxlag._state import check_model_state
 from skarxlag.stretches import window_comparison
 
 from .test_orders import ORDERS, RATE, stretches

@@ -7,13 +7,14 @@ from unittest import mock
 
 import numpy as np
 
+import skarxlag._state
 import skarxlag._validation
 from benchmarks.speed.rows import coloured_windows
 from skarxlag import make_diagnoser, make_extended_state_pio
 
 _TARGET = 0.02
 #: What looks at fitted attributes, and what looks at them and at every number that is given.
-_STATE = {"as_fitted": skarxlag._validation}
+_STATE = {"as_fitted": skarxlag._state}
 _ALL = _STATE | {"validate_data": skarxlag._validation, "validate_signals": skarxlag._validation}
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from sklearn.pipeline import Pipeline
 
 from .._answers import answers
-from .._validation import estimators_within
+from .._state import estimators_within
 from .._version import __version__
 from ..kernels.ladder import rows_that_hold
 from .messages import counted

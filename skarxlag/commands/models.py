@@ -15,7 +15,7 @@ from sklearn.base import BaseEstimator
 from sklearn.pipeline import Pipeline
 
 from .._answers import answers
-from .._validation import estimators_within
+from .._state import estimators_within
 from ..channels import ChannelRows
 from ..diagnosers import (
     make_alpio,

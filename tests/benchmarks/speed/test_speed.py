@@ -20,7 +20,7 @@ from benchmarks.speed import command as speed
 from benchmarks.speed.counts import multiply_adds
 from benchmarks.speed.timing import MATRIX_SIDE, matrix_product, ratio, spread, take_turns
 from skarxlag import ARXLaguerre, LogSpectra
-from skarxlag import _validation as state_checks
+from skarxlag import _state as state_checks
 from skarxlag import _validation as validation
 from skarxlag.kernels.scaling import root_mean_square
 

@@ -1,0 +1,308 @@
+"""Consistency of fitted attributes, which compiled loops rely on.
+
+Compiled loops do not check bounds: arrays of wrong shapes would make them read and write foreign
+memory. Each estimator declares the shapes and ranges of its fitted attributes in the table
+`_state`. They are compared with it when a model is loaded, and before the first prediction after
+an attribute was replaced.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import copy
+import functools
+import operator
+import weakref
+from collections.abc import Callable, Iterator
+from numbers import Integral, Real
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from sklearn.base import BaseEstimator
+from sklearn.exceptions import NotFittedError
+from sklearn.pipeline import Pipeline
+from sklearn.utils.validation import check_is_fitted
+
+#: Parameters that do not change results. Prediction uses their present values.
+_FREE_PARAMETERS = {"n_jobs", "verbose"}
+#: Types and name of a number, types and name of the entries of an array.
+_KINDS: dict[str, tuple[Any, str, tuple[Any, ...], str]] = {
+    "f": (Real, "a finite number", (np.float64, np.float32), "numbers"),
+    "i": (Integral, "an integer", (np.int64, np.int32), "integers"),
+    "b": (bool, "True or False", (np.bool_,), "booleans"),
+}
+#: Values, contents of small arrays, and checked copy of each estimator that was used.
+_checked: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
+
+#: Ranges of fitted values: a condition on the value (and the estimator), and its words.
+POSITIVE = (lambda v, e: v > 0, "above 0")
+NOT_NEGATIVE = (lambda v, e: v >= 0, "at least 0")
+NEGATIVE = (lambda v, e: v < 0, "below 0")
+AT_LEAST_1 = (lambda v, e: v >= 1, "at least 1")
+#: Squares of larger values overflow when they are summed.
+MODERATE = (lambda v, e: np.abs(v) < 1e150, "below 1e150")
+
+
+class Values(NamedTuple):
+    """Fitted number, or array of numbers: its shape, range and kind.
+
+    `shape` is () for a number, a tuple, or a function of the estimator that returns a tuple, with
+    None for any length. The function may use the attributes that stand earlier in the table.
+    """
+
+    shape: Any = ()
+    range: tuple[Callable[..., Any], str] | None = None
+    kind: str = "f"
+
+    def check(self, estimator: Any, name: str, value: Any) -> None:
+        """Raise a ValueError that names the attribute if a value is not as the table says."""
+        shape = self.shape(estimator) if callable(self.shape) else self.shape
+        if shape == ():
+            _check_number(name, value, self.kind)
+        else:
+            _check_array(name, value, shape, self.kind)
+        if self.range is not None and not np.all(self.range[0](value, estimator)):
+            raise ValueError(f"{name} == {_short(value)}, expected {self.range[1]}.")
+
+
+def _check_number(name, value, kind):
+    number, expected, _, _ = _KINDS[kind]
+    is_bool = isinstance(value, bool)
+    if not isinstance(value, number) or is_bool != (kind == "b") or not np.isfinite(value):
+        raise ValueError(f"{name} == {_short(value)}, expected {expected}.")
+
+
+def _check_array(name, value, shape, kind):
+    _, _, types, expected = _KINDS[kind]
+    if not isinstance(value, np.ndarray):
+        raise ValueError(f"{name} == {_short(value)}, expected an array of {expected}.")
+    if value.dtype not in types:
+        raise ValueError(f"{name} has dtype {value.dtype}, expected an array of {expected}.")
+    pairs = zip(shape, value.shape, strict=False)
+    if value.ndim != len(shape) or any(n not in (None, found) for n, found in pairs):
+        listed = str(shape).replace("None", "any")
+        raise ValueError(f"{name} has shape {value.shape}, expected {listed}.")
+    if not np.all(np.isfinite(value)):
+        worst = value.flat[np.argmin(np.isfinite(value))]
+        raise ValueError(f"{name} holds {worst}, expected finite numbers.")
+
+
+class Labels:
+    """Fitted array of conditions, sorted and different."""
+
+    def check(self, estimator: Any, name: str, value: Any) -> None:
+        """Raise a ValueError that names the attribute if a value is no such array."""
+        is_array = isinstance(value, np.ndarray) and value.ndim == 1 and len(value) > 0
+        if not is_array or not (
+            value.dtype.kind in "biufU" or all(isinstance(label, str) for label in value)
+        ):
+            raise ValueError(f"{name} == {_short(value)}, expected an array of labels.")
+        if not np.all(value[:-1] < value[1:]):
+            raise ValueError(f"{name} == {_short(value)}, expected different labels, sorted.")
+
+
+def _short(value):
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 100 else f"{text[:97]}..."
+
+
+#: Training speeds in revolutions per minute.
+SPEEDS = Values(
+    (None,),
+    (lambda v, e: np.all(v > 0) and np.all(np.diff(v) > 0), "speeds above 0, ascending"),
+)
+#: Fitted attributes of estimators whose rows are plain.
+TABLE: dict[str, Values | Labels] = {"n_features_in_": Values((), AT_LEAST_1, "i")}
+#: Fitted attributes of estimators whose rows are windows.
+WINDOWS = TABLE | {
+    "window_shape_": Values(
+        (None,),
+        (
+            lambda s, e: len(s) in (1, 2) and np.all(s >= 1) and s[0] == e.n_features_in_,
+            "one or two lengths, of which the first is n_features_in_",
+        ),
+        "i",
+    )
+}
+#: Fitted attributes of estimators whose rows are innovations, or plain windows.
+INNOVATIONS = WINDOWS | {
+    "n_models_": Values(
+        (),
+        (
+            lambda n, e: n == (e.n_features_in_ if len(e.window_shape_) == 2 else 0),
+            "the number of models in window_shape_, or 0 for plain windows",
+        ),
+        "i",
+    )
+}
+
+
+class CheckedEstimator:
+    """Estimator that declares the shapes and ranges of its fitted attributes in `_state`."""
+
+    _state: ClassVar[dict[str, Values | Labels]] = {}
+
+    def _check_parameters(self):
+        """Raise an error that names the parameter that is out of its range."""
+
+    def _check_relations(self):
+        """Raise a ValueError if fitted attributes contradict each other."""
+
+
+def check_state(estimator: CheckedEstimator) -> None:
+    """Raise a ValueError that names the fitted attribute or parameter that `fit` cannot have set.
+
+    The attributes are checked in the order of the table.
+    """
+    try:
+        estimator._check_parameters()
+        for name, wanted in estimator._state.items():
+            wanted.check(estimator, name, vars(estimator).get(name))
+        _check_feature_names(estimator)
+        estimator._check_relations()
+    except TypeError as error:
+        raise ValueError(str(error)) from error
+
+
+def _check_feature_names(estimator):
+    n, names = estimator.n_features_in_, vars(estimator).get("feature_names_in_")
+    if names is not None and (
+        not isinstance(names, np.ndarray)
+        or names.shape != (n,)
+        or not all(isinstance(name, str) for name in names)
+    ):
+        raise ValueError(
+            f"feature_names_in_ == {_short(names)}, expected {n} names, one for each of "
+            "n_features_in_."
+        )
+
+
+def remember_parameters(estimator: Any) -> None:
+    """Store the parameters at the end of `fit`; `as_fitted` returns to them."""
+    parameters = estimator.get_params(deep=False)
+    estimator._fitted_parameters = {
+        name: copy.deepcopy(value)
+        for name, value in sorted(parameters.items())
+        # Prediction uses the fitted copies of other estimators, never the parameter.
+        if name not in _FREE_PARAMETERS and not isinstance(value, BaseEstimator)
+    }
+
+
+def as_fitted(estimator: Any) -> Any:
+    """Return a shallow copy that has the parameters of `fit` and a checked state.
+
+    A comparison of identities, which takes some microseconds, decides whether the checks must run
+    again because an attribute was replaced. Values that are changed in place are noticed in arrays
+    of up to 16 entries, such as the orders of a network; in larger arrays they cannot change a
+    shape.
+
+    Raises
+    ------
+    NotFittedError
+        If `fit` was not called.
+    ValueError
+        As in `check_state`.
+    """
+    values = list(vars(estimator).values())
+    known, small, checked = _checked.get(estimator, ((), (), None))
+    if (
+        len(known) == len(values)
+        and all(map(operator.is_, known, values))
+        and all(array.tobytes() == content for array, content in small)
+    ):
+        return checked
+    check_is_fitted(estimator)
+    fitted = vars(estimator).get("_fitted_parameters")
+    names = estimator.get_params(deep=False).keys()
+    if not isinstance(fitted, dict) or not fitted.keys() <= names:
+        raise ValueError(f"_fitted_parameters == {_short(fitted)}, expected parameters of fit.")
+    checked = object.__new__(type(estimator))
+    vars(checked).update(vars(estimator) | fitted)
+    check_state(checked)
+    small = [(v, v.tobytes()) for v in values if isinstance(v, np.ndarray) and v.size <= 16]
+    _checked[estimator] = values, small, checked
+    return checked
+
+
+def uses_fitted(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Decorate a method so that it runs on what `as_fitted` returns."""
+
+    @functools.wraps(method)
+    def run(self, *args, **kwargs):
+        return method(as_fitted(self), *args, **kwargs)
+
+    return run
+
+
+def estimators_within(value: Any) -> Iterator[Any]:
+    """Yield a model or the models in a list, and every estimator inside them.
+
+    Estimators, and objects that hold some, are those of scikit-learn and of this package.
+    """
+    parts = ()
+    if isinstance(value, list | tuple):
+        parts = value
+    elif type(value).__module__.split(".")[0] in ("sklearn", "skarxlag"):
+        yield value
+        # Compiled objects of scikit-learn, such as a loss, have no attributes.
+        with contextlib.suppress(TypeError):
+            parts = vars(value).values()
+    for part in parts:
+        yield from estimators_within(part)
+
+
+def is_fitted(estimator: BaseEstimator) -> bool:
+    """Return whether `fit` has been called."""
+    try:
+        check_is_fitted(estimator)
+    except NotFittedError:
+        return False
+    return True
+
+
+def check_model_state(model: Any) -> None:
+    """Check the parameters and the fitted attributes of every estimator within a model.
+
+    Parameters
+    ----------
+    model : estimator
+        A fitted pipeline, or an estimator of scikit-learn that holds pipelines, such as
+        `CalibratedClassifierCV`.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of its range, or steps of a pipeline do not fit together. The message
+        names the step, the attribute, its value and what was expected.
+    """
+    pipelines, places = [], {}
+    for part in estimators_within(model):
+        if isinstance(part, Pipeline):
+            places.update({id(step): f"Step {name!r}" for name, step in part.steps})
+            # CalibratedClassifierCV keeps the pipeline that it was made from, which is not fitted.
+            pipelines += [part] if is_fitted(part) else []
+        elif isinstance(part, CheckedEstimator):
+            try:
+                part._check_parameters()
+                if is_fitted(part):
+                    as_fitted(part)
+            except (TypeError, ValueError) as error:
+                place = places.get(id(part), type(part).__name__)
+                raise ValueError(f"{place}: {error}") from error
+    for pipeline in pipelines:
+        _check_widths(pipeline)
+
+
+def _check_widths(pipeline):
+    """Compare the number of columns that each step returns with the next step's input."""
+    width = None
+    for name, step in pipeline.steps:
+        n_features = vars(step).get("n_features_in_", width)
+        if width is not None and n_features != width:
+            raise ValueError(
+                f"Step {name!r}: n_features_in_ == {n_features}, but the step before returns "
+                f"{width} columns."
+            )
+        # The last step may be no transformer.
+        if step is not pipeline.steps[-1][1]:
+            width = len(step.get_feature_names_out())
