@@ -42,12 +42,12 @@ if TYPE_CHECKING:
     from .persistence import save_diagnoser as save_diagnoser
     from .pipelines import DiagnosisPipeline as DiagnosisPipeline
     from .quality import signal_quality as signal_quality
-    from .recordings import iter_windows as iter_windows
-    from .recordings import list_channels as list_channels
-    from .recordings import load_recordings as load_recordings
-    from .recordings import make_windows as make_windows
-    from .recordings import read_recording as read_recording
-    from .recordings import read_recording_table as read_recording_table
+    from .recordings.files import iter_windows as iter_windows
+    from .recordings.files import list_channels as list_channels
+    from .recordings.files import read_recording as read_recording
+    from .recordings.rig import load_recordings as load_recordings
+    from .recordings.rig import read_recording_table as read_recording_table
+    from .recordings.windows import make_windows as make_windows
     from .spectra import LogSpectra as LogSpectra
     from .speeds import estimate_shaft_speed as estimate_shaft_speed
     from .speeds import rpm_from_tacho as rpm_from_tacho
@@ -79,11 +79,11 @@ _MODULES = {
     "cross_speed_predict": "model_selection",
     "envelope_spectrum": "envelope_spectra",
     "estimate_shaft_speed": "speeds",
-    "iter_windows": "recordings",
-    "list_channels": "recordings",
+    "iter_windows": "recordings.files",
+    "list_channels": "recordings.files",
     "load_diagnoser": "persistence",
     "load_monitor_state": "monitoring",
-    "load_recordings": "recordings",
+    "load_recordings": "recordings.rig",
     "make_alpio": "diagnosers",
     "make_detector": "diagnosers",
     "make_diagnoser": "diagnosers",
@@ -91,9 +91,9 @@ _MODULES = {
     "make_fault_order_classifier": "diagnosers",
     "make_known_conditions": "diagnosers",
     "make_single_observer_pio": "diagnosers",
-    "make_windows": "recordings",
-    "read_recording": "recordings",
-    "read_recording_table": "recordings",
+    "make_windows": "recordings.windows",
+    "read_recording": "recordings.files",
+    "read_recording_table": "recordings.rig",
     "recording_verdicts": "verdicts",
     "rpm_from_tacho": "speeds",
     "save_diagnoser": "persistence",

@@ -19,7 +19,7 @@ from .._answers import requests
 from .._files import write_atomically
 from ..accuracy_tables import confusion_table, scored_windows
 from ..diagnosers import make_diagnoser
-from ..recordings import load_recordings
+from ..recordings.rig import load_recordings
 from .messages import Progress, UsageError, as_command_error
 from .tables import matrix_text
 

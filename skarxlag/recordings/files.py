@@ -9,11 +9,10 @@ from typing import Any
 import pandas as pd
 from numpy.typing import NDArray
 
-from .formats import error_of, find_format
+from .formats import describe, find_format, read_blocks
 from .formats._contents import choose_channel
 from .formats._facts import names_speed
-from .formats._isolation import isolated_blocks, isolated_description
-from .formats._signals import describe_channels, signal_blocks
+from .formats._isolation import isolated
 from .windows import block_length, cut_blocks
 
 
@@ -89,7 +88,7 @@ def read_recording(
     --------
     >>> import os, tempfile
     >>> import numpy as np
-    >>> from skarxlag.recordings import read_recording
+    >>> from skarxlag import read_recording
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = os.path.join(folder, "run_1.npz")
     ...     np.savez(path, emission=[0.5, -0.5, 0.25], torque=[4, 5, 6], fs=250000)
@@ -179,7 +178,7 @@ def list_channels(path: str | os.PathLike[str], *, dtype: str | None = None) -> 
     Examples
     --------
     >>> import pathlib, tempfile
-    >>> from skarxlag.recordings import list_channels
+    >>> from skarxlag import list_channels
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = pathlib.Path(folder, "run.csv")
     ...     _ = path.write_text("time;vibration\ns;g\n0,000;1,5\n0,001;-2\n")
@@ -194,13 +193,17 @@ def list_channels(path: str | os.PathLike[str], *, dtype: str | None = None) -> 
 
 
 def _described(path, dtype):
-    path, module, contents = _find(path, dtype)
-    if module.ISOLATED:
-        return isolated_description(path)
-    try:
-        return describe_channels(contents(path))
-    except Exception as error:
-        raise error_of(path, error, module) from error
+    (rows,) = _read(describe, path, dtype)
+    return rows
+
+
+def _read(function, path, dtype, *arguments):
+    path = Path(path)
+    module, _ = find_format(path, dtype)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    read = isolated if module.ISOLATED else lambda function, *arguments: function(*arguments)
+    return read(function, path, dtype, *arguments)
 
 
 def recording_speed(path: Any, *, channel: Any = None, dtype: Any = None) -> float | None:
@@ -296,26 +299,4 @@ def recording_blocks(
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`, when the block in question is reached.
     """
-    path, module, contents = _find(path, dtype)
-    if module.ISOLATED:
-        yield from isolated_blocks(path, _plain(channel), n_samples)
-        return
-    try:
-        yield from signal_blocks(contents(path), channel, n_samples)
-    except Exception as error:
-        raise error_of(path, error, module) from error
-
-
-def _find(path, dtype):
-    path = Path(path)
-    module, contents = find_format(path, dtype)
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file")
-    return path, module, contents
-
-
-def _plain(channel):
-    """A channel as plain Python values, which can be sent to another process."""
-    if channel is None or isinstance(channel, str):
-        return channel
-    return int(channel) if isinstance(channel, Integral) else [_plain(each) for each in channel]
+    return _read(read_blocks, path, dtype, channel, n_samples)

@@ -102,7 +102,7 @@ def read_recording_table(
     --------
     >>> import pathlib, tempfile
     >>> import numpy as np
-    >>> from skarxlag.recordings import read_recording_table
+    >>> from skarxlag import read_recording_table
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     folder = pathlib.Path(folder)
     ...     np.save(folder / "a.npy", np.zeros(5))
@@ -209,7 +209,7 @@ def load_recordings(
     --------
     >>> import pathlib, tempfile
     >>> import numpy as np
-    >>> from skarxlag.recordings import load_recordings
+    >>> from skarxlag import load_recordings
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     folder = pathlib.Path(folder)
     ...     np.save(folder / "good_300.npy", np.zeros(5))

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from scipy.io import savemat, wavfile
 
-from skarxlag.recordings import read_recording
+from skarxlag import read_recording
 from skarxlag.recordings.formats import _isolation
 
 RNG = np.random.default_rng(0)

@@ -5,7 +5,7 @@ import os
 import numpy as np
 import pytest
 
-from skarxlag.recordings import load_recordings, read_recording_table
+from skarxlag import load_recordings, read_recording_table
 from skarxlag.recordings.listing import list_files, list_recordings
 
 PATTERN = r"(?P<condition>[A-Z]+)_(?P<rpm>\d+)_(?P<sensor>\w+)"

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from scipy.io import savemat
 
-from skarxlag.recordings import list_channels, load_recordings, read_recording
+from skarxlag import list_channels, load_recordings, read_recording
 from skarxlag.recordings.files import recording_speed
 from skarxlag.recordings.listing import list_recordings
 

@@ -5,8 +5,7 @@ import pandas as pd
 import pytest
 from scipy.io import savemat, wavfile
 
-from skarxlag import make_alpio
-from skarxlag.recordings import load_recordings, read_recording_table
+from skarxlag import load_recordings, make_alpio, read_recording_table
 
 RNG = np.random.default_rng(0)
 # Multiples of 2**-10, which a decimal text holds exactly.

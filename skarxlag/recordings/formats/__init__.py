@@ -21,9 +21,11 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from . import arrow, audio, hdf5, matlab, npy, npz, raw, tdms, text, uff, vallen, wav
 from ._contents import ContentError, Contents
+from ._signals import describe_channels, signal_blocks
 
 #: All formats, in the order in which the documentation lists them.
 FORMATS = (matlab, npy, npz, text, wav, audio, arrow, hdf5, tdms, uff, vallen, raw)
@@ -56,25 +58,36 @@ def find_format(
     raise ValueError(f"{path}: unknown suffix {path.suffix!r}; expected one of {known}")
 
 
-def error_of(path: Path, error: Exception, module: ModuleType) -> Exception:
-    """Return the exception that reports a failure to read a file.
+def read_blocks(path: Path, dtype: str | None, channel: Any, n_samples: int | None) -> Any:
+    """Yield blocks of the chosen channels and their sampling rate, see `signal_blocks`.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError, ImportError
+        The message begins with the path.
+    """
+    return _rescued(path, dtype, lambda contents: signal_blocks(contents, channel, n_samples))
+
+
+def describe(path: Path, dtype: str | None) -> Any:
+    """Yield what `describe_channels` returns; errors as in `read_blocks`."""
+    return _rescued(path, dtype, lambda contents: [describe_channels(contents)])
+
+
+def _rescued(path, dtype, read):
+    module, contents = find_format(path, dtype)
+    try:
+        if not path.is_file():
+            raise FileNotFoundError
+        yield from read(contents(path))
+    except Exception as error:
+        raise _error_of(path, error, module) from error
+
+
+def _error_of(path, error, module):
+    """The exception that reports a failure to read a file.
 
     Parsers raise all kinds of exceptions on damaged input, and few of them name the file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    error : Exception
-        Raised by the reader.
-    module : module
-        The format.
-
-    Returns
-    -------
-    Exception
-        A FileNotFoundError, ValueError, ImportError or MemoryError whose message begins with the
-        path.
     """
     if isinstance(error, ContentError):
         return ValueError(f"{path}: {error}")

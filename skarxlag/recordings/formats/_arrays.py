@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from typing import Any
 
-from ._contents import Contents, common_length, slices
-from ._facts import stated_rates, stated_speeds
+from ._contents import Channel, Contents, slices
+from ._facts import state_facts
 
 
 class NamedArrays:
@@ -25,11 +25,16 @@ class NamedArrays:
     def __init__(self, separator: str = ".") -> None:
         self.scalars: dict[str, Any] = {}
         self._separator = separator
-        self._lengths, self._units, self._refused = {}, {}, {}
-        self._places, self._parts = {}, {}
+        self._channels, self._refused, self._places, self._parts = {}, {}, {}, {}
 
     def add(
-        self, name: str, shape: Sequence[int], *, key: str | None = None, unit: str | None = None
+        self,
+        name: str,
+        shape: Sequence[int],
+        *,
+        key: Any = None,
+        place: str | None = None,
+        **facts: Any,
     ) -> None:
         """Add an array, whose rows or columns, whichever are longer, are channels.
 
@@ -40,10 +45,12 @@ class NamedArrays:
             a name they are ``0``, ``1``, ...
         shape : sequence of int
             One dimension or more.
-        key : str, default=None
+        key : object, default=None
             Passed to the function that reads the array. None takes `name`.
-        unit : str, default=None
-            Of the samples.
+        place : str, default=None
+            Name of the array among those of `scalars`. None takes `name`.
+        **facts
+            Of the channels, such as ``unit``, see `Channel`.
         """
         long = [axis for axis, size in enumerate(shape) if size != 1]
         if len(long) > 2 or (len(long) == 2 and shape[long[0]] == shape[long[1]]):
@@ -53,30 +60,27 @@ class NamedArrays:
                 "longer in time than in channels",
             )
             return
-        index: list[int | None] = [0] * len(shape)
-        if len(long) < 2 or 0 in shape:
-            time = shape.index(0) if 0 in shape else max(long, default=0)
-            across, names = None, [name or "0"]
+        time = shape.index(0) if 0 in shape else max(long, key=lambda axis: shape[axis], default=0)
+        across = next((axis for axis in long if axis != time), None)
+        if across is None or 0 in shape:
+            names = [name or "0"]
         else:
-            time, across = sorted(long, key=lambda axis: -shape[axis])
             names = [f"{name}[{i}]" if name else str(i) for i in range(shape[across])]
-        index[time] = None
         for i, channel in enumerate(names):
-            if across is not None:
-                index[across] = i
-            self._lengths[channel] = shape[time]
-            self._parts[channel] = (name if key is None else key, tuple(index))
+            index: list[int | None] = [i if axis == across else 0 for axis in range(len(shape))]
+            index[time] = None
+            self._channels[channel] = Channel(shape[time], **facts)
+            self._parts[channel] = (name if key is None else key, index)
             # A number with the name of the array in front comes before all others.
-            self._places[channel] = f"{name}{self._separator}{channel}"
-            if unit:
-                self._units[channel] = unit
+            own = name if place is None else place
+            self._places[channel] = f"{own}{self._separator}{channel}"
 
     def refuse(self, name: str, reason: str) -> None:
         """Note why an array is not a channel."""
         self._refused[name] = reason
 
     def contents(
-        self, opened: Callable[[], AbstractContextManager[Callable[[str], Any]]]
+        self, opened: Callable[[], AbstractContextManager[Callable[[Any], Any]]]
     ) -> Contents:
         """Return the contents of the file.
 
@@ -85,26 +89,17 @@ class NamedArrays:
         opened : callable
             Returns a context manager of a function from keys to arrays, which are sliced.
         """
-        channel_at = {place: channel for channel, place in self._places.items()}
-        lengths = {place: self._lengths[channel] for place, channel in channel_at.items()}
-        rates = stated_rates(lengths, self.scalars, self._separator)
-        speeds = stated_speeds(lengths, self.scalars, self._separator)
 
         def read(names, n_samples):
-            n_total = common_length(self._lengths, names)
             with opened() as array_of:
-                for part in slices(n_total, n_samples):
-                    yield [
-                        array_of(key)[tuple(part if i is None else i for i in index)]
-                        for key, index in map(self._parts.__getitem__, names)
-                    ]
+                for part in slices(self._channels[names[0]].length, n_samples):
+                    block = []
+                    for key, index in map(self._parts.__getitem__, names):
+                        place = tuple(part if i is None else i for i in index)
+                        block.append(array_of(key)[place if len(place) > 1 else part])
+                        if len(block[-1]) != part.stop - part.start:
+                            raise ValueError(f"the samples end before sample {part.stop}")
+                    yield block
 
-        return Contents(
-            list(self._lengths),
-            read,
-            {channel_at[place]: rate for place, rate in rates.items()},
-            self._units,
-            self._lengths,
-            self._refused,
-            speeds={channel_at[place]: speed for place, speed in speeds.items()},
-        )
+        state_facts(self._channels, self._places, self.scalars, self._separator)
+        return Contents(self._channels, read, self._refused)

@@ -1,7 +1,7 @@
 """The channels of one file: their names, how they are read, and what the file states."""
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from numbers import Integral
 from typing import Any
@@ -19,39 +19,50 @@ class ContentError(ValueError):
 
 
 @dataclass
+class Channel:
+    """Facts that a file states about a channel; None if it does not.
+
+    Attributes
+    ----------
+    length : int or None
+        Samples. None if all channels of the file are equally long.
+    sampling_rate : float or None
+        In Hz.
+    unit : str or None
+        Of the samples.
+    rpm : float or None
+        Shaft speed in rev/min.
+    start : float or None
+        Seconds since 1970 at the first sample.
+    """
+
+    length: int | None = None
+    sampling_rate: float | None = None
+    unit: str | None = None
+    rpm: float | None = None
+    start: float | None = None
+
+
+@dataclass
 class Contents:
     """The channels of one file.
 
     Attributes
     ----------
-    channels : sequence of str
-        Names of the channels, in the order of the file.
+    channels : dict of str to Channel
+        By name, in the order of the file.
     read : callable
         ``read(names, n_samples)`` yields one list of equally long arrays (or pandas Series) for
         each block, in the order of `names`, with at most `n_samples` values in each array. None
-        requests one block of everything. Formats that are only read whole ignore `n_samples`.
-    sampling_rates : mapping of str to float
-        In Hz, by channel, if the file states it.
-    units : mapping of str to str
-        By channel, if the file states it.
-    lengths : mapping of str to int, or None
-        Samples in each channel. None if all are equally long.
-    refused : mapping of str to str
+        requests one block of everything. Formats that are only read whole ignore `n_samples`. The
+        channels that are asked for are equally long.
+    refused : dict of str to str
         Arrays that are not channels, such as square matrices, and the reason.
-    starts : mapping of str to float
-        Seconds since 1970 at the first sample, by channel, if the file states a date.
-    speeds : mapping of str to float
-        Shaft speed in rev/min, by channel, if the file states it.
     """
 
-    channels: Sequence[str]
+    channels: dict[str, Channel]
     read: Callable[[list[str], int | None], Iterator[list[Any]]]
-    sampling_rates: Mapping[str, float] = field(default_factory=dict)
-    units: Mapping[str, str] = field(default_factory=dict)
-    lengths: Mapping[str, int] | None = None
-    refused: Mapping[str, str] = field(default_factory=dict)
-    starts: Mapping[str, float] = field(default_factory=dict)
-    speeds: Mapping[str, float] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)
 
 
 def choose_channel(names: list[str], channel: str | int) -> str:
@@ -70,20 +81,18 @@ def choose_channel(names: list[str], channel: str | int) -> str:
     >>> choose_channel(["X097_DE_time", "X097_FE_time"], "*_DE_time")
     'X097_DE_time'
     """
-    is_text = isinstance(channel, str)
-    if is_text and channel in names:
-        return channel
-    is_position = isinstance(channel, Integral) or (is_text and channel.isdecimal())
-    if is_position and 0 <= int(channel) < len(names):
+    text = str(channel)
+    if channel in names:
+        return text
+    if (isinstance(channel, Integral) or text.isdecimal()) and 0 <= int(channel) < len(names):
         return names[int(channel)]
-    if is_text and ("*" in channel or "?" in channel):
-        pattern = re.escape(str(channel)).replace(r"\*", ".*").replace(r"\?", ".")
-        matching = [name for name in names if re.fullmatch(pattern, name)]
-        if len(matching) == 1:
-            return matching[0]
-        if matching:
-            raise ContentError(f"channel {channel!r} fits several channels: {listed(matching)}")
-    raise ContentError(f"no channel {channel!r}; available: {listed(names)}")
+    pattern = re.escape(text).replace(r"\*", ".*").replace(r"\?", ".")
+    matching = [name for name in names if re.fullmatch(pattern, name)]
+    if len(matching) > 1:
+        raise ContentError(f"channel {channel!r} fits several channels: {listed(matching)}")
+    if not matching:
+        raise ContentError(f"no channel {channel!r}; available: {listed(names)}")
+    return matching[0]
 
 
 def listed(names: Iterable[str]) -> str:
@@ -92,40 +101,11 @@ def listed(names: Iterable[str]) -> str:
     return ", ".join(texts[:20]) + (f" and {len(texts) - 20} more" if len(texts) > 20 else "")
 
 
-def common_length(lengths: Mapping[str, int], names: Sequence[str]) -> int:
-    """Return the number of samples of some channels, which must be equally long."""
-    own = {name: lengths[name] for name in names}
-    if len(set(own.values())) > 1:
-        raise ContentError(f"channels of different length, in samples: {own}")
-    return own[names[0]]
-
-
 def slices(n_total: int, n_samples: int | None) -> Iterator[slice]:
     """Yield slices that cover all samples; one empty slice if there is no sample."""
     step = max(n_total if n_samples is None else n_samples, 1)
-    return (slice(start, start + step) for start in range(0, max(n_total, 1), step))
-
-
-def joined_streams(
-    streams: Iterable[Iterable[np.ndarray]], n_samples: int
-) -> Iterator[list[np.ndarray]]:
-    """Yield one block after another of streams that come in pieces of any length."""
-    pieces = [_rechunked(stream, n_samples) for stream in streams]
-    return (list(block) for block in zip(*pieces, strict=True))
-
-
-def _rechunked(arrays, n_samples):
-    waiting, count = [], 0
-    for array in arrays:
-        while len(array):
-            part = array[: n_samples - count]
-            waiting.append(part)
-            array, count = array[len(part) :], count + len(part)
-            if count == n_samples:
-                yield np.concatenate(waiting)
-                waiting, count = [], 0
-    if count:
-        yield np.concatenate(waiting)
+    for start in range(0, max(n_total, 1), step):
+        yield slice(start, min(start + step, n_total))
 
 
 def is_numeric(dtype: DTypeLike) -> bool:

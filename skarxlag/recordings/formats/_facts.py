@@ -1,7 +1,7 @@
 """Facts that files state under many names: sampling rates, shaft speeds, times and dates."""
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -9,35 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import ContentError, Contents
+from ._contents import Channel, ContentError, Contents
 
-#: Names in lower case with nothing but letters, and the number of Hz or seconds in their unit.
-_RATE_NAMES = {
-    name + unit: scale
-    for unit, scale in {"": 1.0, "hz": 1.0, "inhz": 1.0, "khz": 1e3}.items()
-    for name in (
-        "fs",
-        "sr",
-        "fsample",
-        "fsampling",
-        *(f"{a}{b}" for a in ("sample", "sampling") for b in ("rate", "freq", "frequency")),
-    )
-}
-_STEP_NAMES = {
-    name + unit: scale
-    for unit, scale in {"": 1.0, "s": 1.0, "ins": 1.0, "ms": 1e-3, "us": 1e-6}.items()
-    for name in (
-        "dt",
-        "deltat",
-        "timestep",
-        "wfincrement",
-        *(f"{a}{b}" for a in ("sample", "sampling") for b in ("interval", "period")),
-    )
-}
-_TIME_NAMES = {
-    *("time", "times", "t", "zeit", "seconds", "sec", "timestamp", "timestamps", "datetime"),
-    *("date", "datum", "zeitstempel"),
-}
+#: Names in lower case with nothing but letters, and the unit at their end.
+_RATE_NAME = re.compile(
+    r"(?:fs|sr|fsampl(?:e|ing)|sampl(?:e|ing)(?:rate|freq|frequency))(hz|inhz|khz)?"
+)
+_STEP_NAME = re.compile(
+    r"(?:dt|deltat|timestep|wfincrement|sampl(?:e|ing)(?:interval|period))(s|ins|ms|us)?"
+)
+_HZ = {"khz": 1e3}
+_TIME_NAME = re.compile(r"times?|t|zeit|seconds|sec|timestamps?|datetime|date|datum|zeitstempel")
 _SPEED_NAME = re.compile(r"(.*?)[ _(\[]*(?:rpm|drehzahl)[ )\]]*", re.IGNORECASE)
 _SPEED_UNITS = {"rpm", "rev/min", "r/min", "1/min", "min-1", "u/min"}
 SECONDS = {
@@ -77,92 +59,79 @@ def is_rate(value: Any) -> bool:
     return bool(np.isrealobj(value) and np.isfinite(value) and value > 0)
 
 
-def stated_rates(
-    lengths: Mapping[str, int], scalars: Mapping[str, Any], separator: str = "."
-) -> dict[str, float]:
-    """Find the sampling rate of each channel among numbers with names such as ``fs`` or ``dt``.
+def state_facts(
+    channels: Mapping[str, Channel],
+    places: Mapping[str, str],
+    scalars: Mapping[str, Any],
+    separator: str,
+) -> None:
+    """Fill in sampling rates and shaft speeds from numbers with names such as ``fs`` or ``rpm``.
 
-    Names are paths such as ``run.signal`` and ``run.fs``. The number nearest to the channel on the
-    way up to the root counts. It is the rate of the longest of the channels that it could belong
-    to; shorter ones, such as a speed next to a vibration, were sampled more slowly.
+    Places are paths such as ``run.signal``, and so are the names of numbers, such as ``run.fs``.
+    The number nearest to the channel on the way up to the root counts. A rate is that of the
+    longest of the channels that it could belong to; shorter ones, such as a speed next to a
+    vibration, were sampled more slowly. Of several speeds with a prefix, the one counts whose
+    prefix begins the name of the channel. Numbers that disagree do not count.
 
     Parameters
     ----------
-    lengths : mapping of str to int
-        Samples in each channel.
-    scalars : mapping of str to number
-        Single numbers by name.
-    separator : str, default="."
-        Between the parts of a name.
+    channels : mapping of str to Channel
+        By name. Facts that they have already are kept.
+    places, scalars : mapping
+        Place of each channel, and single numbers by their places.
+    separator : str
+        Between the parts of a place.
 
     Examples
     --------
-    >>> stated_rates({"a.y": 5, "z": 9, "u": 7}, {"fs": 10.0, "a.SampleRate": 20.0, "a.load": 3.0})
-    {'a.y': 20.0, 'z': 10.0}
-    >>> stated_rates({"y": 5}, {"dt": 0.001})
-    {'y': 1000.0}
+    >>> y, z, u = Channel(5), Channel(9), Channel(7)
+    >>> places = {"y": "a.X98_y", "z": "z", "u": "u"}
+    >>> numbers = {"fs": 10.0, "a.SampleRate": 20.0, "a.X98RPM": 1772.0, "a.X99RPM": 1750.0}
+    >>> state_facts({"y": y, "z": z, "u": u}, places, numbers, ".")
+    >>> y.sampling_rate, z.sampling_rate, u.sampling_rate, y.rpm, z.rpm
+    (20.0, 10.0, None, 1772.0, None)
     """
-    found = _nearest(lengths, scalars, separator, _rate_of)
-    longest: dict[str, int] = {}
-    for name, (place, _) in found.items():
-        longest[place] = max(longest.get(place, 0), lengths[name])
-    return {name: rate for name, (place, rate) in found.items() if lengths[name] == longest[place]}
-
-
-def stated_speeds(
-    channels: Iterable[str], scalars: Mapping[str, Any], separator: str = "."
-) -> dict[str, float]:
-    """Find the shaft speed of each channel, in rev/min, among numbers such as ``rpm``.
-
-    The nearest number counts, as in `stated_rates`. Of several with a prefix, the one counts whose
-    prefix begins the name of the channel.
-
-    Examples
-    --------
-    >>> stated_speeds(["X98_DE_time", "X99_DE_time"], {"X98RPM": 1772.0, "X99RPM": 1750.0})
-    {'X98_DE_time': 1772.0, 'X99_DE_time': 1750.0}
-    """
-    found = _nearest(channels, scalars, separator, _speed_of)
-    return {name: speed for name, (_, speed) in found.items()}
-
-
-def _nearest(
-    names: Iterable[str],
-    scalars: Mapping[str, Any],
-    separator: str,
-    value_of: Callable[[str, Any], Any],
-) -> dict[str, tuple[str, float]]:
-    """Place and value of the nearest fact above each name; values that disagree do not count."""
-    by_place: dict[str, set[tuple[str, float]]] = {}
+    rates, speeds = {}, {}
     for name, number in scalars.items():
         place, _, last = name.rpartition(separator)
-        if is_rate(number) and (fact := value_of(last, float(number))) is not None:
-            by_place.setdefault(place, set()).add(fact)
-    found = {}
-    for name in names:
-        place, last = name, name.rpartition(separator)[2]
-        while place and name not in found:
-            place = place.rpartition(separator)[0]
-            facts = by_place.get(place, set())
-            values = {value for prefix, value in facts if last.startswith(prefix)}
-            values = values or {value for _, value in facts}
-            if len(values) == 1:
-                found[name] = (place, values.pop())
-    return found
+        if not is_rate(number):
+            continue
+        if rate := _rate_of(last, float(number)):
+            rates.setdefault(place, set()).add(("", rate))
+        if match := _SPEED_NAME.fullmatch(last):
+            speeds.setdefault(place, set()).add((match[1], float(number)))
+    longest: dict[str, int] = {}
+    found = {name: _nearest(place, rates, separator) for name, place in places.items()}
+    for name, (place, _) in found.items():
+        longest[place] = max(longest.get(place, 0), channels[name].length or 0)
+    for name, channel in channels.items():
+        place, rate = found[name]
+        if channel.length == longest[place]:
+            channel.sampling_rate = channel.sampling_rate or rate
+        channel.rpm = _nearest(places[name], speeds, separator)[1]
+
+
+def _nearest(place, by_place, separator):
+    """Place and value of the nearest fact; values that disagree do not count."""
+    last = place.rpartition(separator)[2]
+    while place:
+        place = place.rpartition(separator)[0]
+        facts = by_place.get(place, set())
+        own = {value for prefix, value in facts if last.startswith(prefix)}
+        values = own or {value for _, value in facts}
+        if len(values) == 1:
+            return place, values.pop()
+    return "", None
 
 
 def _rate_of(name, number):
     plain = "".join(c for c in name.lower() if c.isalpha())
-    if plain in _RATE_NAMES:
-        return "", number * _RATE_NAMES[plain]
-    if plain in _STEP_NAMES and is_rate(rate := 1 / (number * _STEP_NAMES[plain])):
-        return "", rounded(rate, 1e-9)
+    if match := _RATE_NAME.fullmatch(plain):
+        return number * _HZ.get(match[1], 1.0)
+    if match := _STEP_NAME.fullmatch(plain):
+        rate = 1 / (number * SECONDS.get(match[1], 1.0))
+        return rounded(rate, 1e-9) if is_rate(rate) else None
     return None
-
-
-def _speed_of(name, number):
-    match = _SPEED_NAME.fullmatch(name)
-    return match and (match[1], number)
 
 
 def names_speed(name: str, unit: str | None = None) -> bool:
@@ -185,7 +154,7 @@ def names_times(name: str) -> bool:
     >>> names_times("run/Time (s)"), names_times("DE_time")
     (True, False)
     """
-    return letters(name.replace("/", ".").rpartition(".")[2]) in _TIME_NAMES
+    return _TIME_NAME.fullmatch(letters(name.replace("/", ".").rpartition(".")[2])) is not None
 
 
 def seconds_of_dates(texts: Iterable[Any]) -> NDArray[Any]:
@@ -204,19 +173,15 @@ def seconds_of_dates(texts: Iterable[Any]) -> NDArray[Any]:
 
 def _seconds_of_date(text):
     try:
-        date = text if isinstance(text, datetime) else datetime.fromisoformat(_iso(text))
+        if not isinstance(text, datetime):
+            text = text.strip().strip('"')
+            if match := _DAY_FIRST.match(text):
+                day, _, month, year = match.groups()
+                text = f"{year}-{month:0>2}-{day:0>2}T{text[match.end() :] or '00:00'}"
+            text = datetime.fromisoformat(text)
     except (ValueError, AttributeError):
         return np.nan
-    return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
-
-
-def _iso(text):
-    """Text of a date with the day first, in ISO 8601; any other text as it is."""
-    text = text.strip().strip('"')
-    if match := _DAY_FIRST.match(text):
-        day, _, month, year = match.groups()
-        text = f"{year}-{month:0>2}-{day:0>2}T{text[match.end() :] or '00:00'}"
-    return text
+    return (text if text.tzinfo else text.replace(tzinfo=UTC)).timestamp()
 
 
 @dataclass
@@ -225,8 +190,10 @@ class TimeAxis:
 
     Attributes
     ----------
-    name, unit : str
+    name : str
         Of the channel.
+    channel : Channel
+        Of the times.
     sampling_rate : float
         In Hz.
     start : float or None
@@ -236,29 +203,27 @@ class TimeAxis:
     """
 
     name: str
-    unit: str
+    channel: Channel
     sampling_rate: float
     start: float | None
     largest: float
-    _last: float | None = None
+    _last: float = np.nan
 
-    def covers(self, contents: Contents, names: list[str]) -> bool:
-        """Return whether the times belong to all of the channels."""
-        lengths = contents.lengths
-        if names == [self.name]:
-            return False
-        return lengths is None or all(lengths[name] == lengths[self.name] for name in names)
+    def covers(self, channel: Channel) -> bool:
+        """Return whether the times belong to another channel."""
+        return channel is not self.channel and channel.length == self.channel.length
 
     def check(self, values: Any, start: int) -> None:
         """Refuse a block of times with a gap, in itself or after the block before."""
-        times = _in_seconds(values, self.unit)
+        times = _in_seconds(values, self.channel.unit)
         if times is None:
             raise ContentError(f"channel {self.name!r} is not numeric, expected times")
-        before = [] if self._last is None else [self._last]
-        steps = np.diff(np.concatenate([before, times]))
-        bad = np.flatnonzero((steps > self.largest) | (steps < 0) | np.isnan(steps))
+        steps = np.diff(times, prepend=self._last)
+        if start == 0:
+            steps = steps[1:]
+        bad = np.flatnonzero(~((steps >= 0) & (steps <= self.largest)))
         if bad.size:
-            sample = start + bad[0] + 1 - len(before)
+            sample = start + bad[0] + (start == 0)
             raise ContentError(
                 f"channel {self.name!r} is not evenly spaced: {steps[bad[0]]:g} s before sample "
                 f"{sample}, expected {1 / self.sampling_rate:g} s"
@@ -272,24 +237,17 @@ def find_time_axis(contents: Contents) -> TimeAxis | None:
 
     Its name is one such as ``time``, ``t`` or ``seconds``, and its values never fall: numbers,
     dates, or texts of dates. Integers without a unit are not times: they may count samples.
-
-    Parameters
-    ----------
-    contents : Contents
-        Of the file.
-
-    Returns
-    -------
-    TimeAxis or None
     """
-    names = [name for name in contents.channels if names_times(name)]
-    if not names or len(contents.channels) < 2:
+    name = next(filter(names_times, contents.channels), None)
+    if name is None or len(contents.channels) < 2:
         return None
-    unit = contents.units.get(names[0], "")
+    channel = contents.channels[name]
+    unit = channel.unit
     for n_probed in (_N_PROBED, _N_COARSE):
-        (values,) = next(contents.read(names[:1], n_probed), [np.zeros(0)])
+        (values,) = next(contents.read([name], n_probed), [np.zeros(0)])
         values = np.asarray(values[:n_probed])
-        if not unit and (values.dtype.kind in "iu" or _counts(values)):
+        is_float = values.dtype.kind == "f"
+        if not unit and (values.dtype.kind in "iu" or (is_float and np.all(np.diff(values) == 1))):
             return None
         times = _in_seconds(values, unit)
         if times is None or len(times) < 2 or not np.isfinite(times).all():
@@ -304,7 +262,7 @@ def find_time_axis(contents: Contents) -> TimeAxis | None:
     start = float(times[0]) if values.dtype.kind in "MOU" else None
     steps = np.diff(times)
     largest = max(1.6 / rate, 1.5 * steps[steps > 0].min())
-    return TimeAxis(names[0], unit, rate, start, largest)
+    return TimeAxis(name, channel, rate, start, largest)
 
 
 def _rate_of_times(times):
@@ -324,10 +282,6 @@ def _rate_of_times(times):
     if tolerance > _COARSE_TOLERANCE:
         return None, False
     return rounded(rate, tolerance), tolerance < RATE_TOLERANCE
-
-
-def _counts(values):
-    return values.dtype.kind == "f" and np.all(np.diff(values) == 1)
 
 
 def _in_seconds(values, unit):

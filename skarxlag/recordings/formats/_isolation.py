@@ -9,165 +9,163 @@ tenths of a second.
 import atexit
 import json
 import os
+import pickle
+import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 #: A reply may take so many seconds, and one more for so many bytes of the file.
 _PATIENCE = 60.0
 _BYTES_PER_SECOND = 5e6
+#: A process may grow by so many bytes, and by so many for each byte of its file.
+_MEMORY, _MEMORY_PER_BYTE = 2**32, 200
 
-_PROGRAM = Path(__file__).with_name("_worker.py")
-_START = "import json, runpy, sys; sys.path[:] = json.loads(sys.argv[2]); "
-_START += "runpy.run_path(sys.argv[1], run_name='__main__')"
-_ERRORS = {error.__name__: error for error in (ValueError, FileNotFoundError, ImportError)}
+_PROGRAM = "from skarxlag.recordings.formats._isolation import serve; serve()"
+_PATHS = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
 
 #: One idle reader for each process that has started one: a fork must not use that of its parent.
-_idle: dict[int, "_Reader"] = {}
+_idle: dict[int, subprocess.Popen[bytes]] = {}
 _lock = threading.Lock()
 
 
-def isolated_blocks(
-    path: Path, channel: str | int | Sequence[str | int] | None, n_samples: int | None
-) -> Iterator[tuple[NDArray[Any], float | None]]:
-    """Yield blocks of a file like `signal_blocks`, read in another process.
+def isolated(function: Callable[..., Iterable[Any]], path: Path, *arguments: Any) -> Iterator[Any]:
+    """Yield what a function yields for a file, computed by another process.
 
     Parameters
     ----------
+    function : callable
+        Called as ``function(path, *arguments)``. It must be importable, and reports all that is
+        wrong with the file as an exception that can be sent.
     path : Path
         The file.
-    channel, n_samples
-        As in `signal_blocks`.
-
-    Yields
-    ------
-    signal : ndarray of float64
-        The next samples.
-    sampling_rate : float or None
-        In Hz, if the file states it.
+    *arguments
+        Can be sent to another process, as must be what the function yields.
 
     Raises
     ------
-    FileNotFoundError, ImportError, ValueError
-        As without isolation; and ValueError if the reader crashes or takes too long. The message
-        begins with the path.
+    Exception
+        As raised by the function; and ValueError if the process crashes or takes too long. The
+        message begins with the path.
     """
-    for head, signal in _replies(path, channel=channel, n_samples=n_samples):
-        yield signal, head["rate"]
-
-
-def isolated_description(path: Path) -> list[dict[str, Any]]:
-    """Return the result of `describe_channels`, computed by another process."""
-    ((head, _),) = _replies(path, n_samples="describe")
-    return head["channels"]
-
-
-def _replies(path, **request):
     with _lock:
-        reader = _idle.pop(os.getpid(), None)
-    if reader is None or not reader.is_alive():
-        reader = _Reader()
+        process = _idle.pop(os.getpid(), None)
+    if process is None or process.poll() is not None:
+        process = _started()
+    patience = _PATIENCE + path.stat().st_size / _BYTES_PER_SECOND
+    is_free = False
     try:
-        yield from reader.replies(path, request)
-    finally:
-        with _lock:
-            is_kept = reader.is_free and os.getpid() not in _idle
-            if is_kept:
-                _idle[os.getpid()] = reader
-        if not is_kept:
-            reader.end()
-
-
-class _Reader:
-    """A process that reads files, one at a time.
-
-    Attributes
-    ----------
-    is_free : bool
-        Whether it has replied to the last request to the end.
-    """
-
-    def __init__(self) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-c", _START, str(_PROGRAM), json.dumps(sys.path)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            env=os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
-            creationflags=subprocess.CREATE_NO_WINDOW if sys.platform == "win32" else 0,
-        )
-        self._is_late = self.is_free = False
-
-    def replies(
-        self, path: Path, request: dict[str, Any]
-    ) -> Iterator[tuple[dict[str, Any], NDArray[Any] | None]]:
-        """Yield what the process sends about a file: a head, and the samples that it announces."""
-        self.is_free = False
-        patience = _PATIENCE + path.stat().st_size / _BYTES_PER_SECOND
         # A process that takes no request sends no reply either.
         with suppress(OSError):
-            self._process.stdin.write(json.dumps({"path": str(path), **request}).encode() + b"\n")
-            self._process.stdin.flush()
-        while True:
-            line = self._within(patience, self._process.stdout.readline)
-            if not line.endswith(b"\n"):
-                raise ValueError(self._crash_message(path))
-            head = json.loads(line)
-            if "error" in head:
-                self.is_free = True
-                raise _ERRORS[head["error"]](head["message"])
-            if "end" in head:
-                self.is_free = True
-                return
-            samples = np.empty(head["shape"])
-            if samples.size:
-                n_read = self._within(patience, partial(self._process.stdout.readinto, samples))
-                if n_read != samples.nbytes:
-                    raise ValueError(self._crash_message(path))
-            yield head, samples
+            pickle.dump((function, path, *arguments), process.stdin)
+            process.stdin.flush()
+        while (reply := _received(process, path, patience)) is not None:
+            if isinstance(reply, Exception):
+                is_free = True
+                raise reply
+            yield reply
+        is_free = True
+    finally:
+        with _lock:
+            is_kept = is_free and os.getpid() not in _idle
+            if is_kept:
+                _idle[os.getpid()] = process
+        if not is_kept:
+            _end(process)
 
-    def end(self) -> None:
-        self._process.kill()
-        self._process.wait()
-        # The pipe may hold a line that was never sent.
-        with suppress(OSError):
-            self._process.stdin.close()
-        self._process.stdout.close()
 
-    def is_alive(self) -> bool:
-        return self._process.poll() is None
+def _started():
+    return subprocess.Popen(
+        [sys.executable, "-P", "-c", _PATHS + _PROGRAM, json.dumps(sys.path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+        creationflags=subprocess.CREATE_NO_WINDOW if sys.platform == "win32" else 0,
+    )
 
-    def _within(self, patience, receive):
-        timer = threading.Timer(patience, self._interrupt)
-        timer.daemon = True
-        timer.start()
-        try:
-            return receive()
-        finally:
-            timer.cancel()
 
-    def _interrupt(self):
-        self._is_late = True
-        self._process.kill()
+def _received(process, path, patience):
+    is_late = threading.Event()
 
-    def _crash_message(self, path):
-        code = self._process.wait()
-        if self._is_late:
-            return f"{path}: its reader was ended because it gave no answer in time, damaged?"
-        return f"{path}: its reader crashed (exit status {code}), damaged?"
+    def interrupt():
+        is_late.set()
+        process.kill()
+
+    timer = threading.Timer(patience, interrupt)
+    timer.daemon = True
+    timer.start()
+    try:
+        return pickle.load(process.stdout)
+    except (EOFError, pickle.UnpicklingError) as error:
+        code = process.wait()
+        reason = f"crashed (exit status {code})"
+        if is_late.is_set():
+            reason = "was ended because it gave no answer in time"
+        raise ValueError(f"{path}: its reader {reason}, damaged?") from error
+    finally:
+        timer.cancel()
+
+
+def _end(process):
+    process.kill()
+    process.wait()
+    # The pipe may hold a request that was never sent.
+    with suppress(OSError):
+        process.stdin.close()
+    process.stdout.close()
 
 
 @atexit.register
 def end_readers() -> None:
     """End the process that waits for a file."""
-    reader = _idle.pop(os.getpid(), None)
-    if reader is not None:
-        reader.end()
+    process = _idle.pop(os.getpid(), None)
+    if process is not None:
+        _end(process)
+
+
+def serve() -> None:
+    """Read files in the child process until the parent ends."""
+    # The parent handles Ctrl-C and ends this process.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    replies = os.fdopen(os.dup(1), "wb")
+    # Text that a library prints must not get between the replies.
+    os.dup2(2, 1)
+
+    def send(reply):
+        pickle.dump(reply, replies, pickle.HIGHEST_PROTOCOL)
+        replies.flush()
+
+    while True:
+        try:
+            function, path, *arguments = pickle.load(sys.stdin.buffer)
+        except EOFError:
+            return
+        try:
+            _limit_memory(path)
+            for reply in function(path, *arguments):
+                send(reply)
+            send(None)
+        except Exception as error:
+            send(error)
+
+
+def _limit_memory(path):
+    """Limit the growth of this process to the needs of a file of this size, if possible."""
+    try:
+        import resource
+
+        page = os.sysconf("SC_PAGE_SIZE")
+        used = int(Path("/proc/self/statm").read_text().split()[0]) * page
+        allowed = _MEMORY + _MEMORY_PER_BYTE * path.stat().st_size
+        limit = used + min(allowed, os.sysconf("SC_PHYS_PAGES") * page)
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        if hard != resource.RLIM_INFINITY:
+            limit = min(limit, hard)
+        resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+    except (ImportError, OSError, ValueError):
+        return

@@ -1,6 +1,7 @@
 """From the channels of a file to the signal that was asked for, block after block."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from numbers import Integral
 from typing import Any
 
@@ -33,19 +34,26 @@ def signal_blocks(
         In Hz, if the file states it.
     """
     if not contents.channels:
-        reasons = list(contents.refused.values())
-        raise ContentError((reasons or ["holds no numeric array of more than one value"])[0])
+        reasons = [*contents.refused.values(), "holds no numeric array of more than one value"]
+        raise ContentError(reasons[0])
     axis = find_time_axis(contents)
     names, is_single = _chosen_names(contents, channel, axis)
-    rate = _common_rate(names, contents.sampling_rates)
-    is_timed = rate is None and axis is not None and axis.covers(contents, names)
+    chosen = {name: contents.channels[name] for name in names}
+    lengths = {name: each.length for name, each in chosen.items()}
+    if len(set(lengths.values())) > 1:
+        raise ContentError(f"channels of different length, in samples: {lengths}")
+    rates = {name: each.sampling_rate for name, each in chosen.items() if each.sampling_rate}
+    if len(set(rates.values())) > 1:
+        raise ContentError(f"channels of different sampling rates, in Hz: {rates}")
+    rate = next(iter(rates.values()), None)
+    is_timed = rate is None and axis is not None and any(map(axis.covers, chosen.values()))
     if is_timed:
         rate = axis.sampling_rate
-    read_names = list(dict.fromkeys([*names, axis.name] if is_timed else names))
+        chosen.setdefault(axis.name, axis.channel)
     start, is_read = 0, False
-    for block in contents.read(read_names, n_samples):
+    for block in contents.read(list(chosen), n_samples):
         is_read = True
-        by_name = dict(zip(read_names, block, strict=True))
+        by_name = dict(zip(chosen, block, strict=True))
         signals = [_as_signal(name, by_name[name], start) for name in names]
         if is_timed:
             axis.check(by_name[axis.name], start)
@@ -59,13 +67,11 @@ def describe_channels(contents: Contents) -> list[dict[str, Any]]:
     """Return name, sampling rate, unit, shaft speed and date of the start of every channel."""
     axis = find_time_axis(contents)
     rows = []
-    for name in contents.channels:
-        rate, start = contents.sampling_rates.get(name), contents.starts.get(name)
-        if axis is not None and axis.covers(contents, [name]):
-            rate = axis.sampling_rate if rate is None else rate
-            start = axis.start if start is None else start
-        unit, rpm = contents.units.get(name), contents.speeds.get(name)
-        row = {"channel": name, "sampling_rate": rate, "unit": unit, "rpm": rpm, "start": start}
+    for name, channel in contents.channels.items():
+        row = {"channel": name} | asdict(channel)
+        if axis is not None and axis.covers(channel):
+            row["sampling_rate"] = channel.sampling_rate or axis.sampling_rate
+            row["start"] = axis.start if channel.start is None else channel.start
         rows.append(row)
     return rows
 
@@ -74,37 +80,29 @@ def _chosen_names(contents, channel, axis):
     if isinstance(channel, str) and channel in contents.refused:
         raise ContentError(contents.refused[channel])
     names = list(contents.channels)
-    if channel is None:
-        signals = [name for name in names if axis is None or name != axis.name]
-        if len(signals) > 1:
-            units = contents.units
-            signals = [name for name in signals if not names_speed(name, units.get(name))]
-        if len(signals) != 1:
-            raise ContentError(f"several channels and none chosen; available: {listed(names)}")
-        return signals, True
     if isinstance(channel, str | Integral):
         return [choose_channel(names, channel)], True
-    chosen = [choose_channel(names, each) for each in channel]
-    if not chosen:
-        raise ContentError(f"channel is an empty sequence; available: {listed(names)}")
-    return chosen, False
-
-
-def _common_rate(names, rates):
-    stated = {name: rates[name] for name in names if name in rates}
-    if len(set(stated.values())) > 1:
-        raise ContentError(f"channels of different sampling rates, in Hz: {stated}")
-    return next(iter(stated.values()), None)
+    if channel is not None:
+        if not len(channel):
+            raise ContentError(f"channel is an empty sequence; available: {listed(names)}")
+        return [choose_channel(names, each) for each in channel], False
+    signals = [name for name in names if axis is None or name != axis.name]
+    if len(signals) > 1:
+        units = {name: each.unit for name, each in contents.channels.items()}
+        signals = [name for name in signals if not names_speed(name, units[name])]
+    if len(signals) != 1:
+        raise ContentError(f"several channels and none chosen; available: {listed(names)}")
+    return signals, True
 
 
 def _as_signal(name, values, start):
     where = f"channel {name!r}"
     if not isinstance(values, np.ndarray):
         values = _from_column(where, values, start)
-    if values.dtype.kind not in "fiuc":
-        raise ContentError(f"{where} is not numeric but of type {values.dtype}")
     if values.dtype.kind == "c":
         raise ContentError(f"{where} is complex; store its real part or its magnitude")
+    if values.dtype.kind not in "fiu":
+        raise ContentError(f"{where} is not numeric but of type {values.dtype}")
     with np.errstate(invalid="ignore"):
         signal = np.array(values, dtype=np.float64)
     if signal.size == 0 and start == 0:
@@ -120,12 +118,11 @@ def _as_signal(name, values, start):
 def _from_column(where, values, start):
     """Array of a column of a table; a column of text is refused with its first such field."""
     import pandas as pd
-    from pandas.api.types import is_bool_dtype, is_complex_dtype, is_numeric_dtype
+    from pandas.api.types import is_numeric_dtype
 
-    if is_complex_dtype(values.dtype):
-        return values.to_numpy()
-    if is_numeric_dtype(values.dtype) and not is_bool_dtype(values.dtype):
-        return values.to_numpy(dtype=np.float64, na_value=np.nan)
+    if is_numeric_dtype(values.dtype):
+        # Missing values of nullable columns are NaN.
+        return values.to_numpy(na_value=np.nan) if values.isna().any() else values.to_numpy()
     bad = np.flatnonzero(pd.to_numeric(values, errors="coerce").isna() & values.notna())
     at = f": {values.iloc[bad[0]]!r} at sample {start + bad[0]}" if bad.size else ""
     raise ContentError(f"{where} is not numeric{at}")

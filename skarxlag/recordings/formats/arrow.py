@@ -3,7 +3,7 @@
 from contextlib import contextmanager
 from pathlib import Path
 
-from ._contents import Contents, check_unpacked
+from ._contents import Channel, Contents, check_unpacked
 from ._facts import names_times
 
 TITLE = "Parquet, Feather"
@@ -29,7 +29,7 @@ def contents(path: Path) -> Contents:
             for batch in batches(path, file, chosen, n_samples):
                 yield [batch.column(name).to_pandas() for name in chosen]
 
-    return Contents(list(columns), read)
+    return Contents({name: Channel() for name in columns}, read)
 
 
 def _columns(schema):

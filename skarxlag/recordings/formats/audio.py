@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from ._contents import Contents
+from ._contents import Channel, Contents
 
 TITLE = "FLAC, W64, RF64, AIFF, CAF, AU"
 SUFFIXES = (".flac", ".w64", ".rf64", ".aif", ".aiff", ".caf", ".au")
@@ -34,7 +34,7 @@ def contents(path: Path) -> Contents:
         if n_read != n_total:
             raise ValueError(f"{n_read} samples of {n_total}")
 
-    return Contents(names, read, sampling_rates=dict.fromkeys(names, rate))
+    return Contents({name: Channel(sampling_rate=rate) for name in names}, read)
 
 
 def _check_whole(log):

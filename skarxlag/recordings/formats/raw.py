@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ._contents import ContentError, Contents, is_numeric, slices
+from ._contents import Channel, ContentError, Contents, is_numeric, slices
 
 TITLE = "raw binary, with a stated `dtype`"
 SUFFIXES = (".bin", ".raw")
@@ -44,11 +44,11 @@ def contents(path: Path, dtype: str | None = None) -> Contents:
 
     def read(names, n_samples):
         for part in slices(n_frames, n_samples):
-            count = len(range(*part.indices(n_frames)))
+            count = part.stop - part.start
             frames = np.fromfile(path, frame, count, offset=part.start * frame.itemsize)
             yield [frames[name] for name in names]
 
-    return Contents(list(frame.names), read)
+    return Contents({name: Channel() for name in frame.names}, read)
 
 
 def frame_type(text: str) -> np.dtype[Any]:

@@ -1,12 +1,13 @@
 """TDMS files of LabVIEW, which are read in parts."""
 
-from contextlib import ExitStack
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
-from ._contents import ContentError, Contents, common_length, is_numeric, joined_streams
-from ._facts import letters, stated_rates, stated_speeds
+from ._arrays import NamedArrays
+from ._contents import ContentError, Contents, is_numeric
+from ._facts import letters
 
 TITLE = "NI TDMS"
 SUFFIXES = (".tdms",)
@@ -21,57 +22,48 @@ STATES = (
 #: LabVIEW counts from 1904, and writes this if no date was set. NaT is not later either.
 _NO_DATE = np.datetime64("1904-01-02")
 _SEPARATOR = "\0"
+_UNIT_NAMES = ("unitstring", "unit", "units", "niunitdescription")
 
 
 def contents(path: Path) -> Contents:
     """Return the channels by name, or by ``group/name`` if two groups have one of that name."""
+    arrays, n_bytes = NamedArrays(_SEPARATOR), path.stat().st_size
+    with _opened(path) as file:
+        arrays.scalars |= _numbers(file)
+        for group in file.groups():
+            arrays.scalars |= _numbers(group, group.name)
+        for name, channel in _by_name(file).items():
+            if len(channel) > 8 * n_bytes:
+                raise ContentError(f"{len(channel)} samples are stated in {n_bytes} bytes")
+            numbers = _numbers(channel, channel.group_name, name)
+            arrays.scalars |= numbers
+            place = _SEPARATOR.join((channel.group_name, name))
+            start = None
+            date = channel.properties.get("wf_start_time")
+            if isinstance(date, np.datetime64) and date > _NO_DATE:
+                start = float(date.astype("datetime64[us]").astype(float) / 1e6)
+                start += numbers.get(f"{place}{_SEPARATOR}wf_start_offset", 0.0)
+            unit = None
+            for key, value in channel.properties.items():
+                if letters(key) in _UNIT_NAMES and value:
+                    unit = str(value)
+            arrays.add(name, (len(channel),), place=place, unit=unit, start=start)
+
+    @contextmanager
+    def opened():
+        with _opened(path) as file:
+            yield _by_name(file).__getitem__
+
+    return arrays.contents(opened)
+
+
+@contextmanager
+def _opened(path):
     from nptdms import TdmsFile
 
     # Read from a file that is opened here, npTDMS does not look for an index next to it.
     with path.open("rb") as stream, TdmsFile.open(stream) as file:
-        nodes = _by_name(file)
-        lengths = {name: len(channel) for name, channel in nodes.items()}
-        n_bytes = path.stat().st_size
-        if any(length > 8 * n_bytes for length in lengths.values()):
-            raise ContentError(f"{lengths} samples are stated in {n_bytes} bytes")
-        scalars, units, starts = _numbers(file.properties), {}, {}
-        for group in file.groups():
-            scalars |= _numbers(group.properties, group.name)
-        for name, channel in nodes.items():
-            scalars |= _numbers(channel.properties, channel.group_name, name)
-            date = channel.properties.get("wf_start_time")
-            if isinstance(date, np.datetime64) and date > _NO_DATE:
-                starts[name] = float(date.astype("datetime64[us]").astype(float) / 1e6)
-                starts[name] += _numbers(channel.properties).get("wf_start_offset", 0.0)
-            for key, value in channel.properties.items():
-                if letters(key) in ("unitstring", "unit", "units", "niunitdescription") and value:
-                    units[name] = str(value)
-        places = {
-            _SEPARATOR.join((channel.group_name, name, "")): name for name, channel in nodes.items()
-        }
-    by_place = {place: lengths[name] for place, name in places.items()}
-    rates, speeds = (
-        {places[place]: value for place, value in find(by_place, scalars, _SEPARATOR).items()}
-        for find in (stated_rates, stated_speeds)
-    )
-
-    def read(names, n_samples):
-        n_total = common_length(lengths, names)
-        with ExitStack() as stack:
-            streams = []
-            for name in names:
-                # Each channel is read from its start to its end, so each has a file of its own.
-                stream = stack.enter_context(path.open("rb"))
-                channel = _by_name(stack.enter_context(TdmsFile.open(stream)))[name]
-                streams.append(chunk[:] for chunk in channel.data_chunks())
-            n_read = 0
-            for block in joined_streams(streams, n_samples or max(n_total, 1)):
-                n_read += len(block[0])
-                yield block
-        if n_read != n_total:
-            raise ValueError(f"{n_read} samples of {n_total}")
-
-    return Contents(list(nodes), read, rates, units, lengths, starts=starts, speeds=speeds)
+        yield file
 
 
 def _by_name(file):
@@ -90,10 +82,10 @@ def _by_name(file):
     }
 
 
-def _numbers(properties, *place):
+def _numbers(node, *place):
     """Properties that are numbers, by their place in the file."""
     return {
         _SEPARATOR.join((*place, key)): float(value)
-        for key, value in properties.items()
+        for key, value in node.properties.items()
         if isinstance(value, int | float | np.number) and not isinstance(value, bool)
     }

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ._contents import ContentError, Contents, check_unpacked
+from ._contents import Channel, ContentError, Contents, check_unpacked
 from ._facts import SECONDS, names_times, seconds_of_dates
 
 TITLE = "text, also packed by gzip"
@@ -93,7 +93,8 @@ def contents(path: Path) -> Contents:
 
             yield [pd.concat(each, ignore_index=True) for each in columns]
 
-    return Contents(layout.names, read, units=layout.units)
+    channels = {name: Channel(unit=layout.units.get(name)) for name in layout.names}
+    return Contents(channels, read)
 
 
 def _frames(path, layout, n_rows):

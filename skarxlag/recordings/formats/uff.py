@@ -3,7 +3,7 @@
 import warnings
 from pathlib import Path
 
-from ._contents import Contents, common_length, slices
+from ._contents import Channel, Contents, slices
 from ._facts import is_rate, rounded
 
 TITLE = "Universal file (UFF 58)"
@@ -26,29 +26,24 @@ def contents(path: Path) -> Contents:
         file.seek(max(path.stat().st_size - 200, 0))
         if not file.read().rstrip().endswith(b"-1"):
             raise ValueError("the last data set has no end")
-    heads = _time_responses(path)
-    rates = {}
+    heads, channels = _time_responses(path), {}
     for name, (_, head) in heads.items():
-        step = head["abscissa_inc"]
-        if head["abscissa_spacing"] == 1 and is_rate(step):
-            # The file has six digits of the step.
-            rates[name] = rounded(1 / step, 5e-6)
-    units = {
-        name: unit
-        for name, (_, head) in heads.items()
-        if (unit := head["ordinate_axis_units_lab"].strip()) not in ("", "NONE")
-    }
+        step, unit = head["abscissa_inc"], head["ordinate_axis_units_lab"].strip()
+        # The file has six digits of the step.
+        is_even = head["abscissa_spacing"] == 1 and is_rate(step)
+        rate = rounded(1 / step, 5e-6) if is_even else None
+        channels[name] = Channel(head["num_pts"], rate, None if unit in ("", "NONE") else unit)
 
     def read(names, n_samples):
         sets = _read(path, [heads[name][0] for name in names])
+        n_total = channels[names[0]].length
         for name, own in zip(names, sets, strict=True):
-            if len(own["data"]) != lengths[name]:
-                raise ValueError(f"{len(own['data'])} samples of {lengths[name]} in {name!r}")
-        for part in slices(common_length(lengths, names), n_samples):
+            if len(own["data"]) != n_total:
+                raise ValueError(f"{len(own['data'])} samples of {n_total} in {name!r}")
+        for part in slices(n_total, n_samples):
             yield [own["data"][part] for own in sets]
 
-    lengths = {name: head["num_pts"] for name, (_, head) in heads.items()}
-    return Contents(list(heads), read, rates, units, lengths)
+    return Contents(channels, read)
 
 
 def _time_responses(path):

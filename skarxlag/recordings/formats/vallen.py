@@ -2,7 +2,9 @@
 
 from pathlib import Path
 
-from ._contents import ContentError, Contents, common_length, joined_streams
+import numpy as np
+
+from ._contents import Channel, ContentError, Contents
 
 TITLE = "Vallen tradb"
 SUFFIXES = (".tradb",)
@@ -23,23 +25,43 @@ def contents(path: Path) -> Contents:
 
     with TraDatabase(str(path)) as database:
         rows = database.connection().execute(_SUMMARY).fetchall()
-    lengths = {str(channel): length for channel, length, *_ in rows}
-    rates = {str(row[0]): float(row[2]) for row in rows if row[2] == row[3]}
+    channels = {
+        str(number): Channel(length, float(least) if least == most else None, "V")
+        for number, length, least, most in rows
+    }
 
     def read(names, n_samples):
-        n_total = common_length(lengths, names)
+        n_samples = n_samples or max(channels[names[0]].length, 1)
         with TraDatabase(str(path)) as database:
-            streams = [_records(database, name, rates) for name in names]
-            yield from joined_streams(streams, n_samples or max(n_total, 1))
+            streams = [
+                _rechunked(_records(database, name, channels[name].sampling_rate), n_samples)
+                for name in names
+            ]
+            yield from map(list, zip(*streams, strict=True))
 
-    return Contents(list(lengths), read, rates, dict.fromkeys(lengths, "V"), lengths)
+    return Contents(channels, read)
 
 
-def _records(database, name, rates):
+def _rechunked(arrays, n_samples):
+    """Yield arrays of equal length from arrays of any length."""
+    waiting, count = [], 0
+    for array in arrays:
+        while len(array):
+            part = array[: n_samples - count]
+            waiting.append(part)
+            array, count = array[len(part) :], count + len(part)
+            if count == n_samples:
+                yield np.concatenate(waiting)
+                waiting, count = [], 0
+    if count:
+        yield np.concatenate(waiting)
+
+
+def _records(database, name, rate):
     """Samples of consecutive records, which must follow each other without a gap."""
-    if name not in rates:
+    if rate is None:
         raise ContentError(f"channel {name!r} changes its sampling rate")
-    rate, end, n_read = rates[name], None, 0
+    end, n_read = None, 0
     for record in database.iread(channel=int(name)):
         if len(record.data) != record.samples:
             raise ValueError(f"{len(record.data)} samples of {record.samples} in a record")

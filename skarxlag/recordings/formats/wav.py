@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.io import wavfile
 
-from ._contents import Contents, slices
+from ._contents import Channel, Contents, slices
 
 TITLE = "WAV"
 SUFFIXES = (".wav",)
@@ -29,7 +29,7 @@ def contents(path: Path) -> Contents:
         n_total = n_bytes // (3 * n_channels)
 
         def part_of(path, part):
-            return _unpacked_part(path, part, offset, n_total, n_channels)
+            return _unpacked_part(path, part, offset, n_channels)
 
     def read(names, n_samples):
         for part in slices(n_total, n_samples):
@@ -37,8 +37,8 @@ def contents(path: Path) -> Contents:
             by_channel = block[:, np.newaxis] if block.ndim == 1 else block
             yield [by_channel[:, int(name)] for name in names]
 
-    names = [str(i) for i in range(n_channels)]
-    return Contents(names, read, sampling_rates=dict.fromkeys(names, float(sampling_rate)))
+    channels = {str(i): Channel(sampling_rate=float(sampling_rate)) for i in range(n_channels)}
+    return Contents(channels, read)
 
 
 class _ThreeBytes(Exception):
@@ -88,8 +88,8 @@ def _find_samples(path):
     return rate, n_channels, offset, n_bytes
 
 
-def _unpacked_part(path, part, offset, n_total, n_channels):
-    first, stop, _ = part.indices(n_total)
+def _unpacked_part(path, part, offset, n_channels):
+    first, stop = part.start, part.stop
     width = 3 * n_channels
     packed = np.fromfile(path, np.uint8, (stop - first) * width, offset=offset + first * width)
     # Placed in the upper bytes of 32 bit, so that the sign is in its place.

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from skarxlag.recordings import iter_windows, list_channels, read_recording
+from skarxlag import iter_windows, list_channels, read_recording
 from skarxlag.recordings.files import recording_blocks, recording_start
 
 Y, U = np.random.default_rng(0).normal(size=(2, 103))

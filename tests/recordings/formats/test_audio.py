@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.io import wavfile
 
-from skarxlag.recordings import read_recording
+from skarxlag import read_recording
 from skarxlag.recordings.files import recording_blocks
 
 soundfile = pytest.importorskip("soundfile")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.io
 
-from skarxlag.recordings import list_channels, read_recording
+from skarxlag import list_channels, read_recording
 from skarxlag.recordings.files import recording_blocks
 
 h5py = pytest.importorskip("h5py")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from skarxlag.recordings import list_channels, read_recording
+from skarxlag import list_channels, read_recording
 
 Y, U = np.random.default_rng(0).normal(size=(2, 50))
 

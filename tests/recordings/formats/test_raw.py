@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from skarxlag import iter_windows
-from skarxlag.recordings import list_channels, read_recording
+from skarxlag import iter_windows, list_channels, read_recording
 
 Y = np.arange(24)
 

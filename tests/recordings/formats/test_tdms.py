@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skarxlag.recordings import list_channels, read_recording
+from skarxlag import list_channels, read_recording
 from skarxlag.recordings.files import recording_blocks, recording_start
 
 nptdms = pytest.importorskip("nptdms")

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from scipy.io import savemat
 
-from skarxlag.recordings import read_recording
+from skarxlag import read_recording
 from skarxlag.recordings.files import recording_blocks, recording_start
 
 N = 600
