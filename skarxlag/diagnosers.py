@@ -1,6 +1,6 @@
 """The diagnosers, from windows to conditions, and what detects windows unlike known ones."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .bearings import BearingLike
@@ -154,6 +154,8 @@ def make_single_observer_pio(
 def make_diagnoser(
     *,
     sampling_rate: float | None = None,
+    bearing: BearingLike | Sequence[BearingLike] | None = None,
+    places: Mapping[Any, str] | None = None,
     healthy: Any = None,
     memory: Any = None,
     n_jobs: int | None = None,
@@ -176,6 +178,11 @@ def make_diagnoser(
     10 %. Without `rpm` in `predict` the speed is searched; without `rpm` in `fit`, all training
     rows count alike.
 
+    With a bearing, the combs of its faults decide together with the spectra: see `StretchResidual`.
+    After another load or mounting, spectra resemble no condition, and the combs still show the
+    place of the fault. `fit` then needs `rpm`; in `predict` without `rpm`, spectra decide alone. If
+    all training rows are healthy, use `make_fault_order_classifier` instead.
+
     Use `make_detector` instead to find out whether a machine is healthy: the detection threshold of
     this diagnoser holds at the training speed only.
 
@@ -183,6 +190,10 @@ def make_diagnoser(
     ----------
     sampling_rate : float or None, default=None
         In Hz. None: rows are compared as one window each, and orders are not compared.
+    bearing : BearingLike or sequence of BearingLike or None, default=None
+        The bearing, as in `FaultOrderClassifier`. It requires a sampling rate.
+    places : mapping of label to str or None, default=None
+        Place of each condition, if its name does not say it: "healthy", "inner", "outer" or "ball".
     healthy : label or None, default=None
         The healthy condition, for the detection threshold.
     memory : str, joblib.Memory or None, default=None
@@ -224,11 +235,18 @@ def make_diagnoser(
     array(['healthy', 'worn'], dtype='<U7')
     """
     windows = window_comparison(n_jobs)
-    if sampling_rate is None:
+    if sampling_rate is None and bearing is None:
         compare = windows.steps
     else:
-        orders = OrderResidual(sampling_rate=sampling_rate, n_jobs=n_jobs)
-        compare = [("compare", StretchResidual(window_residual=windows, order_residual=orders))]
+        residual = StretchResidual(
+            window_residual=windows,
+            order_residual=OrderResidual(sampling_rate=sampling_rate, n_jobs=n_jobs),
+        )
+        if bearing is not None:
+            residual.fault_orders = FaultOrderClassifier(
+                bearing=bearing, sampling_rate=sampling_rate, places=places, n_jobs=n_jobs
+            )
+        compare = [("compare", residual)]
     steps = [
         ("identify", ARXLaguerre(order=MODEL_ORDER, bank=False, n_jobs=n_jobs)),
         *compare,

@@ -6,6 +6,8 @@ import re
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
 
 from .kernels.fault_orders import PLACES as FAULTS
 
@@ -21,6 +23,10 @@ CONFIDENCE, _CONFIDENCE_NAMED, _MEAN_MARGIN = 5.0, 10.0, 1.6
 #: ten recordings of three rigs, `python -m benchmarks.fault_orders --null`. The second location is
 #: that above the mean scores of the same machine at other speeds.
 HEALTHY_LOCATION, OTHER_SPEED_LOCATION, HEALTHY_SCALE = 0.94, 0.11, 0.29
+#: Settings of `comb_evidence`: log odds for each neper, probability that a fault shows its comb,
+#: and the score without a comb if no healthy row is known. Chosen by leaving rigs out, by
+#: `python -m benchmarks.fault_orders joint`.
+ODDS, VISIBLE, WITHOUT_COMB = 8.0, 0.1, 0.8
 #: p-values are above 0.
 LEAST_P = np.finfo(float).tiny
 #: Names of conditions that say the place; the names of compound faults match two of them.
@@ -82,6 +88,42 @@ def least_margin(wrong_name_rate: float) -> float:
     """
     share = np.expm1(wrong_name_rate * _CONFIDENCE_NAMED * _MEAN_MARGIN)
     return max(float(-np.log(share) / _CONFIDENCE_NAMED), 0.0)
+
+
+def comb_evidence(scores: NDArray[Any], class_places: NDArray[Any]) -> NDArray[Any]:
+    r"""Compute the log probability of the place of each class, given the scores of combs.
+
+    A fault shows its comb with the probability v. The odds of a fault at place p, relative to a row
+    without a comb, are
+
+    .. math:: 1 - v + v\, e^{k s_p}
+
+    with the score :math:`s_p`, k = 8 per neper and v = 0.1. The odds of a healthy row are 1. A
+    missing comb is thus no evidence against a fault.
+
+    Parameters
+    ----------
+    scores : ndarray of shape (n_rows, 3)
+        Scores of ball, inner and outer race, in nepers above those of rows without a comb.
+    class_places : ndarray of int of shape (n_classes,)
+        Place of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy.
+
+    Returns
+    -------
+    ndarray of shape (n_rows, n_classes)
+        The same for all classes of a place.
+
+    Examples
+    --------
+    >>> scores = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0]])
+    >>> np.exp(comb_evidence(scores, np.array([1, 2, 2, 3]))).round(3)
+    array([[0.333, 0.333, 0.333, 0.333],
+           [0.   , 1.   , 1.   , 0.   ]])
+    """
+    log_odds = np.zeros((len(scores), len(PLACES)))
+    log_odds[:, :-1] = np.logaddexp(np.log(VISIBLE) + ODDS * scores, np.log1p(-VISIBLE))
+    every = logsumexp(log_odds[:, np.unique(class_places)], axis=1, keepdims=True)
+    return (log_odds - every)[:, class_places]
 
 
 def gumbel_quantile(rate: float, location: float) -> float:

@@ -16,6 +16,8 @@ from ._base import StretchTransformer
 from ._state import INNOVATIONS, Labels, Values, remember_parameters
 from ._validation import check_real, validate_innovations, weighted_windows
 from .comparison import SpectralDistance
+from .fault_classifier import FaultOrderClassifier
+from .fault_places import WITHOUT_COMB, comb_evidence
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
 from .spectra import LogSpectra
@@ -100,6 +102,18 @@ class StretchResidual(StretchTransformer):
     less than three turns of the shaft have no order spectra, and q is 0 for them. Where `fit` is
     not given speeds, these are rows of less than 0.3 s, three turns at 600 rpm.
 
+    With a bearing, the combs of its faults (`FaultOrderClassifier`) give the probability
+    :math:`P_c` of the place that condition c stands for. The residual becomes
+
+    .. math::
+
+        r_c' = r_{\min} \left(\frac{r_c}{r_{\min}}\right)^a P_c^{-1/T}, \quad
+        a = r_{\min}^{-2}
+
+    with the smallest residual :math:`r_{\min}`, which counts as 1 if it is smaller, and T = 28. If
+    no condition is near, as after another mounting or load, spectra count less, and the combs
+    decide the place. Conditions of one place share the combs; spectra decide among them.
+
     The speed of each row comes as the metadata `rpm`, which this estimator requests; see
     `SpectralDistance` and `OrderResidual` for what happens without it. Use `OrderResidual` instead
     to compare orders alone.
@@ -116,6 +130,9 @@ class StretchResidual(StretchTransformer):
         The exponent q, at least 0.
     window_length : int, default=4800
         Samples in a window, at least 1. A shorter row is one window.
+    fault_orders : FaultOrderClassifier or None, default=None
+        The bearing, its sampling rate and the places of conditions. It requires `rpm` in `fit`, and
+        counts in `transform` if `rpm` is given. None: combs are not used.
 
     Attributes
     ----------
@@ -125,6 +142,8 @@ class StretchResidual(StretchTransformer):
         The fitted residual of windows.
     order_residual_ : OrderResidual or None
         The fitted residual of order spectra. None if a training row has less than three turns.
+    fault_orders_ : FaultOrderClassifier
+        The fitted classifier, if there is a bearing and more than one condition.
     compares_orders_ : bool
         Whether there is a residual of order spectra.
     speed_known_ : bool
@@ -153,6 +172,7 @@ class StretchResidual(StretchTransformer):
     classes_: NDArray[Any]
     window_residual_: Any
     order_residual_: OrderResidual | None
+    fault_orders_: FaultOrderClassifier
     compares_orders_: bool
     speed_known_: bool
 
@@ -171,11 +191,13 @@ class StretchResidual(StretchTransformer):
         order_residual: OrderResidual | None = None,
         order_weight: float = ORDER_WEIGHT,
         window_length: int = 4800,
+        fault_orders: FaultOrderClassifier | None = None,
     ) -> None:
         self.window_residual = window_residual
         self.order_residual = order_residual
         self.order_weight = order_weight
         self.window_length = window_length
+        self.fault_orders = fault_orders
 
     def fit(
         self,
@@ -218,6 +240,10 @@ class StretchResidual(StretchTransformer):
         self.compares_orders_ = bool(_turns(X, rpm, orders.sampling_rate).min() >= LEAST_TURNS)
         if self.compares_orders_:
             self.order_residual_ = clone(orders).fit(X, y, rpm=rpm, sample_weight=sample_weight)
+        if self._uses_combs():
+            rows = weighted_windows(np.arange(len(X)), y, sample_weight)[0]
+            speeds = None if rpm is None else speeds_of_rows(rpm, len(X))[rows]
+            self.fault_orders_ = clone(self.fault_orders).fit(X[rows], np.asarray(y)[rows], speeds)
         windows = self._windows(X)
         n_windows = len(windows) // len(X)
         of_windows = self.window_residual or window_comparison()
@@ -244,7 +270,27 @@ class StretchResidual(StretchTransformer):
                 own = None if rpm is None else speeds_of_rows(rpm, len(X))[rows]
                 of_orders = self.order_residual_.transform(X[rows], rpm=own)
                 residuals[rows] *= np.asarray(of_orders) ** self.order_weight
+        if self._uses_combs() and rpm is not None:
+            turns = _turns(X, rpm, self.fault_orders_.sampling_rate)
+            rows = np.flatnonzero(turns >= LEAST_TURNS)
+            if len(rows) > 0:
+                own = speeds_of_rows(rpm, len(X))[rows]
+                residuals[rows] = self._with_combs(residuals[rows], X[rows], own)
         return residuals
+
+    def _uses_combs(self):
+        return self.fault_orders is not None and len(self.classes_) > 1
+
+    def _with_combs(self, residuals, X, rpm):
+        """Residuals after the evidence of the combs."""
+        classifier = self.fault_orders_
+        knows_healthy = len(classifier.healthy_scores_) > 0
+        without = classifier.reference_ if knows_healthy else WITHOUT_COMB
+        scores = classifier.match(X, rpm).scores - without
+        evidence = comb_evidence(scores, classifier.class_places_)
+        far = np.maximum(residuals.min(axis=1, keepdims=True), 1.0)
+        trusted = far * (residuals / far) ** (far**-2)
+        return trusted * np.exp(-evidence / CONFIDENCE_SCALE[0])
 
     def _trained_speeds(self):
         if not self.speed_known_:
@@ -301,17 +347,20 @@ class StretchResidual(StretchTransformer):
         return super()._answers() | {"is_stretch": self.compares_orders_, "sampling_rate": rate}
 
     def _check_relations(self):
-        for name in ("window_residual_", "order_residual_"):
+        wanted = {
+            "window_residual_": True,
+            "order_residual_": self.compares_orders_,
+            "fault_orders_": self._uses_combs(),
+        }
+        for name in (each for each, is_used in wanted.items() if is_used):
             part = vars(self).get(name)
-            if name == "order_residual_" and not self.compares_orders_:
-                continue
             try:
                 agrees = np.array_equal(part.classes_, self.classes_)
             except AttributeError:
                 agrees = False
             if not agrees:
                 raise ValueError(
-                    f"{name} == {part!r}, expected a fitted residual of the conditions "
+                    f"{name} == {part!r}, expected a fitted estimator of the conditions "
                     f"{self.classes_.tolist()}."
                 )
 

@@ -3,10 +3,12 @@ import copy
 import numpy as np
 import pytest
 import sklearn
+from scipy.signal import lfilter
 from sklearn.base import clone
 from sklearn.model_selection import StratifiedKFold, cross_val_score
 
 from skarxlag import (
+    FaultOrderClassifier,
     OrderResidual,
     StretchResidual,
     load_diagnoser,
@@ -15,7 +17,7 @@ from skarxlag import (
 )
 from skarxlag._answers import answers
 from skarxlag._state import check_model_state
-from skarxlag.stretches import window_comparison
+from skarxlag.stretches import CONFIDENCE_SCALE, window_comparison
 
 from .test_orders import ORDERS, RATE, stretches
 
@@ -167,7 +169,7 @@ def test_healthy_chooses_the_condition_that_gamma_is_for(data):
 def test_state_of_the_parts_is_checked(diagnoser):
     broken = copy.deepcopy(diagnoser)
     broken["compare"].order_residual_.classes_ = np.array(["a", "b"])
-    with pytest.raises(ValueError, match=r"order_residual_ == .*expected a fitted residual of the"):
+    with pytest.raises(ValueError, match=r"order_residual_ == .*expected a fitted est"):
         check_model_state(broken)
     broken = copy.deepcopy(diagnoser)
     broken["compare"].order_residual_.variances_ *= -1
@@ -190,3 +192,83 @@ def test_rows_at_an_implausible_speed_name_no_condition(rpm, length):
     np.testing.assert_allclose(found[1], priors)
     expected = diagnoser.predict_proba(noise[[0, 2]], rpm=[600.0, 900.0])
     np.testing.assert_array_equal(found[[0, 2]], expected)
+
+
+BEARING = {"outer": ORDERS["outer"], "inner": ORDERS["inner"]}
+
+
+def remounted(X):
+    """Rows of another mounting: other resonances, and more noise."""
+    noise = np.random.default_rng(8).normal(size=X.shape)
+    return lfilter([1], [1, -0.9], X) + 8 * noise
+
+
+@pytest.fixture(scope="module")
+def with_bearing(data):
+    return make_diagnoser(sampling_rate=RATE, bearing=BEARING).fit(*data, rpm=900)
+
+
+def test_combs_name_the_place_after_another_mounting(diagnoser, with_bearing, tmp_path):
+    X, y = stretches(1100, seed=3)
+    moved = remounted(X)
+    told = {model: model.predict_proba(moved, rpm=1100) for model in (diagnoser, with_bearing)}
+    right = {model: np.mean(model.classes_[p.argmax(axis=1)] == y) for model, p in told.items()}
+    assert right[with_bearing] == 1 > right[diagnoser]
+    assert with_bearing.score(X, y, rpm=1100) == 1
+    save_diagnoser(with_bearing, tmp_path / "model.skops")
+    loaded, _ = load_diagnoser(tmp_path / "model.skops")
+    np.testing.assert_array_equal(loaded.predict_proba(moved, rpm=1100), told[with_bearing])
+
+
+def test_residual_with_combs(diagnoser, with_bearing, data):
+    X = np.concatenate([data[0], remounted(data[0])])
+    innovations = with_bearing[0].transform(X)
+    combs, plain = with_bearing["compare"], diagnoser["compare"]
+    found, spectra = (each.transform(innovations, rpm=900) for each in (combs, plain))
+    nearest = np.maximum(spectra.min(axis=1, keepdims=True), 1)
+    assert nearest[:8].max() == 1 < nearest[8:].min()
+    trusted = nearest * (spectra / nearest) ** (1 / nearest**2)
+    # What is left is the probability of the place.
+    probability = (found / trusted) ** -CONFIDENCE_SCALE[0]
+    np.testing.assert_allclose(probability.sum(axis=1), 1)
+    assert probability[np.arange(4), 0].min() > 0.9 and probability[4:8, 1].min() > 0.9
+    # Without a speed, or in rows of less than three turns, spectra decide alone.
+    for rows, rpm in ((innovations, None), (innovations[..., :4800], 290)):
+        args = (combs.transform(rows, rpm=rpm), plain.transform(rows, rpm=rpm))
+        np.testing.assert_array_equal(*args)
+
+
+def test_places_of_conditions_are_stated_or_named(data):
+    X, y = data
+    numbers = np.where(y == "inner", 7, 3)
+    stated = make_diagnoser(sampling_rate=RATE, bearing=BEARING, places={7: "outer", 3: "inner"})
+    places = stated.fit(X, numbers, rpm=900)["compare"].fault_orders_.class_places_
+    assert places.tolist() == [1, 2]
+    shown = make_diagnoser(sampling_rate=RATE, bearing=BEARING).fit(X, numbers, rpm=900)
+    assert shown["compare"].fault_orders_.class_places_.tolist() == [2, 1]
+
+
+def test_bearing_needs_speeds_and_a_rate(data):
+    with pytest.raises(ValueError, match="rpm is None"):
+        make_diagnoser(sampling_rate=RATE, bearing=BEARING).fit(*data)
+    with pytest.raises(ValueError, match="sampling_rate is None"):
+        make_diagnoser(bearing=BEARING).fit(*data, rpm=900)
+
+
+def test_damaged_combs_are_refused(with_bearing):
+    damaged = copy.deepcopy(with_bearing)
+    damaged["compare"].fault_orders_ = None
+    with pytest.raises(ValueError, match="fault_orders_ == None"):
+        check_model_state(damaged)
+
+
+def test_rows_without_weight_have_no_combs(data):
+    X, y = data
+    rows = np.concatenate([X, X[:1]])
+    residual = StretchResidual(
+        order_residual=OrderResidual(sampling_rate=RATE),
+        fault_orders=FaultOrderClassifier(bearing=BEARING, sampling_rate=RATE),
+    )
+    weights = np.append(np.ones(8), 0.0)
+    weighted = residual.fit(rows, [*y, "healthy"], rpm=900, sample_weight=weights)
+    assert weighted.fault_orders_.classes_.tolist() == ["inner", "outer"]

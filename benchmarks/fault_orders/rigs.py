@@ -33,6 +33,7 @@ class Recording(NamedTuple):
     rate: float
     bearing: BearingGeometry
     samples: Any
+    condition: str = ""
 
     @property
     def orders(self):
@@ -55,8 +56,8 @@ def recordings(name, data_home=None):
     -------
     list of Recording
     """
-    rate = int(RIGS[name](data_home=data_home, verbose=False).sampling_rate)
-    rig = RIGS[name](window_length=rate, data_home=data_home, verbose=False)
+    rate = int(RIGS[name](data_home=data_home).sampling_rate)
+    rig = RIGS[name](window_length=rate, data_home=data_home)
     found = []
     for recording in dict.fromkeys(rig.recording):
         rows = rig.recording == recording
@@ -65,6 +66,15 @@ def recordings(name, data_home=None):
         samples = np.ascontiguousarray(rig.data[rows].ravel(), dtype=np.float64)
         bearing = rig.bearing or BEARINGS[_NOT_STATED[name]]
         found.append(
-            Recording(name, str(recording), place, rpm, float(rig.sampling_rate), bearing, samples)
+            Recording(
+                name,
+                str(recording),
+                place,
+                rpm,
+                float(rig.sampling_rate),
+                bearing,
+                samples,
+                str(condition),
+            )
         )
     return found
