@@ -63,9 +63,9 @@ def _tested_windows(verdicts, rig, train_rpm):
     tested = verdicts[verdicts["train_rpm"] == train_rpm]
     at = train_rpm if (tested["test_rpm"] == train_rpm).any() else tested["test_rpm"].min()
     tested = tested[tested["test_rpm"] == at]
-    keys = set(zip(tested["recording"], tested["start"], strict=True))
-    chosen = [key in keys for key in zip(rig.recording, rig.start, strict=True)]
-    return at, np.flatnonzero(chosen)
+    keys = pd.MultiIndex.from_frame(tested[["recording", "start"]])
+    is_tested = pd.MultiIndex.from_arrays([rig.recording, rig.start]).isin(keys)
+    return at, np.flatnonzero(is_tested)
 
 
 def new_figure(title: str, width: float, height: float) -> Any:
@@ -164,19 +164,21 @@ def residual_figure(diagnoser: Pipeline, rig: Bunch, windows: dict[str, Any], ti
     return figure
 
 
-def _speed_figure(verdicts, title):
+def _panels(verdicts, title, width, height):
+    """Figure with a panel for each diagnoser; its axes, and the verdicts of the diagnoser."""
     by_diagnoser = list(verdicts.groupby("diagnoser", sort=False))
-    figure = new_figure(title, 4.6 * len(by_diagnoser), 4.6)
+    figure = new_figure(title, width * len(by_diagnoser), height)
     axes = figure.subplots(1, len(by_diagnoser), sharey=True, squeeze=False)[0]
-    for ax, (name, own) in zip(axes, by_diagnoser, strict=True):
-        SpeedAccuracyDisplay.from_predictions(
-            own["true"],
-            own["predicted"],
-            train_rpm=own["train_rpm"],
-            test_rpm=own["test_rpm"],
-            ax=ax,
-        )
+    for ax, (name, _) in zip(axes, by_diagnoser, strict=True):
         ax.set_title(name)
+    return figure, zip(axes, (own for _, own in by_diagnoser), strict=True)
+
+
+def _speed_figure(verdicts, title):
+    figure, panels = _panels(verdicts, title, 4.6, 4.6)
+    for ax, own in panels:
+        speeds = {"train_rpm": own["train_rpm"], "test_rpm": own["test_rpm"]}
+        SpeedAccuracyDisplay.from_predictions(own["true"], own["predicted"], **speeds, ax=ax)
         ax.legend(loc="lower right", fontsize="small")
     return figure
 
@@ -184,24 +186,16 @@ def _speed_figure(verdicts, title):
 def _confusion_figure(verdicts, conditions, title):
     from sklearn.metrics import ConfusionMatrixDisplay
 
-    by_diagnoser = list(verdicts.groupby("diagnoser", sort=False))
-    _, speeds = confusion_verdicts(verdicts)
+    chosen, speeds = confusion_verdicts(verdicts)
     side = 1.6 + 0.46 * len(conditions)
-    figure = new_figure(f"{title}, {speeds}", side * len(by_diagnoser), side + 1.4)
-    axes = figure.subplots(1, len(by_diagnoser), sharey=True, squeeze=False)[0]
-    for ax, (name, own) in zip(axes, by_diagnoser, strict=True):
-        chosen, _ = confusion_verdicts(own)
-        right = np.mean(chosen["true"] == chosen["predicted"])
+    figure, panels = _panels(chosen, f"{title}, {speeds}", side, side + 1.4)
+    style = {"xticks_rotation": "vertical", "cmap": "Blues", "colorbar": False}
+    for ax, own in panels:
         ConfusionMatrixDisplay.from_predictions(
-            chosen["true"],
-            chosen["predicted"],
-            labels=conditions,
-            xticks_rotation="vertical",
-            cmap="Blues",
-            colorbar=False,
-            ax=ax,
+            own["true"], own["predicted"], labels=conditions, ax=ax, **style
         )
-        ax.set_title(f"{name}: accuracy {100 * right:.1f} %")
+        accuracy = 100 * np.mean(own["true"] == own["predicted"])
+        ax.set_title(f"{ax.get_title()}: accuracy {accuracy:.1f} %")
         ax.set(xlabel="Verdict", ylabel="True condition")
         ax.label_outer()
     return figure

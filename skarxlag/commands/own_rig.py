@@ -1,7 +1,10 @@
 """``skarxlag evaluate TABLE``: accuracy across the speeds of the user's own recordings."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -11,177 +14,160 @@ from numpy.typing import NDArray
 from scipy.signal import welch
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.ensemble import RandomForestClassifier
-from sklearn.pipeline import Pipeline, make_pipeline
-from sklearn.preprocessing import FunctionTransformer
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import FunctionTransformer, scale
 from sklearn.utils import Bunch
 
-from .._answers import requests
 from .._files import write_atomically
-from ..accuracy_tables import confusion_table, scored_windows
+from ..accuracy_tables import confusion_table
 from ..diagnosers import make_diagnoser
 from ..recordings.rig import load_recordings
-from .messages import Progress, UsageError, as_command_error
+from .messages import UsageError, as_command_error
 from .tables import matrix_text
 
 #: Windows are this long if every recording holds two of them.
 _LONG, _SHORT = 4800, 1200
-_N_BANDS = 32
 _PROTOCOLS = {
     "in": "trained at one speed, tested at all others",
     "out": "trained at all speeds but one, tested at that",
 }
 
 
-def evaluate_table(args: argparse.Namespace) -> int:
-    """Compare the recommended diagnoser with two others on the recordings of a table.
+@dataclass(frozen=True)
+class Split:
+    """Windows of a training and of its test.
+
+    Parameters
+    ----------
+    train, test : ndarray of int
+        Rows of the windows.
+    label : str
+        Description for progress lines.
+    columns : dict
+        Constant columns of the verdicts.
+    """
+
+    train: NDArray[Any]
+    test: NDArray[Any]
+    label: str
+    columns: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A rig, its splits, and the makers of the diagnosers that are compared on it."""
+
+    title: str
+    stem: str
+    rig: Bunch
+    splits: list[Split]
+    makers: dict[str, Callable[[], Any]]
+
+
+def own_case(args: argparse.Namespace) -> Case:
+    """Return the splits of the recordings of a table, and the diagnosers to compare.
 
     Recordings that are tested are never those of the training. If the table has a column
     ``campaign``, neither are their campaigns: recordings between which nothing was remounted.
     """
     rig = _loaded(args)
-    campaign = _campaigns(rig)
-    splits = {name: list(_splits(rig, campaign, name)) for name in _PROTOCOLS}
-    total = sum(map(len, splits.values())) * len(_makers(rig))
-    if total == 0:
+    splits = list(_splits(rig))
+    if not splits:
         raise UsageError(f"{args.table}: no speed or campaign can be left out")
-    verdicts = []
-    with as_command_error(), Progress(total, "fits", args) as progress:
-        for protocol, chosen in splits.items():
-            for train, test, speed in chosen:
-                for title, make in _makers(rig).items():
-                    diagnoser = make()
-                    takes_rpm = requests(diagnoser, "fit", "rpm")
-                    speeds = {"rpm": rig.rpm[train]} if takes_rpm else {}
-                    diagnoser.fit(rig.data[train], rig.target[train], **speeds)
-                    constants = {"protocol": protocol, "diagnoser": title, "left": speed}
-                    verdicts.append(scored_windows(diagnoser, rig, test, constants))
-                    progress.step(f"{title}, one speed {protocol}: {speed:g} rpm")
-    verdicts = pd.concat(verdicts, ignore_index=True)
-    text = "\n".join(_report(args, rig, campaign, verdicts))
-    print(text)
-    with as_command_error():
-        stem = Path(args.table).stem
-        write_atomically(args.output / f"{stem}_report.txt", (text + "\n").encode())
-        content = verdicts.to_csv(index=False).encode()
-        write_atomically(args.output / f"{stem}_verdicts.csv", content)
-    print(f"Report and verdicts are in {args.output.resolve()}")
-    return 0
+    makers = {
+        "make_diagnoser": partial(make_diagnoser, sampling_rate=float(rig.sampling_rate)),
+        "log spectrum + LDA": lambda: _peer(256, LinearDiscriminantAnalysis()),
+        "band energies + forest": lambda: _peer(64, RandomForestClassifier(random_state=0)),
+    }
+    return Case(str(args.table), Path(args.table).stem, rig, splits, makers)
 
 
 def _loaded(args):
     with as_command_error():
-        length = args.window_length or _LONG
         try:
-            rig = load_recordings(args.table, window_length=length)
+            rig = load_recordings(args.table, window_length=args.window_length or _LONG)
         except ValueError:
             if args.window_length is not None:
                 raise
             rig = load_recordings(args.table, window_length=_SHORT)
     if rig.target is None or rig.rpm is None:
         raise UsageError(f"{args.table}: needs the columns condition and rpm")
-    speeds = np.unique(rig.rpm)
-    if len(speeds) < 2 or len(rig.target_names) < 2:
+    n_speeds = len(np.unique(rig.rpm))
+    if n_speeds < 2 or len(rig.target_names) < 2:
         raise UsageError(
-            f"{args.table}: {len(rig.target_names)} conditions at {len(speeds)} speeds; expected "
+            f"{args.table}: {len(rig.target_names)} conditions at {n_speeds} speeds; expected "
             "at least two of each"
         )
     return rig
 
 
-def _campaigns(rig):
-    """Return the campaign of each window, or None if the table has no such column."""
-    if "campaign" not in rig.further:
-        return None
-    return rig.further["campaign"].loc[rig.recording].to_numpy(dtype=str)
+def _splits(rig) -> Iterator[Split]:
+    """Yield the splits of both protocols, without those whose training lacks a condition."""
+    parts = [(True, True)]
+    if "campaign" in rig.further:
+        campaign = rig.further["campaign"].loc[rig.recording].to_numpy(dtype=str)
+        parts = [(campaign != each, campaign == each) for each in np.unique(campaign)]
+    for protocol, speed, (learned, tested) in product(_PROTOCOLS, np.unique(rig.rpm), parts):
+        at_speed = rig.rpm == speed
+        is_train = at_speed if protocol == "in" else ~at_speed
+        train, test = np.flatnonzero(is_train & learned), np.flatnonzero(~is_train & tested)
+        if len(test) > 0 and len(set(rig.target[train])) == len(rig.target_names):
+            label = f"one speed {protocol}: {speed:g} rpm"
+            yield Split(train, test, label, {"protocol": protocol, "left": float(speed)})
 
 
-def _splits(
-    rig: Bunch, campaign: NDArray[Any] | None, protocol: str
-) -> Iterator[tuple[NDArray[Any], NDArray[Any], float]]:
-    """Yield windows of training and test, and the speed that is left in or out.
+def _peer(nperseg, classifier):
+    return make_pipeline(
+        FunctionTransformer(log_spectrum, kw_args={"nperseg": nperseg}), classifier
+    )
 
-    Parts whose training lacks a condition are left out.
+
+def log_spectrum(X: NDArray[Any], nperseg: int) -> NDArray[Any]:
+    """Compute the log power spectrum of the output at unit RMS, by Welch's method.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_windows, n_samples) or (n_windows, n_channels, n_samples)
+        Windows.
+    nperseg : int
+        Samples in a segment; there are half as many bands.
     """
-    for speed in np.unique(rig.rpm):
-        inside = rig.rpm == speed
-        train, test = (inside, ~inside) if protocol == "in" else (~inside, inside)
-        for each in [None] if campaign is None else np.unique(campaign):
-            is_own = np.zeros(len(test), dtype=bool) if each is None else campaign == each
-            learned = np.flatnonzero(train & ~is_own)
-            tested = np.flatnonzero(test if each is None else test & is_own)
-            if len(tested) > 0 and len(set(rig.target[learned])) == len(rig.target_names):
-                yield learned, tested, float(speed)
+    y = scale(X if X.ndim == 2 else X[:, 0], axis=1)
+    return np.log(welch(y, nperseg=nperseg, axis=1)[1][:, 1:] + np.finfo(float).tiny)
 
 
-def _makers(rig):
-    return {
-        "make_diagnoser": lambda: make_diagnoser(sampling_rate=float(rig.sampling_rate)),
-        "log spectrum + LDA": lambda: _peer(log_spectrum, LinearDiscriminantAnalysis()),
-        "band energies + forest": lambda: _peer(
-            band_energies, RandomForestClassifier(random_state=0)
-        ),
-    }
-
-
-def _peer(features, classifier) -> Pipeline:
-    return make_pipeline(FunctionTransformer(features), classifier)
-
-
-def log_spectrum(X: NDArray[Any]) -> NDArray[Any]:
-    """Compute the log power spectrum of the output at unit RMS, by Welch's method."""
-    return np.log(welch(_unit_rms(X), axis=1)[1][:, 1:] + np.finfo(float).tiny)
-
-
-def band_energies(X: NDArray[Any]) -> NDArray[Any]:
-    """Compute the log energy of the output at unit RMS in 32 bands of equal width."""
-    power = np.abs(np.fft.rfft(_unit_rms(X), axis=1)[:, 1:]) ** 2
-    bands = np.array_split(power, _N_BANDS, axis=1)
-    return np.log(np.column_stack([band.sum(axis=1) for band in bands]) + np.finfo(float).tiny)
-
-
-def _unit_rms(X):
-    y = X if X.ndim == 2 else X[:, 0]
-    y = y - y.mean(axis=1, keepdims=True)
-    rms = np.sqrt(np.mean(y**2, axis=1, keepdims=True))
-    return y / np.where(rms > 0, rms, 1.0)
-
-
-def by_recording(verdicts: pd.DataFrame) -> pd.DataFrame:
-    """Return one row for each test of a recording, with the verdict of most of its windows."""
-    keys = ["protocol", "diagnoser", "left", "test_rpm", "recording", "true"]
-    groups = verdicts.groupby(keys, sort=False)["predicted"]
-    return groups.agg(lambda values: values.mode().iloc[0]).reset_index()
-
-
-def _report(args, rig, campaign, verdicts):
+def own_report(args: argparse.Namespace, case: Case, verdicts: pd.DataFrame, _: Any = None) -> str:
+    """Write the verdicts, and return the report."""
+    path = args.output / f"{case.stem}_verdicts.csv"
+    write_atomically(path, verdicts.to_csv(index=False).encode())
+    rig, has_campaigns = case.rig, "campaign" in case.rig.further
     speeds = ", ".join(f"{speed:g}" for speed in np.unique(rig.rpm))
-    apart = "recording" if campaign is None else "recording and campaign"
-    yield (
+    lines = [
         f"{args.table}: {len(rig.target_names)} conditions ({', '.join(rig.target_names)}) at "
         f"{speeds} rpm, windows of {rig.data.shape[-1]} samples at {rig.sampling_rate:g} Hz. "
-        f"Training and test differ in {apart}."
-    )
-    if campaign is None:
-        yield (
+        f"Training and test differ in recording{' and campaign' if has_campaigns else ''}."
+    ]
+    if not has_campaigns:
+        lines.append(
             "The table has no column campaign. If the test was measured without remounting after "
             "the training, the accuracy may be too high."
         )
-    recordings = by_recording(verdicts)
-    for protocol, about in _PROTOCOLS.items():
-        tables = {}
-        for name, frame in (("windows", verdicts), ("recordings", recordings)):
-            own = frame[frame["protocol"] == protocol]
-            if own.empty:
-                continue
-            hits = (own["true"] == own["predicted"]).groupby([own["diagnoser"], own["test_rpm"]])
-            accuracy = 100 * hits.mean().unstack()
-            accuracy.columns = [f"{speed:g} rpm" for speed in accuracy.columns]
-            tables[name] = accuracy.assign(mean=accuracy.mean(axis=1)).round(1)
-        for name, table in tables.items():
-            yield f"\nAccuracy of {name} in %, {about}, by speed of the test\n{table.to_string()}"
+    # The verdict on a recording is that of most of its windows.
+    keys = ["protocol", "diagnoser", "left", "test_rpm", "recording", "true"]
+    most = verdicts.groupby(keys, sort=False)["predicted"].agg(lambda each: each.mode().iloc[0])
+    recordings = most.reset_index()
+    for protocol, (name, frame) in product(
+        verdicts["protocol"].unique(), {"windows": verdicts, "recordings": recordings}.items()
+    ):
+        own = frame[frame["protocol"] == protocol]
+        hits = own.assign(hit=100.0 * (own["true"] == own["predicted"]))
+        table = hits.pivot_table("hit", "diagnoser", "test_rpm").rename(columns="{:g} rpm".format)
+        table = table.assign(mean=table.mean(axis=1)).round(1).rename_axis(columns=None)
+        title = f"\nAccuracy of {name} in %, {_PROTOCOLS[protocol]}, by speed of the test"
+        lines += [title, table.to_string()]
     own = recordings[recordings["diagnoser"] == "make_diagnoser"]
     matrix = matrix_text(confusion_table(own, rig.target_names))
-    yield (
-        "\nConfusion matrix of recordings, make_diagnoser, all tests; rows: true condition, "
-        f"columns: verdict, corner: accuracy in %\n{matrix.to_string()}"
+    title = "\nConfusion matrix of recordings, make_diagnoser, all tests; rows: true condition, "
+    return "\n".join(
+        [*lines, f"{title}columns: verdict, corner: accuracy in %", matrix.to_string()]
     )

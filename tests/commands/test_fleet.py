@@ -138,19 +138,6 @@ def test_a_recording_that_kills_each_of_its_workers_costs_itself_alone(
             assert error == f"{fleet / killer}: every process that read it died"
 
 
-@pytest.mark.slow
-def test_the_simulated_rig_is_evaluated_on_a_cluster(run, cluster, tmp_path, monkeypatch):
-    monkeypatch.setattr("skarxlag.commands.evaluate.why_no_figures", lambda: "No figures today.")
-    tiny = ("evaluate", "--n-samples", "1200", "--window-length", "400")
-    for options in (("--n-jobs", "1"), ("--dask", cluster.scheduler_address)):
-        code, _, err = run(*tiny, "--output", tmp_path / options[0], *options)
-        assert code == 0 and "[6/6]" in err
-    expected = sorted((tmp_path / "--n-jobs").glob("*.csv"))
-    assert len(expected) > 8
-    for path in expected:
-        assert (tmp_path / "--dask" / path.name).read_bytes() == path.read_bytes()
-
-
 def test_an_address_where_no_scheduler_answers_is_named(run, fleet, monkeypatch):
     monkeypatch.setattr("skarxlag.commands.workers._CONNECT_SECONDS", 0.3)
     arguments = ("diagnose", fleet / "m.skops", fleet / "0.npy", "--dask", "tcp://127.0.0.1:1")
