@@ -13,7 +13,7 @@ from sklearn.calibration import CalibratedClassifierCV
 from sklearn.pipeline import Pipeline
 from sklearn.utils.validation import check_is_fitted
 
-from ._answers import answers
+from ._answers import answers, offers
 from ._archive import read_members, write_members
 from ._facts import check_facts
 from ._files import write_atomically
@@ -76,8 +76,12 @@ TRUSTED_TYPES = {
 #: Largest size of a schema in bytes. A model of ten conditions needs 30 kB.
 _LONGEST_SCHEMA = 10 * 2**20
 _FORMAT = "skarxlag diagnoser 1"
-#: Models that are saved next to the diagnoser, and the field of `Answers` that each must have.
-_COMPANIONS = {"known_conditions": "none_of_these", "detector": "alarm"}
+#: Models that are saved next to the diagnoser: the field of `Answers` that each must have, and the
+#: estimator that has it.
+_COMPANIONS = {
+    "known_conditions": ("none_of_these", KnownConditions),
+    "detector": ("alarm", FaultDetector),
+}
 
 
 def save_diagnoser(
@@ -143,47 +147,30 @@ def save_diagnoser(
     >>> facts["sampling_rate"], bool(np.all(loaded.predict(X) == diagnoser.predict(X)))
     (20000.0, True)
     """
-    check_saving_is_possible()
-    import skops.io
-
-    if not isinstance(diagnoser, Pipeline | CalibratedClassifierCV):
-        raise TypeError(
-            f"diagnoser is a {type(diagnoser).__name__}, expected a Pipeline or a "
-            "CalibratedClassifierCV"
-        )
-    check_is_fitted(diagnoser)
-    check_facts(facts, answers(diagnoser))
+    skops_io = _import_skops()
     content = {
         "format": _FORMAT,
-        "diagnoser": _without_surroundings(copy.deepcopy(diagnoser)),
+        "diagnoser": diagnoser,
         "facts": facts | {"skarxlag": __version__, "scikit-learn": sklearn.__version__},
+        "known_conditions": known_conditions,
+        "detector": detector,
     }
-    for name, model in {"known_conditions": known_conditions, "detector": detector}.items():
-        if model is not None:
-            check_is_fitted(model)
-            _check_companion(name, model)
-            content[name] = _without_surroundings(copy.deepcopy(model))
-    members, _ = read_members(skops.io.dumps(content))
-    foreign = _foreign_type(_read_schema(members))
-    if foreign is not None:
-        raise TypeError(f"diagnoser holds a {foreign}, which load_diagnoser would refuse")
+    _check_content(content)
+    content = {name: copy.deepcopy(value) for name, value in content.items() if value is not None}
+    _remove_surroundings(content)
+    members, _ = read_members(skops_io.dumps(content))
+    _check_schema(members)
     write_atomically(path, write_members(members, _digest(members)))
 
 
-def check_saving_is_possible() -> None:
-    """Check that skops is installed, before a long fit.
-
-    Raises
-    ------
-    ImportError
-        If skops is not installed. The message says how to install it.
-    """
+def _import_skops():
     try:
-        import skops.io  # noqa: F401
+        import skops.io
     except ImportError as error:
         raise ImportError(
             "Saving and loading diagnosers needs skops: pip install 'skarxlag[io]'"
         ) from error
+    return skops.io
 
 
 def load_diagnoser(
@@ -234,91 +221,88 @@ def load_diagnoser(
         ...
     ValueError: ...bearing.skops: no diagnoser saved by skarxlag (File is not a zip file)
     """
-    check_saving_is_possible()
-    import skops.io
-
+    skops_io = _import_skops()
     path = Path(path)
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
     try:
         members, comment = read_members(path.read_bytes())
-        foreign = _foreign_type(_read_schema(members))
+        _check_schema(members)
+        if comment != _digest(members):
+            raise BadZipFile("it was changed after it was saved")
+        content = skops_io.loads(
+            write_members(members, comment), trusted=sorted(TRUSTED_TYPES["ObjectNode"])
+        )
+        _remove_surroundings(content)
+        _check_content(content)
     # What a parser raises on damaged input is as varied as the damage, and does not name the file.
     except Exception as error:
         raise ValueError(f"{path}: no diagnoser saved by skarxlag ({error})") from error
-    if foreign is not None:
-        raise ValueError(f"{path}: refused, it holds a {foreign}, which no diagnoser needs")
-    if comment != _digest(members):
-        raise ValueError(f"{path}: refused, it was not saved by skarxlag or changed afterwards")
-    try:
-        content = skops.io.loads(
-            write_members(members, comment), trusted=sorted(TRUSTED_TYPES["ObjectNode"])
-        )
-        if content["format"] != _FORMAT:
-            raise ValueError(f"format {content['format']!r}, expected {_FORMAT!r}")
-        diagnoser, facts = content["diagnoser"], content["facts"]
-        if not isinstance(diagnoser, Pipeline | CalibratedClassifierCV):
-            raise TypeError(f"it holds a {type(diagnoser).__name__}, expected a Pipeline")
-        check_is_fitted(diagnoser)
-        check_model_state(diagnoser)
-        if not isinstance(facts, dict):
-            raise TypeError(f"its facts are a {type(facts).__name__}, expected a dict")
-        check_facts(facts, answers(diagnoser))
-        for name in _COMPANIONS.keys() & content.keys():
-            check_is_fitted(content[name])
-            check_model_state(_without_surroundings(content[name]))
-            _check_companion(name, content[name])
-            facts[name] = content[name]
-    except Exception as error:
-        raise ValueError(f"{path}: no diagnoser saved by skarxlag ({error})") from error
-    return _without_surroundings(diagnoser), facts
+    companions = {name: content[name] for name in _COMPANIONS.keys() & content.keys()}
+    return content["diagnoser"], content["facts"] | companions
 
 
-def _check_companion(name, model):
-    if not getattr(answers(model), _COMPANIONS[name]):
-        expected = "FaultDetector" if name == "detector" else "KnownConditions"
+def _check_content(content):
+    """Raise an error that names the part of a file that is wrong."""
+    if content["format"] != _FORMAT:
+        raise ValueError(f"format {content['format']!r}, expected {_FORMAT!r}")
+    diagnoser, facts = content["diagnoser"], content["facts"]
+    if not isinstance(diagnoser, Pipeline | CalibratedClassifierCV):
         raise TypeError(
-            f"{name} is a {type(model).__name__}, expected {expected}, or a Pipeline that ends "
-            "with it"
+            f"diagnoser is a {type(diagnoser).__name__}, expected a Pipeline or a "
+            "CalibratedClassifierCV"
         )
+    if not isinstance(facts, dict):
+        raise TypeError(f"facts are a {type(facts).__name__}, expected a dict")
+    check_is_fitted(diagnoser)
+    check_model_state(diagnoser)
+    check_facts(facts, answers(diagnoser))
+    for name, (question, expected) in _COMPANIONS.items():
+        model = content.get(name)
+        if model is not None:
+            check_is_fitted(model)
+            check_model_state(model)
+            if not vars(answers(model))[question]:
+                raise TypeError(
+                    f"{name} is a {type(model).__name__}, expected {expected.__name__}, or a "
+                    "Pipeline that ends with it"
+                )
 
 
-def _without_surroundings(model):
-    """Remove the cache folders and callbacks of a model."""
-    for part in list(estimators_within(model)):
+def _remove_surroundings(content):
+    """Remove the cache folders and callbacks of all models in a file."""
+    for part in estimators_within(list(content.values())):
         if isinstance(part, Pipeline):
             part.memory = None
         # scikit-learn has callbacks from 1.9 on.
-        if hasattr(part, "set_callbacks"):
+        if offers(part, "set_callbacks"):
             part.set_callbacks()
-    return model
 
 
-def _read_schema(members):
+def _check_schema(members):
+    """Raise an error if the schema is not that of skops, or names a type that is not trusted."""
     content = members["schema.json"]
     if len(content) > _LONGEST_SCHEMA:
         raise BadZipFile(f"its schema.json has {len(content):,} bytes")
-    schema = json.loads(content)
+    foreign = []
+
+    def note_type(node):
+        name = f"{node.get('__module__')}.{node.get('__class__')}"
+        loader = node.get("__loader__")
+        if loader is not None and name not in TRUSTED_TYPES.get(loader, ()):
+            foreign.append(f"{name} ({loader})")
+        return node
+
+    schema = json.loads(content, object_hook=note_type)
     if not isinstance(schema, dict) or "__loader__" not in schema:
         raise BadZipFile("its schema.json is not that of skops")
-    return schema
-
-
-def _foreign_type(node):
-    """Return the first type in a schema that is not trusted, or None."""
-    if isinstance(node, list):
-        return next(filter(None, map(_foreign_type, node)), None)
-    if not isinstance(node, dict):
-        return None
-    if "__loader__" in node:
-        name = f"{node.get('__module__')}.{node.get('__class__')}"
-        if name not in TRUSTED_TYPES.get(node["__loader__"], ()):
-            return f"{name} ({node['__loader__']})"
-    return _foreign_type(list(node.values()))
+    if foreign:
+        # A type is noted after the types inside it.
+        raise TypeError(f"it holds a {foreign[-1]}, which no diagnoser needs")
 
 
 def _digest(members):
-    """SHA-256 of the names and contents of all members."""
+    """Return the SHA-256 of the names and contents of all members."""
     parts = [
         hashlib.sha256(part).digest()
         for name in sorted(members)

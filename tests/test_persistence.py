@@ -49,7 +49,6 @@ from skarxlag._archive import read_members, write_members
 from skarxlag.persistence import (
     TRUSTED_TYPES,
     _digest,
-    check_saving_is_possible,
     load_diagnoser,
     save_diagnoser,
     write_atomically,
@@ -260,7 +259,7 @@ def test_foreign_model_is_refused(tmp_path):
     skops.io.dump(GaussianNB().fit(X, Y), path)
     # Plain skops would load it.
     skops.io.load(path)
-    with pytest.raises(ValueError, match=r"d\.skops: refused, it holds a sklearn.*GaussianNB"):
+    with pytest.raises(ValueError, match=r"d\.skops: .*it holds a sklearn.*GaussianNB"):
         load_diagnoser(path)
 
 
@@ -271,7 +270,7 @@ def test_foreign_step_is_refused_whatever_the_digest(saved):
         )
 
     rewrite(saved, change, keep_digest=True)
-    with pytest.raises(ValueError, match=r"bearing\.skops: refused, it holds a subprocess\.Popen"):
+    with pytest.raises(ValueError, match=r"bearing\.skops: .*it holds a subprocess\.Popen"):
         load_diagnoser(saved)
 
 
@@ -290,7 +289,7 @@ def test_edited_numbers_are_refused(saved, keep_digest):
         return content.replace(b"0.05", b"0.06") if name == "schema.json" else content
 
     rewrite(saved, change, keep_digest)
-    with pytest.raises(ValueError, match=r"bearing\.skops: refused, .* changed afterwards"):
+    with pytest.raises(ValueError, match=r"bearing\.skops: .* changed after it was saved"):
         load_diagnoser(saved)
 
 
@@ -415,9 +414,11 @@ def test_models_around_our_steps_come_back(tmp_path):
 def test_tampered_model_within_a_calibration_is_refused(tmp_path):
     model = CalibratedClassifierCV(make_alpio(), cv=2).fit(X, Y)
     model.calibrated_classifiers_[1].estimator[0].coef_ = np.zeros((1, 0))
-    save_diagnoser(model, tmp_path / "d.skops")
     with pytest.raises(ValueError, match=r"Step 'identify': coef_ has shape \(1, 0\)"):
-        load_diagnoser(tmp_path / "d.skops")
+        save_diagnoser(model, tmp_path / "d.skops")
+    content = {"format": "skarxlag diagnoser 1", "diagnoser": model, "facts": {}}
+    with pytest.raises(ValueError, match=r"Step 'identify': coef_ has shape \(1, 0\)"):
+        load_diagnoser(forge(tmp_path / "d.skops", content))
 
 
 def test_folder_of_the_cache_is_forgotten(tmp_path):
@@ -501,13 +502,6 @@ def test_two_members_of_one_name_are_refused(saved):
         file.writestr("schema.json", b"{}")
     with pytest.raises(ValueError, match="same name"):
         load_diagnoser(saved)
-
-
-def test_whether_saving_is_possible_can_be_asked_before(monkeypatch):
-    check_saving_is_possible()
-    monkeypatch.setitem(sys.modules, "skops.io", None)
-    with pytest.raises(ImportError, match=r"pip install 'skarxlag\[io\]'"):
-        check_saving_is_possible()
 
 
 def test_missing_skops_tells_what_to_install(monkeypatch, tmp_path):
