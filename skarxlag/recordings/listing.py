@@ -69,7 +69,7 @@ class ListedRecording:
         """
         if self.rpm is not None:
             return self
-        with self._named():
+        with self.named():
             rpm = recording_speed(self.path, channel=self.channel, dtype=self.dtype)
         return replace(self, rpm=rpm)
 
@@ -88,7 +88,7 @@ class ListedRecording:
             table, if neither is stated. The message names the entry.
         """
         stated = self.sampling_rate
-        with self._named():
+        with self.named():
             read = recording_blocks(self.path, n_samples, channel=self.channel, dtype=self.dtype)
             for signal, known in read:
                 if stated is None and known is None and self.where is not None:
@@ -101,13 +101,15 @@ class ListedRecording:
                 yield signal, known if stated is None else stated
 
     @contextmanager
-    def _named(self):
+    def named(self) -> Iterator[None]:
+        """Name the entry in the messages of errors, unless they do."""
+        where = self.where or str(self.path)
         try:
             yield
         except (FileNotFoundError, ImportError, ValueError) as error:
-            if self.where is None:
+            if str(error).startswith(where):
                 raise
-            raise type(error)(f"{self.where}: {error}") from error
+            raise type(error)(f"{where}: {error}") from error
 
 
 def is_file_source(source: str | os.PathLike[str]) -> bool:
@@ -153,16 +155,26 @@ def list_files(
         If the pattern is no regular expression, has no named group, or does not fit a file.
     """
     expression = None if pattern is None else _compiled(pattern)
+    stated = {"channel": channel, "sampling_rate": sampling_rate, "dtype": dtype}
     listed = []
     for name, path in _found(source):
-        facts = {} if expression is None else _facts_in_name(name, expression)
-        known = {key: facts.pop(key) for key in FACTS if key in facts}
-        for key in ("rpm", "sampling_rate"):
-            if key in known:
-                known[key] = positive(name, key, known[key])
-        defaults = {"channel": channel, "sampling_rate": sampling_rate, "dtype": dtype}
-        listed.append(ListedRecording(None, name, path, **(defaults | known), further=facts))
+        facts = {}
+        if expression is not None:
+            match = expression.search(name)
+            if match is None:
+                raise ValueError(f"{name}: does not fit the pattern {pattern!r}")
+            facts = {key: text for key, text in match.groupdict().items() if text is not None}
+        listed.append(ListedRecording(None, name, path, **(stated | _parsed(name, facts))))
     return listed
+
+
+def _parsed(where, facts):
+    """Fields of `ListedRecording` from texts by the name of the fact."""
+    known = {name: text or None for name, text in facts.items() if name in FACTS}
+    for name in ("rpm", "sampling_rate"):
+        if known.get(name):
+            known[name] = positive(where, name, known[name])
+    return known | {"further": {name: text for name, text in facts.items() if name not in _COLUMNS}}
 
 
 def positive(where: str, name: str, text: str) -> float:
@@ -218,13 +230,6 @@ def _compiled(pattern):
     return expression
 
 
-def _facts_in_name(name, expression):
-    match = expression.search(name)
-    if match is None:
-        raise ValueError(f"{name}: does not fit the pattern {expression.pattern!r}")
-    return {key: text for key, text in match.groupdict().items() if text is not None}
-
-
 def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedRecording]:
     """List the lines of a table or the files of a folder or glob.
 
@@ -255,26 +260,16 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
             )
     path = Path(path)
     table = _read_table(path)
-    known = table.columns.intersection(_COLUMNS)
     repeated = table["path"].duplicated(keep=False)
     listed = []
     for line, row in table.iterrows():
         where = f"{path}, line {line}"
-        channels = [name.strip() for name in row["channel"].split(";")] if row["channel"] else []
-        rate, rpm = row["sampling_rate"], row.get("rpm")
-        listed.append(
-            ListedRecording(
-                where=where,
-                name=f"{row['path']}:{row['channel']}" if repeated[line] else row["path"],
-                path=path.parent / row["path"],
-                channel=channels if len(channels) > 1 else next(iter(channels), None),
-                sampling_rate=positive(where, "sampling_rate", rate) if rate else None,
-                condition=row.get("condition"),
-                rpm=None if rpm is None else positive(where, "rpm", rpm),
-                dtype=row["dtype"] or None,
-                further=row.drop(known).to_dict(),
-            )
-        )
+        facts = _parsed(where, row.to_dict())
+        names = [name.strip() for name in row["channel"].split(";")]
+        if len(names) > 1:
+            facts["channel"] = names
+        name = f"{row['path']}:{row['channel']}" if repeated[line] else row["path"]
+        listed.append(ListedRecording(where, name, path.parent / row["path"], **facts))
     return listed
 
 
@@ -298,15 +293,12 @@ def _read_table(path):
     if table.empty:
         raise ValueError(f"{path}: lists no recording")
     for name in table.columns.intersection(["path", "condition", "rpm"]):
-        empty = table.index[table[name] == ""]
-        if len(empty):
-            raise ValueError(f"{path}, line {empty[0]}: {name} is empty")
-    optional = ("sampling_rate", "channel", "dtype")
-    table = table.assign(**{name: "" for name in optional if name not in table.columns})
-    twice = table.index[table.duplicated(["path", "channel"])]
-    if len(twice):
-        row = table.loc[twice[0]]
-        raise ValueError(f"{path}, line {twice[0]}: {row['path']} is listed a second time")
+        for line in table.index[table[name] == ""]:
+            raise ValueError(f"{path}, line {line}: {name} is empty")
+    if "channel" not in table:
+        table = table.assign(channel="")
+    for line in table.index[table.duplicated(["path", "channel"])]:
+        raise ValueError(f"{path}, line {line}: {table['path'][line]} is listed a second time")
     return table
 
 
@@ -317,15 +309,14 @@ def _column_name(name):
 
 
 def _check_columns(path, names):
-    listed = f"{path}: columns {names}, expected 'path' and any of {_COLUMNS[1:]}"
+    listed = f"{path}: columns {names}, expected 'path' and any of {FACTS}"
     if "path" not in names:
         raise ValueError(listed)
+    missing = [each for each in _COLUMNS if each not in names]
     for name in names:
         # pandas numbers a name that stands a second time.
         first = _column_name(name.rpartition(".")[0] if name[-1:].isdigit() else name)
         if first in _COLUMNS and (name != first or names.count(name) > 1):
-            raise ValueError(f"{listed}; {first!r} stands there twice")
-        missing = [each for each in _COLUMNS if each not in names]
-        close = difflib.get_close_matches(name.lower(), missing, n=1, cutoff=0.8)
-        if close:
-            raise ValueError(f"{listed}; is {name!r} meant to be {close[0]!r}?")
+            raise ValueError(f"{listed}; {first!r} is there twice")
+        for close in difflib.get_close_matches(name.lower(), missing, n=1, cutoff=0.8):
+            raise ValueError(f"{listed}; is {name!r} meant to be {close!r}?")

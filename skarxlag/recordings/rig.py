@@ -121,10 +121,10 @@ def read_recording_table(
     listed = list_recordings(
         path, pattern=pattern, channel=channel, sampling_rate=sampling_rate, dtype=dtype
     )
-    facts = _CommonFacts(listed)
-    blocks = [facts.checked_blocks(entry, None, resample) for entry in listed]
-    recordings = [np.concatenate(list(each), axis=-1) for each in blocks]
-    return Bunch(recordings=recordings, **facts.described())
+    reader, recordings = _Reader(resample), []
+    for entry in listed:
+        recordings.append(np.concatenate(list(reader.blocks(entry, None)), axis=-1))
+    return Bunch(recordings=recordings, **reader.facts(listed))
 
 
 def load_recordings(
@@ -267,10 +267,10 @@ def cut_recordings(
     inputs = {Path(file).resolve() for file in (source, *(entry.path for entry in listed))}
     if memory_map is not None and Path(memory_map).resolve() in inputs:
         raise ValueError(f"memory_map={str(memory_map)!r} is among the files that are read")
-    facts, store = _CommonFacts(listed), _WindowStore(memory_map)
+    reader, store = _Reader(resample), _WindowStore(memory_map)
     starts, available = [], []
     for entry in listed:
-        blocks = facts.checked_blocks(entry, block_length(window_length), resample)
+        blocks = reader.blocks(entry, block_length(window_length))
         parts = cut_blocks(blocks, str(entry.path), window_length, hop)
         if max_windows is None:
             # A recording may be larger than memory.
@@ -283,9 +283,8 @@ def cut_recordings(
         starts.append(position * hop)
         if note is not None:
             note(entry, available[-1])
-    table = facts.described()
-    conditions = [] if table["condition"] is None else list(dict.fromkeys(table["condition"]))
-    conditions = [str(condition) for condition in conditions]
+    table = reader.facts(listed)
+    conditions = [] if table.condition is None else list(dict.fromkeys(table.condition.tolist()))
     if healthy is not None:
         if healthy not in conditions:
             raise ValueError(f"healthy={healthy!r} is not a condition of {source}: {conditions}")
@@ -298,39 +297,36 @@ def cut_recordings(
         description.append(
             f"at most {max_windows} windows of each, fewer than there are in {thinned}"
         )
-    for name, rate in table["resampled"].items():
-        description.append(f"{name} resampled from {rate:g} to {table['sampling_rate']:g} Hz")
+    for name, rate in table.resampled.items():
+        description.append(f"{name} resampled from {rate:g} to {table.sampling_rate:g} Hz")
+    by_window = {
+        "target": table.pop("condition"),
+        "rpm": table.pop("rpm"),
+        "recording": np.array(table.pop("recording")),
+    }
     return Bunch(
         data=store.windows(),
-        target=None if table["condition"] is None else table["condition"][row],
         target_names=conditions,
-        rpm=None if table["rpm"] is None else table["rpm"][row],
-        recording=np.array(table["recording"])[row],
         start=np.concatenate(starts),
         available=np.array(available),
-        sampling_rate=table["sampling_rate"],
-        filenames=table["filenames"],
-        further=table["further"],
-        resampled=table["resampled"],
         DESCR="; ".join(description),
+        **{name: None if values is None else values[row] for name, values in by_window.items()},
+        **table,
     )
 
 
-class _CommonFacts:
-    """Facts that all recordings of a list must share, checked while they are read."""
+class _Reader:
+    """Reads the recordings of a list, which must have one sampling rate and number of channels."""
 
-    def __init__(self, listed: list[ListedRecording]) -> None:
-        self._listed, self._common, self._resampled = listed, {}, {}
+    def __init__(self, resample: float | None) -> None:
+        self._resample, self._common, self._resampled = resample, {}, {}
 
-    def checked_blocks(
-        self, entry: ListedRecording, n_samples: int | None, resample: float | None
-    ) -> Iterator[NDArray[Any]]:
-        """Yield the signals of a recording whose sampling rate and number of channels fit."""
+    def blocks(self, entry: ListedRecording, n_samples: int | None) -> Iterator[NDArray[Any]]:
         blocks = entry.blocks(n_samples)
-        if resample is not None:
+        if self._resample is not None:
             note = partial(self._resampled.__setitem__, entry.name)
-            blocks = resampled_blocks(blocks, resample, note=note)
-        try:
+            blocks = resampled_blocks(blocks, self._resample, note=note)
+        with entry.named():
             for signal, rate in blocks:
                 if rate is None:
                     raise ValueError("sampling_rate is missing and the file does not state it")
@@ -338,32 +334,24 @@ class _CommonFacts:
                 n_channels = 1 if signal.ndim == 1 else len(signal)
                 self._check(entry, "numbers of channels", n_channels, int.__eq__)
                 yield signal
-        except ValueError as error:
-            where = entry.where or str(entry.path)
-            if str(error).startswith(where):
-                raise
-            raise ValueError(f"{where}: {error}") from error
 
-    def described(self) -> dict[str, Any]:
+    def facts(self, listed: list[ListedRecording]) -> Bunch:
         """Return all that is known of the recordings except for their samples."""
-        listed = self._listed
+        names = [entry.name for entry in listed]
         conditions = [entry.condition for entry in listed]
         speeds = []
-        for entry in listed:
-            speeds.append(entry.with_speed().rpm)
-            if speeds[-1] is None:
-                break
-        return {
-            "condition": None if None in conditions else np.array(conditions),
-            "rpm": None if None in speeds else np.array(speeds),
-            "recording": [entry.name for entry in listed],
-            "sampling_rate": self._common["sampling rates (Hz)"][0],
-            "filenames": [str(entry.path) for entry in listed],
-            "further": pd.DataFrame(
-                [entry.further for entry in listed], index=[entry.name for entry in listed]
-            ),
-            "resampled": self._resampled,
-        }
+        # If one speed is unknown, none is returned, and no other file need be opened.
+        while len(speeds) < len(listed) and None not in speeds:
+            speeds.append(listed[len(speeds)].with_speed().rpm)
+        return Bunch(
+            condition=None if None in conditions else np.array(conditions),
+            rpm=None if None in speeds else np.array(speeds),
+            recording=names,
+            sampling_rate=self._common["sampling rates (Hz)"][0],
+            filenames=[str(entry.path) for entry in listed],
+            further=pd.DataFrame([entry.further for entry in listed], index=names),
+            resampled=self._resampled,
+        )
 
     def _check(self, entry, what, value, agree):
         first, where = self._common.setdefault(what, (value, entry.where or entry.path))
