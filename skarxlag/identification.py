@@ -419,15 +419,11 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
             return windows[:, :1, n_transient:] - self._innovations(windows, unit_rms=False)
         self._check_free_run_is_stable()
         scaled, rms = unit_rms_windows(windows)
-        predicted = np.stack(
-            [
-                arx_laguerre.free_run(scaled, self.orders_, self.poles_, coef, n_transient)
-                for coef in self.coef_
-            ],
-            axis=1,
+        predicted = arx_laguerre.free_run(
+            scaled, self.orders_, self.poles_, self.coef_, n_transient
         )[..., n_transient:]
-        mean = np.mean(windows[:, 0], axis=-1)
-        return predicted * rms[:, np.newaxis, np.newaxis] + mean[:, np.newaxis, np.newaxis]
+        mean = np.mean(windows[:, :1], axis=-1, keepdims=True)
+        return predicted * rms[:, np.newaxis, np.newaxis] + mean
 
     def _check_free_run_is_stable(self):
         space = self.state_space()

@@ -6,7 +6,6 @@ The regressor x contains the Laguerre states of channel 0, then of channel 1, an
 strictly causal: x(k) depends on samples before k only.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -91,16 +90,9 @@ def sum_driven_states(
                         driven[channel, n] += sample * last[w, n]
             begin = 0
             for channel in range(n_channels):
-                pole = poles[channel]
-                before = last[w, begin]
-                state = pole * before + math.sqrt(1.0 - pole * pole) * windows[w, channel, k]
-                last[w, begin] = state
-                for n in range(begin + 1, begin + orders[channel]):
-                    held = last[w, n]
-                    state = pole * (held - state) + before
-                    last[w, n] = state
-                    before = held
-                begin += orders[channel]
+                end = begin + orders[channel]
+                advance(last[w, begin:end], windows[w, channel, k], poles[channel])
+                begin = end
 
 
 def sums_of_products(
@@ -251,7 +243,6 @@ def _subtract_block(coef, histories, output, errors):
                 errors[c + 1, i] -= b0 * x0 + b1 * x1 + b2 * x2 + b3 * x3
 
 
-@compiled
 def free_run(
     windows: NDArray[Any],
     orders: NDArray[Any],
@@ -267,31 +258,23 @@ def free_run(
         Output and inputs. Only the first `n_start` samples of the output are used.
     orders, poles : ndarray of shape (n_channels,)
         The networks.
-    coef : ndarray of shape (n_states,)
-        Fourier coefficients of one model.
+    coef : ndarray of shape (n_models, n_states)
+        Fourier coefficients of each model.
     n_start : int
         Number of measured output samples that drive the states before the simulation starts.
 
     Returns
     -------
-    ndarray of shape (n_windows, n_samples)
-        Simulated output, coef . x(k).
+    ndarray of shape (n_windows, n_models, n_samples)
+        Simulated output, coef_c . x(k).
     """
-    n_windows, n_channels, n_samples = windows.shape
-    n_states = coef.shape[0]
-    simulated = np.empty((n_windows, n_samples))
-    states = np.empty(n_states)
-    for w in range(n_windows):
-        states[:] = 0.0
-        for k in range(n_samples):
-            output = 0.0
-            for i in range(n_states):
-                output += coef[i] * states[i]
-            simulated[w, k] = output
-            advance(states[: orders[0]], windows[w, 0, k] if k < n_start else output, poles[0])
-            first = orders[0]
-            for channel in range(1, n_channels):
-                last = first + orders[channel]
-                advance(states[first:last], windows[w, channel, k], poles[channel])
-                first = last
+    A, B = network_matrices(orders, poles)
+    simulated = np.empty((len(windows), len(coef), windows.shape[-1]))
+    states = np.zeros((len(windows), *coef.shape))
+    signals = np.repeat(windows[:, np.newaxis], len(coef), axis=1)
+    for k in range(windows.shape[-1]):
+        simulated[..., k] = np.einsum("wcn,cn->wc", states, coef)
+        if k >= n_start:
+            signals[..., 0, k] = simulated[..., k]
+        states = states @ A.T + signals[..., k] @ B.T
     return simulated

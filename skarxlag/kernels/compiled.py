@@ -1,5 +1,6 @@
 """Compilation of loops with numba. All kernels of this package are compiled with it."""
 
+import contextlib
 import functools
 from collections.abc import Callable
 from typing import Any
@@ -67,7 +68,7 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     if dispatcher is function:
         # NUMBA_DISABLE_JIT leaves the function as it is.
         return function
-    if hasattr(dispatcher, "_cache"):
+    with contextlib.suppress(AttributeError):
         dispatcher._cache = _LenientCache(dispatcher._cache)
     functools.update_wrapper(dispatcher, function)
     return dispatcher

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, toeplitz
 
-from .compiled import compiled, inlined
+from .compiled import inlined
 from .lanes import LANES, TILE
 
 
@@ -78,7 +78,7 @@ def network_matrices(orders: Sequence[int], poles: Any) -> tuple[NDArray[Any], N
     return A, block_diag(*[b[:, np.newaxis] for _, b in matrices])
 
 
-@compiled
+@inlined
 def advance(states: Any, sample: Any, pole: Any) -> None:
     """Advance the states of one network from k to k + 1 in place, as a cascade of all-passes."""
     before = states[0]

@@ -120,12 +120,7 @@ def power_levels(innovations: NDArray[Any], loop: tuple[Any, ...]) -> NDArray[An
     ndarray of shape (n_windows, n_models)
         Levels, in the unit of the innovations.
     """
-    levels = np.empty(innovations.shape[:2])
-    fill_power_levels(innovations, loop, loop_histories(), np.zeros((TILE + 1) * LANES), levels)
-    extreme = _out_of_range(levels)
-    if len(extreme) > 0:
-        levels[extreme] = root_mean_square(observe(innovations[extreme], loop)[0])
-    return levels
+    return _levels(innovations, loop, 0.0, 0.0)
 
 
 def switching_gain_levels(
@@ -151,55 +146,39 @@ def switching_gain_levels(
     ndarray of shape (n_windows, n_models)
         Levels, in the unit of the innovations.
     """
+    return _levels(innovations, loop, slope, step)
+
+
+def _levels(innovations, loop, slope, step):
+    """Return power levels if the step is 0, and switching-gain levels otherwise."""
     n_samples = innovations.shape[-1]
     levels = np.empty(innovations.shape[:2])
-    sizes = np.empty((-(-n_samples // TILE), TILE * LANES))
-    fill_switching_gain_levels(
+    fill_levels(
         innovations,
         loop,
         slope,
         step,
         int(_SETTLED * n_samples),
         loop_histories(),
-        sizes,
+        np.empty((-(-n_samples // TILE), TILE * LANES)),
         np.zeros((4, (TILE + 1) * LANES)),
         levels,
     )
-    extreme = _out_of_range(levels)
+    # Squares of extreme windows may have overflowed or underflowed.
+    extreme = np.flatnonzero(np.any(~((levels > 1e-140) & (levels < 1e140)), axis=1))
     if len(extreme) > 0:
-        surface = sliding_surface(observe(innovations[extreme], loop)[0], slope)
-        gain = switching_gain(surface.reshape(-1, n_samples), step).reshape(surface.shape)
-        levels[extreme] = settled_level(gain)
+        error = observe(innovations[extreme], loop)[0]
+        if step == 0:
+            levels[extreme] = root_mean_square(error)
+        else:
+            surface = sliding_surface(error, slope)
+            gain = switching_gain(surface.reshape(-1, n_samples), step).reshape(surface.shape)
+            levels[extreme] = settled_level(gain)
     return levels
 
 
-def _out_of_range(levels):
-    """Return which windows have squares that may have overflowed or underflowed."""
-    return np.flatnonzero(np.any(~((levels > 1e-140) & (levels < 1e140)), axis=1))
-
-
 @compiled
-def fill_power_levels(innovations: Any, loop: Any, histories: Any, power: Any, levels: Any) -> None:
-    """Fill `levels`, block by block; `power` is the history of sums of squares."""
-    n_windows, n_models, n_samples = innovations.shape
-    for w in range(0, n_windows, LANES):
-        for c in range(n_models):
-            start_loop(innovations, w, c, histories)
-            for lane in range(LANES):
-                power[lane] = 0.0
-            for start in range(0, n_samples, TILE):
-                observe_block(innovations, w, c, start, loop, histories)
-                for i in range(TILE * LANES):
-                    power[i + LANES] = power[i] + histories[ERROR, i + LANES] ** 2
-                length = min(TILE, n_samples - start)
-                carry_loop(histories, length)
-                carry(power, length)
-            for lane in range(min(LANES, n_windows - w)):
-                levels[w + lane, c] = math.sqrt(power[lane] / n_samples)
-
-
-@compiled
-def fill_switching_gain_levels(
+def fill_levels(
     innovations: Any,
     loop: Any,
     slope: Any,
@@ -212,9 +191,8 @@ def fill_switching_gain_levels(
 ) -> None:
     """Fill `levels`, block by block.
 
-    The logarithm of the gain changes by whole steps, so its mean can be computed without
-    logarithms. The loop stores the gain, the number of steps up minus steps down, and the sum of
-    this number after the gain has settled.
+    `settled` is the first sample of the average. `sizes` and `votes` are working memory: sizes of
+    the surface, and the histories of the gain's loop.
     """
     n_windows, n_models, n_samples = innovations.shape
     up, down = math.exp(step), math.exp(-step)
@@ -227,13 +205,17 @@ def fill_switching_gain_levels(
             for tile in range(len(sizes)):
                 start = tile * TILE
                 observe_block(innovations, w, c, start, loop, histories)
-                _size_block(histories, slope, sizes, tile, votes)
+                if step > 0:
+                    _size_block(histories, slope, sizes, tile, votes)
+                else:
+                    _square_block(histories, votes)
                 length = min(TILE, n_samples - start)
                 carry_loop(histories, length)
                 carry(votes[POWER], length)
             for lane in range(LANES):
                 votes[GAIN, lane] = math.sqrt(votes[POWER, lane] / n_samples)
-            for tile in range(len(sizes)):
+            # The gain starts at the root mean square of the surface, so it needs a second pass.
+            for tile in range(len(sizes) if step > 0 else 0):
                 start = tile * TILE
                 _vote_block(sizes, tile, settled - start, up, down, votes)
                 for row in range(GAIN, SETTLED_STEPS + 1):
@@ -243,6 +225,13 @@ def fill_switching_gain_levels(
                 levels[w + lane, c] = math.sqrt(votes[POWER, lane] / n_samples) * math.exp(
                     step * mean
                 )
+
+
+@inlined
+def _square_block(histories, votes):
+    """Add the squares of a block of errors."""
+    for i in range(TILE * LANES):
+        votes[POWER, i + LANES] = votes[POWER, i] + histories[ERROR, i + LANES] ** 2
 
 
 @inlined

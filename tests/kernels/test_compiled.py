@@ -30,11 +30,10 @@ assert found >= 5, found
 
 WORK = """
 import numpy as np, skarxlag
-from skarxlag.kernels.laguerre import advance
+from skarxlag.kernels.residual_levels import adapt_switching_gain
 assert skarxlag.__file__.startswith({root!r}), skarxlag.__file__
-states = np.zeros(2)
-advance(states, 1.0, 0.6)
-assert advance.signatures and states[0] == 0.8
+gain = adapt_switching_gain(np.full((1, 2), 3.0), np.full(1, 3.0), 0.5)
+assert adapt_switching_gain.signatures and gain.tolist() == [[3.0, 3.0]]
 """
 
 
