@@ -3,6 +3,7 @@
 from benchmarks.commands import run_command
 
 COMMANDS = {
+    "constants": "benchmarks.detection.constants",
     "rates": "benchmarks.detection.rates",
     "runs": "benchmarks.detection.runs",
     "unknown": "benchmarks.detection.unknown",

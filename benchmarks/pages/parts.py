@@ -42,8 +42,6 @@ class Part(NamedTuple):
 
 _STUDIES = ("noise", "window length", "order", "pole", "gains", "speed", "crack size", "compound")
 _STUDIES += ("torque",)
-_EFFECTS = ("valleys", "drift", "best poles", "poles", "amplitude", "evidence", "correlation")
-_EFFECTS += ("adaptation",)
 _PAPER_RUNS = ("compared", "bank", "single residual", "long windows", "stretches")
 _PAPER_TABLES = tuple(f"paper tables {run}" for run in _PAPER_RUNS)
 PARTS = {
@@ -68,17 +66,25 @@ PARTS = {
         tables=("ablation",),
         downloads=True,
     ),
-    "confidence": Part(
-        "-m benchmarks.recipe confidence --write docs/cross_speed.md",
-        {"docs/cross_speed.md": ("confidence",)},
-        tables=("confidence",),
-        downloads=True,
+    "constants": Part(
+        "-m benchmarks.recipe constants --write docs/cross_speed.md && "
+        "-m benchmarks.recipe constants --wide --write docs/cross_speed.md",
+        {"docs/cross_speed.md": ("constants", "constants wide")},
+        tables=("constants wide",),
+    ),
+    "recording-evidence": Part(
+        "-m benchmarks.recipe recording-evidence --write docs/cross_speed.md",
+        {"docs/cross_speed.md": ("recording evidence",)},
     ),
     "detection": Part(
         "-m benchmarks.detection rates --write docs/detection.md",
         {"docs/detection.md": ("detection", "detection families", "detection cost")},
         tables=("detection families", "detection cost"),
         downloads=True,
+    ),
+    "detection-constants": Part(
+        "-m benchmarks.detection constants --write docs/detection.md",
+        {"docs/detection.md": ("detection constants",)},
     ),
     "detection-unknown": Part(
         "-m benchmarks.detection unknown --write docs/detection.md",
@@ -91,12 +97,6 @@ PARTS = {
         "--write docs/detection.md",
         {"docs/detection.md": ("runs",)},
         ("docs/images/detection_runs.svg",),
-        downloads=True,
-    ),
-    "speed-effects": Part(
-        "-m benchmarks.recipe speed-effects --write docs/cross_speed.md",
-        {"docs/cross_speed.md": _EFFECTS},
-        tables=("valleys", "drift", "best poles", "poles", "evidence"),
         downloads=True,
     ),
     "runs-to-failure": Part(
@@ -120,18 +120,6 @@ PARTS = {
         downloads=True,
     ),
     "diagram-image": Part("-m benchmarks.pages.diagram_image", {}, ("docs/images/diagram.png",)),
-    "battery": Part(
-        "-m benchmarks.recipe battery --rig uestc hit_sm --write docs/cross_speed.md",
-        {"docs/cross_speed.md": ("battery",)},
-        tables=("battery",),
-        downloads=True,
-    ),
-    "constants": Part(
-        "-m benchmarks.recipe sensitivity --write docs/cross_speed.md",
-        {"docs/cross_speed.md": ("sensitivity",)},
-        tables=("sensitivity",),
-        downloads=True,
-    ),
     "stretches": Part(
         "-m benchmarks.stretches --rig hit_sm --seconds 0.5 1 --method "
         "'MultiRocketHydra, windows of 1200 vote' && -m benchmarks.stretches "
@@ -146,11 +134,6 @@ PARTS = {
         "'make_diagnoser, windows of 4800 vote' --output skarxlag-results/stretches-simulated "
         "--write docs/stretches.md",
         {"docs/stretches.md": ("stretches simulated",)},
-    ),
-    "stretch-constants": Part(
-        "-m benchmarks.recipe stretches --write docs/stretches.md",
-        {"docs/stretches.md": ("stretch constants",)},
-        tables=("stretch constants",),
     ),
     "fault-orders": Part(
         "-m benchmarks.fault_orders --method 'openconmo, envelope' 'openconmo, prewhitening' "

@@ -7,11 +7,12 @@ second halves, at speeds that were not fitted at. The rule:
 1. A cell is one kind of rows and one protocol (one training speed, or all but one). Its score over
    rigs is the mean of the worst rig and the mean rig; a setting's score is the mean over cells.
 2. Settings within 0.005 of the best tie. The one of the highest mean over rigs and cells is chosen.
-3. The exponent of residuals in probabilities is the one whose largest expected calibration error
-   over rigs and kinds of rows is the least, with one training speed.
+3. The exponent of residuals in probabilities is, for each protocol, the one whose largest expected
+   calibration error over rigs and kinds of rows is the least.
 
 Only real rigs choose. Each is left out in turn: what the others choose is scored on it. The
-simulated rigs are reported.
+simulated rigs are reported. ``--wide`` scores a second grid, which was added when the first had its
+best smooth drift and model order at its edges.
 """
 
 import os
@@ -22,16 +23,19 @@ import pandas as pd
 from scipy.special import log_softmax
 
 from benchmarks.pages.blocks import markdown, page_parser, publish
-from benchmarks.recipe.confidence import expected_calibration_error
+from benchmarks.recipe.calibration import expected_calibration_error
 from benchmarks.recipe.rigs import real_rigs, simulated_rigs
 from benchmarks.recipe.targets import ROWS, folds, rows_of
 from skarxlag import ARXLaguerre, LogSpectra, OrderResidual, SpectralDistance, StretchResidual
 
-MODEL_ORDERS = (4, 8, 16, 32)
-SMOOTH_DRIFTS = (0.1, 0.2, 0.4)
-JOINT_WEIGHTS = (0.5, 1.0)
+PROTOCOLS = ("one speed", "others")
 ORDER_WEIGHTS = (0.0, 0.25, 0.5, 0.75, 1.0)
-EXPONENTS = (8, 12, 16, 20, 24, 28, 32, 40)
+EXPONENTS = (8, 12, 16, 20, 24, 28, 32, 40, 50, 64)
+#: Model orders, smooth drifts and joint weights of each grid.
+GRIDS = {
+    "constants": ((4, 8, 16, 32), (0.1, 0.2, 0.4), (0.5, 1.0)),
+    "constants wide": ((2, 4, 8, 32), (0.2, 0.4, 0.6, 0.8, 1.2), (0.5, 0.75, 1.0)),
+}
 TIE = 0.005
 #: Parameters of a setting, in the order of the columns of the tables.
 NAMES = ["model order", "smooth drift", "joint weight", "order weight"]
@@ -83,27 +87,28 @@ class Fold:
         return found, self.classes[found.argmin(axis=1)] == self.y_test
 
 
-def score_rig(rig, kinds, report=print):
-    """Score all settings on a rig.
+def score_rig(rig, kinds, grid, report=print):
+    """Score all settings of a grid on a rig.
 
     Returns
     -------
     accuracies : list of dict
         Setting, cell and accuracy, mean over pairs of speeds.
     calibrations : list of dict
-        Setting, kind of rows, exponent and calibration error, with one training speed.
+        Setting, cell, exponent and calibration error.
     """
     accuracies, calibrations = [], []
-    for kind, order in product(kinds, MODEL_ORDERS):
+    orders, drifts, joint_weights = grid
+    for kind, order in product(kinds, orders):
         length = ROWS[kind] or int(rig.sampling_rate)
         every = [(name, Fold(rig, length, a, b, order)) for name, a, b in folds(rig)]
         weights = ORDER_WEIGHTS if ROWS[kind] is None else ORDER_WEIGHTS[:1]
-        for smooth, joint in product(SMOOTH_DRIFTS, JOINT_WEIGHTS):
+        for smooth, joint in product(drifts, joint_weights):
             residuals = [(name, fold, fold.log_residuals(smooth, joint)) for name, fold in every]
             for weight in weights:
                 # Windows have no orders: their scores count for every weight.
                 same = [weight] if len(weights) > 1 else ORDER_WEIGHTS
-                for protocol in ("one speed", "others"):
+                for protocol in PROTOCOLS:
                     found = [
                         (fold, *fold.verdicts(each, weight))
                         for name, fold, each in residuals
@@ -116,16 +121,15 @@ def score_rig(rig, kinds, report=print):
                             for speed in np.unique(fold.rpm_test)
                         ]
                     )
+                    errors = {each: _calibration_error(found, each) for each in EXPONENTS}
                     for each in same:
                         setting = dict(zip(NAMES, (order, smooth, joint, each), strict=True))
                         cell = {"rig": rig.name, "rows": kind, "trained at": protocol}
                         accuracies.append(setting | cell | {"right": right})
-                        if protocol == "one speed":
-                            for exponent in EXPONENTS:
-                                error = _calibration_error(found, exponent)
-                                calibrations.append(
-                                    setting | cell | {"exponent": exponent, "error": error}
-                                )
+                        calibrations += [
+                            setting | cell | {"exponent": exponent, "error": error}
+                            for exponent, error in errors.items()
+                        ]
         report(f"{rig.name}, {kind}, order {order}")
     return accuracies, calibrations
 
@@ -167,14 +171,34 @@ def choose(accuracies):
     return tied["mean"].idxmax(), scores
 
 
-def choose_exponent(calibrations, setting):
-    """The exponent that rule 3 chooses for a setting, and its largest error."""
-    worst = _of(calibrations, setting).groupby("exponent")["error"].max()
-    return worst.idxmin(), worst.min()
+def choose_exponents(calibrations, setting):
+    """The exponent that rule 3 chooses for each protocol, and its largest error."""
+    worst = _of(calibrations, setting).groupby(["trained at", "exponent"])["error"].max()
+    return {protocol: (worst[protocol].idxmin(), worst[protocol].min()) for protocol in PROTOCOLS}
 
 
 def _of(frame, setting):
     return frame[np.all([frame[n] == v for n, v in zip(NAMES, setting, strict=True)], axis=0)]
+
+
+def left_out_table(known, errors, real):
+    """What all rigs but one choose, and what it scores on that one; the last row is the mean."""
+    rows = []
+    for rig in real:
+        others, _ = choose(known[known.rig != rig])
+        exponents = choose_exponents(errors[errors.rig != rig], others)
+        cells = _of(known[known.rig == rig], others).set_index(["rows", "trained at"])["right"]
+        row = {"left out": rig} | dict(zip(NAMES, others, strict=True))
+        row |= {f"{kind}, {protocol}": value for (kind, protocol), value in cells.items()}
+        here = _of(errors[errors.rig == rig], others)
+        for protocol, (exponent, _) in exponents.items():
+            is_used = (here["trained at"] == protocol) & (here.exponent == exponent)
+            row[f"exponent, {protocol}"] = exponent
+            row[f"largest error, {protocol}"] = here.loc[is_used, "error"].max()
+        rows.append(row)
+    table = pd.DataFrame(rows)
+    means = table[[name for name in table if ", " in name and "exponent" not in name]].mean()
+    return pd.concat([table, pd.DataFrame([{"left out": "mean"} | means.to_dict()])])
 
 
 def report(accuracies, calibrations, real):
@@ -182,20 +206,10 @@ def report(accuracies, calibrations, real):
     known = accuracies[accuracies.rig.isin(real)]
     errors = calibrations[calibrations.rig.isin(real)]
     setting, scores = choose(known)
-    exponent, largest = choose_exponent(errors, setting)
-    left_out = []
-    for rig in real:
-        others, _ = choose(known[known.rig != rig])
-        power, _ = choose_exponent(errors[errors.rig != rig], others)
-        here = _of(known[known.rig == rig], others)
-        cells = here.set_index(["rows", "trained at"])["right"]
-        mine = _of(errors[(errors.rig == rig) & (errors.exponent == power)], others)
-        left_out.append(
-            {"left out": rig}
-            | dict(zip(NAMES, others, strict=True))
-            | {f"{rows}, {protocol}": value for (rows, protocol), value in cells.items()}
-            | {"exponent": power, "largest error": mine["error"].max()}
-        )
+    exponents = "; ".join(
+        f"exponent {exponent:g} with {protocol} to train on (largest calibration error {error:.3f})"
+        for protocol, (exponent, error) in choose_exponents(errors, setting).items()
+    )
     best = scores.sort_values("score", ascending=False).head(12).reset_index()
     chosen = _of(accuracies, setting).pivot_table(
         index=["rows", "trained at"], columns="rig", values="right", sort=False
@@ -204,9 +218,10 @@ def report(accuracies, calibrations, real):
     return "\n\n".join(
         [
             f"{len(scores)} settings were scored, and {len(EXPONENTS)} exponents. Chosen: "
-            f"**{listed}, exponent {exponent:g}** (largest calibration error {largest:.3f}).",
+            f"**{listed}**; {exponents}. First halves of the recordings train, second halves test: "
+            "they share the specimen and its mounting, and differ in speed.",
             "Each rig left out: what the others choose, and what it scores there.",
-            markdown(pd.DataFrame(left_out)),
+            markdown(left_out_table(known, errors, real)),
             "The chosen setting on every rig.",
             markdown(chosen.reset_index()),
             "The best settings on all real rigs.",
@@ -219,20 +234,23 @@ def main(arguments=None):
     """Run the command."""
     parser = page_parser(__doc__, "constants")
     parser.add_argument("--data-home", default=os.environ.get("SKARXLAG_DATA"))
+    parser.add_argument("--wide", action="store_true", help="score the second grid")
     options = parser.parse_args(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
-    frames, real = [], []
+    name, frames = "constants wide" if options.wide else "constants", []
     sources = [(rig, list(ROWS)) for rig in real_rigs(home=options.data_home)]
     real = [rig.name for rig, _ in sources]
     sources += [(rig, [k for k in ROWS if ROWS[k] is not None]) for rig in simulated_rigs()]
     for rig, kinds in sources:
-        paths = [options.output / f"{rig.name} {what}.csv" for what in ("accuracy", "calibration")]
+        paths = [
+            options.output / f"{name} {rig.name} {what}.csv" for what in ("accuracy", "calibration")
+        ]
         if not all(path.exists() for path in paths):
-            for path, rows in zip(paths, score_rig(rig, kinds), strict=True):
+            for path, rows in zip(paths, score_rig(rig, kinds, GRIDS[name]), strict=True):
                 pd.DataFrame(rows).to_csv(path, index=False)
         frames.append([pd.read_csv(path) for path in paths])
     accuracies, calibrations = (pd.concat(each) for each in zip(*frames, strict=True))
-    publish(options, {"constants": report(accuracies, calibrations, real)})
+    publish(options, {name: report(accuracies, calibrations, real)})
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import pandas as pd
 
 from benchmarks.cross_speed import peers
 from benchmarks.pages.blocks import markdown, page_parser, publish
-from benchmarks.recipe.confidence import expected_calibration_error
+from benchmarks.recipe.calibration import expected_calibration_error
 from benchmarks.recipe.rigs import real_rigs, simulated_rigs
 from benchmarks.stretches.methods import WindowsVote
 from skarxlag import make_diagnoser

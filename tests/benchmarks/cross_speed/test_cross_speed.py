@@ -150,6 +150,8 @@ def test_overview_keeps_ours_and_the_best_peers_and_leaves_simulations_out():
     assert len(rows) == 2 + reporting.ROWS
     assert rows[0] == "| method | r, 4 |"
     assert rows[2].startswith("| peer 7 ") and rows[-1].startswith("| `mine` (ours) ")
+    rows = overview_rows([*cells, ("r", 4, reporting.PLAIN, 0.01)], {"mine"})
+    assert len(rows) == 2 + reporting.ROWS and rows[-1].startswith(f"| {reporting.PLAIN} ")
 
 
 def test_results_of_other_runs_are_kept(module, tmp_path):
