@@ -1,12 +1,11 @@
-"""What ``skarxlag watch`` tells: lines of JSON for programs, sentences for people."""
+"""Output of ``skarxlag watch``: lines of JSON for programs, sentences for people."""
 
 import json
 import math
 import sys
-import threading
 import time
+from collections.abc import Mapping
 from datetime import UTC, datetime
-from typing import Any, Self
 
 from ..monitoring import ConditionMonitor, MonitorVerdict
 from .messages import printable
@@ -14,29 +13,23 @@ from .messages import printable
 #: Range of the seconds since 1970 that are taken for dates, from 1973 to 2096. A clock that counts
 #: from the start of a machine is below it.
 _DATES = (1e8, 4e9)
-#: What parsers count.
-_UNREAD = {
-    "n_bad": "lines that are no numbers",
-    "n_bad_times": "times that could not be read",
-    "n_cut": "bytes of a sample that is not whole",
-}
 
 
 class VerdictLines:
-    """Lines of JSON on standard output, one a verdict or fewer.
+    """Writer of one line of JSON for each verdict, or of fewer, to standard output.
 
     Parameters
     ----------
+    sensor : str
+        Name of the sensor, which each line states.
+    healthy : label or None
+        The healthy condition, which each line states.
     every : float or None
         Seconds of the sensor's time between two lines. A verdict that differs from the line before
         in condition, alarm or quality is written at once. None: every verdict is written.
-    healthy : label or None
-        The healthy condition, which each line states.
-    sensor : str
-        Name of the sensor, which each line states.
     heartbeat : float or None
-        Seconds without a line after which a line of the kind ``"heartbeat"`` is written, as long as
-        the context of this object lasts. None: never.
+        Seconds without a line after which `beat` writes a line of the kind ``"heartbeat"``. None:
+        never.
 
     Attributes
     ----------
@@ -47,58 +40,41 @@ class VerdictLines:
     last: MonitorVerdict | None
 
     def __init__(
-        self, every: float | None, healthy: Any, sensor: str, heartbeat: float | None = None
+        self, sensor: str, healthy: object, every: float | None, heartbeat: float | None
     ) -> None:
-        self._every, self._written, self.last = every, None, None
         self._facts = {"sensor": printable(sensor), "healthy": healthy}
-        self._heartbeat, self._lock, self._ended = heartbeat, threading.Lock(), threading.Event()
+        self._every, self._heartbeat = every, heartbeat
+        self.last = self._written = None
         self._line_at = self._window_at = time.monotonic()
 
-    def __enter__(self) -> Self:
-        if self._heartbeat is not None:
-            threading.Thread(target=self._beat, daemon=True).start()
-        return self
-
-    def __exit__(self, *exception: Any) -> None:
-        # No line is written after this.
-        with self._lock:
-            self._ended.set()
-
-    def _beat(self):
-        pause = self._heartbeat
-        while not self._ended.wait(pause):
-            with self._lock:
-                now = time.monotonic()
-                if now - self._line_at >= self._heartbeat and not self._ended.is_set():
-                    self._line_at = now
-                    try:
-                        self._print_heartbeat(now)
-                    except (OSError, ValueError):
-                        return  # Nobody reads the output any more.
-                pause = self._line_at + self._heartbeat - now
-
-    def _print_heartbeat(self, now):
+    def beat(self) -> None:
+        """Write a heartbeat if it is due."""
+        now = time.monotonic()
+        if self._heartbeat is None or now - self._line_at < self._heartbeat:
+            return
+        self._line_at = now
         line = {"kind": "heartbeat", "time": _iso_date(None)} | self._facts
-        line |= {"seconds_without_window": round(now - self._window_at, 3)}
-        line |= {name: getattr(self.last, name, None) for name in ("verdict", "alarm")}
+        line["seconds_without_window"] = round(now - self._window_at, 3)
+        line["verdict"], line["alarm"] = None, None
+        if self.last is not None:
+            line |= {"verdict": self.last.verdict, "alarm": self.last.alarm}
         print(json.dumps(line, allow_nan=False), flush=True)
 
     def write(self, verdicts: list[MonitorVerdict], source: str | None) -> None:
-        """Write what has to be written of some verdicts, and let it go at once."""
+        """Write those of some verdicts that are due."""
         if not verdicts:
             return
-        with self._lock:
-            self.last, self._window_at = verdicts[-1], time.monotonic()
-            for verdict in filter(self._is_due, verdicts):
-                self._written, self._line_at = verdict, self._window_at
-                print(self._json(verdict, source))
-            sys.stdout.flush()
+        self.last, self._window_at = verdicts[-1], time.monotonic()
+        for verdict in filter(self._is_due, verdicts):
+            self._written, self._line_at = verdict, self._window_at
+            print(self._json(verdict, source))
+        sys.stdout.flush()
 
     def _is_due(self, verdict):
         if self._every is None or self._written is None or _news(verdict) != _news(self._written):
             return True
         passed = verdict.time - self._written.time
-        # A clock that was set back would keep all silent; times are sums of rounded steps.
+        # A clock that was set back would suppress all lines; times are sums of rounded steps.
         return passed < 0 or passed >= self._every * (1 - 1e-9)
 
     def _json(self, verdict, source):
@@ -126,7 +102,7 @@ def _news(verdict):
 
 
 def sentence(verdict: MonitorVerdict) -> str:
-    """A verdict for people.
+    """Describe a verdict.
 
     Examples
     --------
@@ -149,15 +125,17 @@ def sentence(verdict: MonitorVerdict) -> str:
     return ", ".join(parts)
 
 
-def summary(monitor: ConditionMonitor, parser: Any, last: MonitorVerdict | None) -> str:
+def summary(
+    monitor: ConditionMonitor, unread: Mapping[str, int], last: MonitorVerdict | None
+) -> str:
     """Return the counts of a run and its last verdict.
 
     Parameters
     ----------
     monitor : ConditionMonitor
         The monitor.
-    parser : RawSamples, TextSamples or None
-        Counts what could not be read.
+    unread : mapping of str to int
+        Counts of what could not be read.
     last : MonitorVerdict or None
         The last verdict.
     """
@@ -167,9 +145,7 @@ def summary(monitor: ConditionMonitor, parser: Any, last: MonitorVerdict | None)
     parts.append(f"{counts['gaps']} gaps of {counts['missing_seconds']:.1f} s")
     if counts["clock_steps_back"]:
         parts.append(f"clock set back {counts['clock_steps_back']} times")
-    for name, what in _UNREAD.items():
-        if getattr(parser, name, 0):
-            parts.append(f"{getattr(parser, name)} {what}")
+    parts += [f"{n} {what}" for what, n in unread.items() if n]
     parts.append(f"{counts['alarms']} alarms")
     if last is not None:
         parts.append(f"last: {printable(sentence(last))}")

@@ -1,15 +1,20 @@
-"""Blocks of samples from standard input, from a growing file, and from a folder."""
+"""Sources of samples that arrive while they are read: a stream, a growing file, a folder.
+
+A source is an iterator of `Block`. It yields None if nothing new has arrived, and ends with its
+input. Growing files and folders never end.
+"""
 
 import os
-import signal
+import queue
 import stat
 import threading
 import time
+import zlib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -19,54 +24,10 @@ from .rates import rates_agree
 from .windows import block_length
 
 _BYTES_AT_A_TIME = 2**18
-
-
-class StopRequestedError(Exception):
-    """A signal requested the end while the program was waiting."""
-
-
-class Stopping:
-    """Context in which SIGINT and SIGTERM request the end at a moment that does no harm.
-
-    While the program computes, a request is only noted. While it waits for input, the wait ends.
-
-    Attributes
-    ----------
-    requested : bool
-        Whether a signal came.
-    """
-
-    requested: bool
-
-    def __init__(self) -> None:
-        self.requested, self._is_waiting, self._before = False, False, {}
-
-    def __enter__(self) -> Self:
-        # Python lets only the main thread handle signals.
-        if threading.current_thread() is threading.main_thread():
-            for number in (signal.SIGINT, signal.SIGTERM):
-                self._before[number] = signal.signal(number, self._note)
-        return self
-
-    def __exit__(self, *exception: Any) -> None:
-        for number, handler in self._before.items():
-            signal.signal(number, handler)
-
-    def _note(self, number, frame):
-        self.requested = True
-        if self._is_waiting:
-            raise StopRequestedError
-
-    @contextmanager
-    def waiting(self) -> Iterator[Any]:
-        """Let a signal end this block by a `StopRequestedError`."""
-        self._is_waiting = True
-        try:
-            if self.requested:
-                raise StopRequestedError
-            yield
-        finally:
-            self._is_waiting = False
+#: Bytes at the beginning of a growing file by which it is recognised.
+_HEAD = 4096
+#: Seconds to wait for a stream, and pieces of it that are read ahead.
+_STREAM_SECONDS, _READ_AHEAD = 0.05, 4
 
 
 @dataclass
@@ -81,110 +42,94 @@ class Block:
         Seconds at the first of them, if the source states it.
     source : str or None, default=None
         File of the samples, if there are several.
-    place : object, default=None
-        Position of the source after this block.
-    is_last : bool, default=True
-        Whether `place` points after this block; False if further blocks come before it.
+    place : list or None, default=None
+        Two values from which a later run continues after this block. None: the source cannot be
+        interrupted here, because further blocks of the same piece follow.
     """
 
     samples: np.ndarray
     time: float | None = None
     source: str | None = None
-    place: object = None
-    is_last: bool = True
-
-
-@dataclass
-class Patience:
-    """How a source waits for more data.
-
-    Parameters
-    ----------
-    stopping : Stopping
-        Ends the wait on a signal.
-    poll : float
-        Seconds between two looks.
-    idle : float or None
-        Seconds without new data after which the source ends; None waits for ever.
-    """
-
-    stopping: Stopping
-    poll: float
-    idle: float | None
-
-    def __post_init__(self) -> None:
-        self.renew()
-
-    def renew(self) -> None:
-        """Restart the idle timer."""
-        self._since = time.monotonic()
-
-    def wait(self) -> bool:
-        """Sleep; return whether to look again."""
-        if self.idle is not None and time.monotonic() - self._since >= self.idle:
-            return False
-        with self.stopping.waiting():
-            time.sleep(self.poll)
-        return True
+    place: list[Any] | None = None
 
 
 def from_stream(
-    open_stream: Callable[[], Any], parser: RawSamples | TextSamples, stopping: Stopping
-) -> Iterator[Block]:
-    """Yield blocks from a pipe or a device until it ends."""
-    with stopping.waiting():
-        # A named pipe opens when a program writes to it.
-        stream = open_stream()
-    with stream as source:
-        data = b" "
-        while data:
-            with stopping.waiting():
-                data = source.read1(_BYTES_AT_A_TIME)
-            for samples, moment in parser.parts(data, is_end=not data):
-                yield Block(samples, moment)
+    open_stream: Callable[[], Any], parser: RawSamples | TextSamples
+) -> Iterator[Block | None]:
+    """Yield blocks from a pipe or a device, which is opened without a buffer, until it ends."""
+    arrived: queue.Queue[bytes | Exception] = queue.Queue(_READ_AHEAD)
+
+    def read():
+        try:
+            with open_stream() as stream:
+                while data := stream.read(_BYTES_AT_A_TIME):
+                    arrived.put(data)
+            arrived.put(b"")
+        except (OSError, ValueError) as error:
+            arrived.put(error)
+
+    # Opening a named pipe and reading cannot be interrupted, and must not keep the process alive.
+    threading.Thread(target=read, daemon=True).start()
+    is_end = False
+    while not is_end:
+        try:
+            data = arrived.get(timeout=_STREAM_SECONDS)
+        except queue.Empty:
+            yield None
+            continue
+        if isinstance(data, Exception):
+            raise data
+        is_end = not data
+        for samples, moment in parser.parts(data, is_end=is_end):
+            yield Block(samples, moment, place=[0, 0])
 
 
 def from_growing_file(
     path: Path,
     parser: RawSamples | TextSamples,
-    patience: Patience,
     warn: Callable[[str], None],
-    place: list[int] | None = None,
-) -> Iterator[Block]:
-    """Yield blocks from a growing file, starting at `place` (offset and file number).
+    place: list[Any] | None = None,
+) -> Iterator[Block | None]:
+    """Yield blocks from a growing file, starting at `place` (offset and checksum of the head).
 
     If the file was truncated or replaced, reading starts again at its beginning; the rest of a
     replaced file is read before. An incomplete last line or sample waits for its rest.
     """
     file = path.open("rb")
     try:
-        offset, number = place or (0, os.fstat(file.fileno()).st_ino)
-        is_same = number == os.fstat(file.fileno()).st_ino
-        if 0 < offset <= path.stat().st_size and is_same:
-            parser.begin(file.read(min(offset, _BYTES_AT_A_TIME)))
-            file.seek(offset)
-        elif offset > 0:
-            warn(f"{path} was started afresh since the state was saved")
+        if place is not None:
+            if place[0] <= path.stat().st_size and place == _place(file, place[0]):
+                parser.begin(file.read(min(place[0], _BYTES_AT_A_TIME)))
+                file.seek(place[0])
+            else:
+                warn(f"{path} was started afresh since the state was saved")
         is_replaced = False
         while True:
             if data := file.read(_BYTES_AT_A_TIME):
-                patience.renew()
                 parts = list(parser.parts(data))
-                after = [file.tell() - parser.n_pending, os.fstat(file.fileno()).st_ino]
-                for i, (samples, moment) in enumerate(parts, start=1):
-                    where = None if is_replaced else after
-                    yield Block(samples, moment, place=where, is_last=i == len(parts))
+                for i, part in enumerate(parts, start=1):
+                    is_last = i == len(parts)
+                    after = _place(file, file.tell() - parser.n_pending) if is_last else None
+                    yield Block(*part, place=after)
             elif is_replaced:
                 warn(f"{path} was started afresh")
                 file.close()
                 file, is_replaced = path.open("rb"), False
                 parser.begin()
-            elif not patience.wait():
-                break
             else:
+                yield None
                 is_replaced = _is_replaced(path, file)
     finally:
         file.close()
+
+
+def _place(file, offset):
+    """Offset in a file, and a checksum of what is before it; the position in the file stays."""
+    position = file.tell()
+    file.seek(0)
+    checksum = zlib.crc32(file.read(min(offset, _HEAD)))
+    file.seek(position)
+    return [offset, checksum]
 
 
 def _is_replaced(path, file):
@@ -202,10 +147,9 @@ def _is_replaced(path, file):
 def from_folder(
     folder: Path,
     options: dict[str, Any],
-    patience: Patience,
-    warn: Callable[..., Any],
+    warn: Callable[[str], None],
     place: list[Any] | None = None,
-) -> Iterator[Block]:
+) -> Iterator[Block | None]:
     """Yield blocks from the files of a folder, in the order in which they were finished.
 
     A file is finished when its size and time have not changed for a while. A file that arrives late
@@ -220,8 +164,6 @@ def from_folder(
         ``channel``, ``dtype``, ``sampling_rate``, ``n_channels`` and ``window_length`` for reading
         a file; ``settle``: seconds without a change after which it is finished; and ``has_times``:
         whether its time of modification is the time of its last sample.
-    patience : Patience
-        How to wait.
     warn : callable
         Called with a message for each file that cannot be read.
     place : list or None, default=None
@@ -246,10 +188,8 @@ def from_folder(
             if key < done:
                 warn(f"{folder / key[1]}: older than the file before, read nevertheless")
             done = max(done, key)
-            patience.renew()
             yield from _blocks_of_file(folder / key[1], key[0], options, warn, list(done))
-        if not patience.wait():
-            return
+        yield None
 
 
 def _files(folder):
@@ -266,35 +206,29 @@ def _files(folder):
 
 def _blocks_of_file(path, changed, options, warn, place):
     chosen = {"channel": options["channel"], "dtype": options["dtype"]}
-
-    def signals():
-        n_samples = block_length(options["window_length"])
-        for samples, rate in recording_blocks(path, n_samples, **chosen):
-            yield np.atleast_2d(samples), rate
-
+    n_samples = block_length(options["window_length"])
     try:
         # All of a file is read before any of it is used, so that no file is used in part.
-        length = sum(_checked(path, options, *block) for block in signals())
-        start = None
-        if options["has_times"]:
-            start = recording_start(path, **chosen)
-            if start is None:
-                start = changed * 1e-9 - length / options["sampling_rate"]
-        n_read = 0
-        for samples, _ in signals():
-            n_read += samples.shape[1]
-            yield Block(samples, start, path.name, place, is_last=n_read == length)
+        blocks = recording_blocks(path, n_samples, **chosen)
+        lengths = [_checked_length(path, options, *block) for block in blocks]
+        start = recording_start(path, **chosen) if options["has_times"] else None
+        if options["has_times"] and start is None:
+            start = changed * 1e-9 - sum(lengths) / options["sampling_rate"]
+        blocks = recording_blocks(path, n_samples, **chosen)
+        for i, (samples, _) in enumerate(blocks, start=1):
+            is_last = i == len(lengths)
+            yield Block(np.atleast_2d(samples), start, path.name, place if is_last else None)
             start = None
     except (OSError, ValueError, ImportError, MemoryError) as error:
         warn(f"skipped: {error}")
 
 
-def _checked(path, options, samples, rate):
-    """Number of samples of a block whose rate and number of channels fit."""
+def _checked_length(path, options, samples, rate):
+    n_channels = len(np.atleast_2d(samples))
     if not rates_agree(rate, options["sampling_rate"]):
         raise ValueError(
             f"{path}: sampled at {rate:g} Hz, expected {options['sampling_rate']:g} Hz"
         )
-    if len(samples) != options["n_channels"]:
-        raise ValueError(f"{path}: {len(samples)} channels, expected {options['n_channels']}")
-    return samples.shape[1]
+    if n_channels != options["n_channels"]:
+        raise ValueError(f"{path}: {n_channels} channels, expected {options['n_channels']}")
+    return samples.shape[-1]

@@ -1,6 +1,7 @@
 """From the bytes of a running source to samples."""
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -17,6 +18,8 @@ from .live_times import StreamTimes
 
 #: Lines from which the layout of a text is inferred: names, units, and two of samples.
 _HEAD_LINES = 4
+#: Descriptions of what could not be read.
+_BAD_LINES, _BAD_TIMES = "lines that are no numbers", "times that could not be read"
 #: Longest line, in bytes.
 _LONGEST_LINE = 2**20
 #: Some loggers end each line with a separator.
@@ -59,18 +62,18 @@ class RawSamples:
 
     Attributes
     ----------
-    n_cut : int
+    unread : Counter of str
         Bytes at the end that do not make a whole sample.
     """
 
-    n_cut: int
+    unread: Counter[str]
 
     def __init__(self, dtype: str, channel: str | Sequence[str] | None = None) -> None:
         self._frame = frame_type(dtype)
         if any(self._frame[name].kind == "c" for name in self._frame.names):
             raise ContentError(f"dtype is {dtype!r}, expected real numbers such as '<f4'")
         self._names = chosen_channels(list(self._frame.names), channel)
-        self.n_cut = 0
+        self.unread = Counter()
         self.begin()
 
     def begin(self, head: bytes = b"") -> None:
@@ -89,7 +92,7 @@ class RawSamples:
         data = self._rest + data
         n_whole = len(data) // self._frame.itemsize * self._frame.itemsize
         self._rest = data[n_whole:]
-        self.n_cut = len(self._rest) if is_end else 0
+        self.unread["bytes of a sample that is not whole"] = len(self._rest) if is_end else 0
         frames = np.frombuffer(data[:n_whole], self._frame)
         with np.errstate(invalid="ignore"):
             yield np.stack([frames[name].astype(np.float64) for name in self._names]), None
@@ -114,11 +117,11 @@ class TextSamples:
 
     Attributes
     ----------
-    n_bad : int
-        Lines that could not be read.
+    unread : Counter of str
+        Lines and times that could not be read.
     """
 
-    n_bad: int
+    unread: Counter[str]
 
     def __init__(
         self,
@@ -126,14 +129,9 @@ class TextSamples:
         times: StreamTimes | None = None,
         rpm_column: str | None = None,
     ) -> None:
-        self.n_bad, self._channel, self._times = 0, channel, times
-        self._rpm_column = rpm_column
+        self._channel, self._times, self._rpm_column = channel, times, rpm_column
+        self.unread = Counter()
         self.begin()
-
-    @property
-    def n_bad_times(self) -> int:
-        """Times that could not be read."""
-        return 0 if self._times is None else self._times.n_bad
 
     def begin(self, head: bytes = b"") -> None:
         """Prepare for the first bytes of a source.
@@ -143,11 +141,11 @@ class TextSamples:
         head : bytes
             The beginning of the source, if parsing starts after it.
         """
-        self._rest, self._layout, self._time, self._is_in_long_line = b"", None, None, False
+        self._rest, self._layout, self._time = b"", None, None
         if self._times is not None:
             self._times.begin()
-        if head and self._learn(head):
-            self._n_to_skip = 0
+        if head:
+            self._learn(head)
 
     @property
     def n_pending(self) -> int:
@@ -179,39 +177,34 @@ class TextSamples:
             If the stream is not text with lines of numbers, lacks a column, or has the times of
             another sampling rate.
         """
-        lines = self._lines(data, is_end)
+        rows = [
+            self._row(fields) for fields in map(self._fields, self._lines(data, is_end)) if fields
+        ]
         if self._layout is None:
             return
-        rows = [self._row(text) for text in map(_text, lines) if text]
-        rows = np.array([row for row in rows if row is not None], dtype=np.float64)
-        rows = rows.reshape(-1, len(self._positions) + (self._time is not None))
+        rows = [row for row in rows if row is not None]
+        values = np.array(rows, dtype=np.float64).reshape(-1, len(self._positions) + 1)
+        samples, times = values[:, :-1].T, values[:, -1]
         if self._time is None:
-            yield rows.T, None
+            yield samples, None
         else:
-            yield from self._times.cut(rows[:, :-1].T, rows[:, -1])
+            yield from self._times.cut(samples, times)
 
     def _lines(self, data, is_end):
         """Whole lines after the header; none as long as the layout is unknown."""
-        data = self._rest + data
-        if self._layout is None and not self._learn(data, is_end):
-            self._rest = data
-            if len(data) > _LONGEST_LINE:
-                raise ContentError(
-                    f"{len(data)} bytes without lines of numbers, expected csv lines; raw samples "
-                    "need --dtype"
-                )
-            return []
-        *lines, self._rest = data.split(b"\n")
-        if is_end and self._rest:
-            lines, self._rest = [*lines, self._rest], b""
-        if self._is_in_long_line and lines:
-            lines, self._is_in_long_line = lines[1:], False
+        lines, self._rest = [], self._rest + data
+        if self._layout is None and self._learn(self._rest, is_end):
+            self._rest = self._rest.split(b"\n", self._layout.n_head_lines)[-1]
+        if self._layout is not None:
+            *lines, self._rest = self._rest.split(b"\n")
+            if is_end:
+                lines, self._rest = [*lines, self._rest], b""
         if len(self._rest) > _LONGEST_LINE:
-            # A line without an end must not fill the memory.
-            self.n_bad += not self._is_in_long_line
-            self._rest, self._is_in_long_line = b"", True
-        n_skipped, self._n_to_skip = self._n_to_skip, max(self._n_to_skip - len(lines), 0)
-        return lines[n_skipped:]
+            raise ContentError(
+                f"{len(self._rest)} bytes without a line of numbers, expected csv lines; raw "
+                "samples need --dtype"
+            )
+        return lines
 
     def _learn(self, head, is_end=False):
         """Infer the layout; return whether there are enough lines."""
@@ -227,11 +220,10 @@ class TextSamples:
         self._layout = text_layout(whole, True, may_be_cut=True)
         if self._layout.encoding == "utf-16":
             raise ContentError("the text is UTF-16, expected UTF-8")
-        self.n_bad += self._layout.n_ignored
-        self._n_to_skip = self._layout.n_head_lines
-        rows = [self._fields(_text(line)) for line in lines]
-        self._head_rows = [sorted(row) for row in rows[: self._n_to_skip] if row]
-        self._place_columns([row for row in rows[self._n_to_skip :] if row])
+        self.unread[_BAD_LINES] += self._layout.n_ignored
+        rows, n_head = [self._fields(line) for line in lines], self._layout.n_head_lines
+        self._head_rows = [sorted(row) for row in rows[:n_head] if row]
+        self._place_columns([row for row in rows[n_head:] if row])
         return True
 
     def _place_columns(self, rows):
@@ -255,29 +247,28 @@ class TextSamples:
                 "samples need --dtype"
             )
 
-    def _fields(self, text):
-        separator = self._layout.separator
+    def _fields(self, line):
+        text, separator = line.decode("utf-8", "replace").strip(), self._layout.separator
+        text = text.removeprefix("\ufeff")
         fields = text.split(None if separator == r"\s+" else separator) if text else []
         if len(fields) == len(self._layout.names) + 1 and not fields[-1].strip():
             fields.pop()
         return [field.strip().strip('"') for field in fields]
 
-    def _row(self, text):
-        """Values and time of a line; None if it holds names or units."""
-        fields, values, time = self._fields(text), None, []
-        # Python takes 1_000 for a number.
-        if len(fields) == len(self._layout.names) and "_" not in text:
-            with suppress(ValueError):
-                values = [float(fields[i].replace(",", ".")) for i in self._positions]
+    def _row(self, fields):
+        """Values and time of a line, NaN if they cannot be read; None for names and units."""
+        is_whole, values, time = len(fields) == len(self._layout.names), None, np.nan
+        with suppress(ValueError):
+            values = [_number(fields[i]) for i in self._positions] if is_whole else None
         if values is None:
             if self._comes_again(fields):
                 return None
-            self.n_bad += 1
+            self.unread[_BAD_LINES] += 1
             values = [np.nan] * len(self._positions)
-        if self._time is not None:
-            is_whole = len(fields) == len(self._layout.names)
-            time = [self._times.seconds(fields[self._time]) if is_whole else np.nan]
-        return values + time
+        if is_whole and self._time is not None:
+            time = self._times.seconds(fields[self._time])
+            self.unread[_BAD_TIMES] += np.isnan(time)
+        return [*values, time]
 
     def _comes_again(self, fields):
         """Whether a line holds names or units; names in another order move the columns."""
@@ -291,5 +282,6 @@ class TextSamples:
         return True
 
 
-def _text(line):
-    return line.decode("utf-8", "replace").strip().removeprefix("\ufeff")
+def _number(text):
+    # Python takes 1_000 for a number.
+    return float(text.replace(",", ".").replace("_", "no"))

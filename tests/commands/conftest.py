@@ -1,4 +1,3 @@
-import io
 import sys
 
 import numpy as np
@@ -46,10 +45,15 @@ def models(fitted, tmp_path_factory):
 
 
 @pytest.fixture
-def piped(monkeypatch):
+def piped(monkeypatch, tmp_path_factory):
     """Standard input that holds these bytes."""
+    path, opened = tmp_path_factory.mktemp("stdin") / "input", []
 
     def set_input(data):
-        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
+        path.write_bytes(data)
+        opened.append(path.open())
+        monkeypatch.setattr(sys, "stdin", opened[-1])
 
-    return set_input
+    yield set_input
+    for file in opened:
+        file.close()

@@ -16,18 +16,13 @@ from skarxlag import (
     save_diagnoser,
 )
 from skarxlag.commands import main
-from skarxlag.recordings.live import (
-    Patience,
-    Stopping,
-    StopRequestedError,
-    from_folder,
-    from_growing_file,
-)
+from skarxlag.recordings.live import from_folder, from_growing_file
 from skarxlag.recordings.live_samples import RawSamples, TextSamples
 from tests.commands.watching import (
     IDLE,
     RATE,
     WINDOW,
+    drained,
     expected,
     lines_of,
     parsed,
@@ -105,17 +100,15 @@ def test_a_growing_file_is_followed_and_a_restart_goes_on_where_it_was(
 def test_a_growing_file_that_is_started_afresh(tmp_path):
     path, told = tmp_path / "log.bin", []
     path.write_bytes(np.arange(6, dtype="<i2").tobytes())
-    blocks = from_growing_file(
-        path, RawSamples("<i2", None), Patience(Stopping(), 0.002, 0.05), told.append
-    )
+    blocks = from_growing_file(path, RawSamples("<i2", None), told.append)
     assert next(blocks).samples.tolist() == [[0, 1, 2, 3, 4, 5]]
     path.write_bytes(np.array([7, 8], dtype="<i2").tobytes())
+    assert next(blocks) is None
     assert next(blocks).samples.tolist() == [[7, 8]]
     assert told == [f"{path} was started afresh"]
     with open(path, "ab") as file:
         file.write(b"\x09")
-    assert next(blocks).samples.size == 0
-    assert list(blocks) == []
+    assert [block.samples.size for block in drained(blocks)] == [0]
 
 
 def test_files_of_a_folder_are_one_recording(run, models, fitted, tmp_path):
@@ -159,23 +152,15 @@ def test_a_file_that_still_changes_is_left_for_later(tmp_path):
     path, sizes = tmp_path / "a.npy", []
     np.save(path, np.zeros(10))
 
-    class Writer:
+    def write(look):
         """The logger writes once more while the folder is looked at for the second time."""
+        sizes.append(path.stat().st_size)
+        if look == 0:
+            np.save(path, np.zeros(20))
 
-        looks = 0
-
-        def renew(self):
-            sizes.append(path.stat().st_size)
-
-        def wait(self):
-            self.looks += 1
-            if self.looks == 1:
-                np.save(path, np.zeros(20))
-            return self.looks < 4
-
-    blocks = list(from_folder(tmp_path, FOLDER, Writer(), None))
+    blocks = drained(from_folder(tmp_path, FOLDER, None), write)
     assert [block.samples.shape for block in blocks] == [(1, 20)]
-    assert len(sizes) == 1
+    assert sizes[0] < sizes[-1]
 
 
 def test_a_file_that_was_written_some_time_ago_may_still_grow(tmp_path):
@@ -183,42 +168,33 @@ def test_a_file_that_was_written_some_time_ago_may_still_grow(tmp_path):
     np.save(path, np.zeros(20))
     whole = path.read_bytes()
     path.write_bytes(whole[:-30])
-    told, looks = [], iter(range(9))
+    told = []
 
-    class Logger:
-        """Writes the rest of its buffer long after the first part."""
+    def write(look):
+        """The logger writes the rest of its buffer long after the first part."""
+        time.sleep(0.02)
+        if look == 1:
+            path.write_bytes(whole)
 
-        renew = staticmethod(lambda: None)
-
-        def wait(self):
-            look = next(looks)
-            time.sleep(0.02)
-            if look == 1:
-                path.write_bytes(whole)
-            return look < 8
-
-    blocks = list(from_folder(tmp_path, FOLDER | {"settle": 0.08}, Logger(), told.append))
+    source = from_folder(tmp_path, FOLDER | {"settle": 0.08}, told.append)
+    blocks = drained(source, write, n_looks=9)
     assert [block.samples.shape for block in blocks] == [(1, 20)] and told == []
 
 
 def test_files_after_a_clock_was_set_back_are_read_and_told(tmp_path):
-    told, looks = [], iter(range(8))
+    told = []
     for name, moment in (("old", 900.0), ("a", 1000.0)):
         np.save(tmp_path / f"{name}.npy", np.zeros(10))
         os.utime(tmp_path / f"{name}.npy", (moment, moment))
 
-    class Logger:
-        renew = staticmethod(lambda: None)
-
-        def wait(self):
-            look = next(looks)
-            if look == 2:
-                np.save(tmp_path / "b.npy", np.ones(10))
-                os.utime(tmp_path / "b.npy", (950.0, 950.0))
-            return look < 6
+    def write(look):
+        if look == 2:
+            np.save(tmp_path / "b.npy", np.ones(10))
+            os.utime(tmp_path / "b.npy", (950.0, 950.0))
 
     # What lay there when an earlier run had read up to 900 s counts as read.
-    blocks = list(from_folder(tmp_path, FOLDER, Logger(), told.append, [900 * 10**9, "old.npy"]))
+    source = from_folder(tmp_path, FOLDER, told.append, [900 * 10**9, "old.npy"])
+    blocks = drained(source, write)
     assert [block.source for block in blocks] == ["a.npy", "b.npy"]
     assert told == [f"{tmp_path / 'b.npy'}: older than the file before, read nevertheless"]
     # The place is that of the latest file: a restart does not read a file twice.
@@ -241,13 +217,13 @@ def test_a_file_of_other_rate_or_channels_is_skipped_and_told(run, models, tmp_p
 def test_a_log_that_is_rotated_is_read_to_its_end_first(tmp_path):
     path, told = tmp_path / "log.csv", []
     path.write_text("x\n1\n2\n3\n4")
-    blocks = from_growing_file(path, TextSamples(), Patience(Stopping(), 0.002, 0.05), told.append)
+    blocks = from_growing_file(path, TextSamples(), told.append)
     assert next(blocks).samples.tolist() == [[1, 2, 3]]
     with open(path, "a") as file:
         file.write("5\n6")
     path.rename(tmp_path / "log.1")
     path.write_text("time;x\ns;g\n0;7,5\n1;8,5\n")
-    samples = [block.samples.tolist() for block in blocks if block.samples.size]
+    samples = [block.samples.tolist() for block in drained(blocks) if block.samples.size]
     assert samples == [[[45]], [[7.5, 8.5]]]
     assert told == [f"{path} was started afresh"]
 
@@ -335,32 +311,9 @@ def test_ctrl_c_and_termination_end_cleanly(run, models, monkeypatch, number, tm
     assert load_monitor_state(tmp_path / "state.json")[0]["stream"]["n_samples"] == 450
 
 
-@pytest.fixture
-def interruptible():
-    """The signal of Ctrl-C as on a terminal: a shell has its jobs in the background ignore it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
-@pytest.mark.usefixtures("interruptible")
-def test_a_signal_ends_a_wait_and_is_noted_during_work():
-    with Stopping() as stopping:
-        os.kill(os.getpid(), signal.SIGINT)
-        assert stopping.requested
-        with pytest.raises(StopRequestedError), stopping.waiting():
-            pass
-    with pytest.raises(KeyboardInterrupt):
-        os.kill(os.getpid(), signal.SIGINT)
-        time.sleep(1)
-    with Stopping() as stopping, pytest.raises(StopRequestedError), stopping.waiting():
-        os.kill(os.getpid(), signal.SIGTERM)
-        time.sleep(1)
-
-
 def test_a_line_a_second_for_people(run, models, piped, monkeypatch):
     ticks = iter(range(100))
-    monkeypatch.setattr("skarxlag.commands.watch.time.monotonic", lambda: next(ticks))
+    monkeypatch.setattr("skarxlag.commands.watch_stream.time.monotonic", lambda: next(ticks))
     piped(lines_of(sound("good", 450, 3)))
     err = run("watch", models[0], "-", "-v")[2]
     assert err.splitlines()[1].startswith("0.4 s, good, probability ")

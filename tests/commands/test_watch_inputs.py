@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 
 from skarxlag import ConditionMonitor, save_diagnoser, save_monitor_state
-from skarxlag.recordings.live import Patience, Stopping, from_growing_file
+from skarxlag.recordings.formats._contents import ContentError
+from skarxlag.recordings.live import from_growing_file
 from skarxlag.recordings.live_samples import TextSamples
 from skarxlag.recordings.live_times import StreamTimes
 from tests.commands.watching import (
     IDLE,
     RATE,
     WINDOW,
+    drained,
     expected,
     lines_of,
     parsed,
@@ -75,7 +77,7 @@ def test_names_that_come_again_in_another_order(quote):
     samples = np.concatenate([samples for samples, _ in parts], axis=1)
     np.testing.assert_array_equal(samples, [[1, 2, np.nan, 4, 5, 6]])
     assert parts[0][1] == pytest.approx(0.1) and len(parts) == 1
-    assert parser.n_bad == 1 and parser.n_bad_times == 0
+    assert +parser.unread == {"lines that are no numbers": 1}
 
 
 @pytest.mark.parametrize("first", [b"", b"\xef\xbb\xbf", b"\xef\xbb\xbfacc\r\n"])
@@ -90,8 +92,8 @@ def test_a_byte_order_mark_and_two_signs_at_the_end_of_a_line(run, models, fitte
     ("data", "message"),
     [
         (np.random.default_rng(0).bytes(100_000), "expected csv lines; raw samples need --dtype"),
-        (bytes(1_400_000), "bytes without lines of numbers, expected csv lines"),
-        (b"1" * 1_400_000, "bytes without lines of numbers, expected csv lines"),
+        (bytes(1_400_000), "bytes without a line of numbers, expected csv lines"),
+        (b"1" * 1_400_000, "bytes without a line of numbers, expected csv lines"),
         (b"<html>\n<p>Not found\n</p>\n</html>\n", "'<p>Not found' is no line of 1 numbers"),
         ("1.5\n2.5\n".encode("utf-16"), "the text is UTF-16, expected UTF-8"),
         (b"1,5\n" * 300, "2 channels, but"),
@@ -109,16 +111,15 @@ def test_the_layout_does_not_depend_on_how_the_lines_come():
     pieces = TextSamples()
     parts = [parsed(pieces, data[i : i + 5]) for i in range(0, len(data), 5)]
     np.testing.assert_array_equal(np.concatenate([p for p in parts if p.size], axis=1), whole)
-    assert whole[:, 0].tolist() == [1.0, 2.0] and pieces.n_bad == 70
+    assert whole[:, 0].tolist() == [1.0, 2.0] and pieces.unread["lines that are no numbers"] == 70
 
 
 def test_a_line_without_an_end_takes_no_memory():
     parser, noise = TextSamples(), b"7" * 2**18
     assert parsed(parser, b"1\n2\n3\n4\n").shape == (1, 4)
-    for _ in range(40):
-        assert parsed(parser, noise).size == 0 and parser.n_pending <= 2**20
-    assert parsed(parser, b"7\n5\n").tolist() == [[5.0]]
-    assert parser.n_bad == 1
+    with pytest.raises(ContentError, match="1310720 bytes without a line of numbers"):
+        for _ in range(40):
+            assert parsed(parser, noise).size == 0
 
 
 def test_raw_samples_that_are_none(run, models, piped):
@@ -162,28 +163,23 @@ def test_a_folder_that_vanishes_ends_the_command(run, models, tmp_path):
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes")
 def test_a_file_that_is_removed_is_waited_for(tmp_path):
-    path, steps = tmp_path / "log.csv", iter(["remove", "pipe", "folder", "file", "", ""])
+    path, steps = tmp_path / "log.csv", ["remove", "pipe", "folder", "file", "", ""]
     path.write_text("1\n2\n3\n4\n")
 
-    class Logger(Patience):
-        """Does one thing after another while nothing comes."""
-
-        def wait(self):
-            step = next(steps, None)
-            if path.is_dir():
-                path.rmdir()
-            elif step:
-                path.unlink(missing_ok=True)
-            if step == "pipe":
-                os.mkfifo(path)
-            elif step == "folder":
-                path.mkdir()
-            elif step == "file":
-                path.write_text("5\n6\n7\n8\n")
-            return step is not None
+    def act(look):
+        if path.is_dir():
+            path.rmdir()
+        elif steps[look]:
+            path.unlink(missing_ok=True)
+        if steps[look] == "pipe":
+            os.mkfifo(path)
+        elif steps[look] == "folder":
+            path.mkdir()
+        elif steps[look] == "file":
+            path.write_text("5\n6\n7\n8\n")
 
     told = []
-    blocks = from_growing_file(path, TextSamples(), Logger(Stopping(), 0, None), told.append)
+    blocks = drained(from_growing_file(path, TextSamples(), told.append), act, len(steps))
     assert [block.samples.tolist() for block in blocks] == [[[1, 2, 3, 4]], [[5, 6, 7, 8]]]
     assert told == [f"{path} was started afresh"]
 
@@ -271,7 +267,7 @@ def test_a_request_to_end_waits_for_the_end_of_a_file(run, models, tmp_path, mon
         if len(told) == 2:
             os.kill(os.getpid(), signal.SIGINT)
 
-    monkeypatch.setattr("skarxlag.commands.watch.VerdictLines.write", write)
+    monkeypatch.setattr("skarxlag.commands.watch_output.VerdictLines.write", write)
     run("watch", models[0], folder, *IDLE, "--state", state)
     assert len(told) == 5
     run("watch", models[0], folder, *IDLE, "--state", state)
