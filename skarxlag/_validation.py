@@ -204,6 +204,12 @@ def check_input_names(estimator: Any, input_features: ArrayLike | None) -> NDArr
     return OneToOneFeatureMixin.get_feature_names_out(estimator, input_features)
 
 
+#: Bounds for `check_real`: numbers above 0, in (0, 1], and in (-1, 1).
+ABOVE_0 = {"min_val": 0, "include_boundaries": "neither"}
+UP_TO_1 = {"min_val": 0, "max_val": 1, "include_boundaries": "right"}
+WITHIN_1 = {"min_val": -1, "max_val": 1, "include_boundaries": "neither"}
+
+
 def check_real(value: Any, name: str, **bounds: Any) -> None:
     """Check a real parameter, which must be finite, by `sklearn.utils.check_scalar`."""
     check_scalar(value, name, Real, **bounds)
@@ -221,7 +227,7 @@ def check_networks(
         check_scalar(entry, "order", Integral, min_val=1)
     for entry in poles:
         if not isinstance(entry, str):
-            check_real(entry, "pole", min_val=-1, max_val=1, include_boundaries="neither")
+            check_real(entry, "pole", **WITHIN_1)
         elif entry != "optimise":
             raise ValueError(f"pole == {entry!r}, must be in (-1, 1) or 'optimise'.")
     return np.array(orders), [None if isinstance(entry, str) else entry for entry in poles]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from numbers import Integral
 from typing import Any, Self
 
@@ -21,7 +22,7 @@ from ._state import (
     as_fitted,
     remember_parameters,
 )
-from ._validation import check_real, validate_signals, weighted_windows
+from ._validation import ABOVE_0, check_real, validate_signals, weighted_windows
 from .kernels.drift import scaled_frequency, smooth_variance
 from .kernels.group_means import group_means
 from .kernels.spectra import cepstrum
@@ -36,6 +37,7 @@ _LARGEST = 1e4
 _LEAST = 1e-12
 
 
+@dataclass(kw_only=True, eq=False, repr=False)
 class SpectralDistance(StretchTransformer):
     r"""Distance of log spectra from those of each condition, with a change of speed discounted.
 
@@ -150,15 +152,20 @@ class SpectralDistance(StretchTransformer):
     array([0, 0, 1, 1])
     """
 
-    classes_: NDArray[Any]
-    speeds_: NDArray[Any]
-    recorded_: NDArray[Any]
-    axes_: NDArray[Any]
-    variances_: NDArray[Any]
-    references_: NDArray[Any]
-    joint_axes_: NDArray[Any]
-    joint_variances_: NDArray[Any]
-    joint_references_: NDArray[Any]
+    joint_weight: float = 0.0
+    joint_groups: Sequence[int] | None = None
+    smooth_drift: float = 0.1
+    rough_drift: float = 0.01
+    frequency_drift: float = 0.1
+    learned_drift: float = 1.0
+    speeds_: NDArray[Any] = field(init=False)
+    recorded_: NDArray[Any] = field(init=False)
+    axes_: NDArray[Any] = field(init=False)
+    variances_: NDArray[Any] = field(init=False)
+    references_: NDArray[Any] = field(init=False)
+    joint_axes_: NDArray[Any] = field(init=False)
+    joint_variances_: NDArray[Any] = field(init=False)
+    joint_references_: NDArray[Any] = field(init=False)
 
     _suffix = "distance"
 
@@ -179,23 +186,6 @@ class SpectralDistance(StretchTransformer):
             lambda e: (e._n_speeds(), len(e.classes_), e._n_groups(), e._n_coefficients()), MODERATE
         ),
     }
-
-    def __init__(
-        self,
-        *,
-        joint_weight: float = 0.0,
-        joint_groups: Sequence[int] | None = None,
-        smooth_drift: float = 0.1,
-        rough_drift: float = 0.01,
-        frequency_drift: float = 0.1,
-        learned_drift: float = 1.0,
-    ) -> None:
-        self.joint_weight = joint_weight
-        self.joint_groups = joint_groups
-        self.smooth_drift = smooth_drift
-        self.rough_drift = rough_drift
-        self.frequency_drift = frequency_drift
-        self.learned_drift = learned_drift
 
     @one_thread
     def fit(
@@ -398,7 +388,7 @@ class SpectralDistance(StretchTransformer):
 
     def _check_parameters(self):
         check_real(self.joint_weight, "joint_weight", min_val=0, max_val=1)
-        check_real(self.rough_drift, "rough_drift", min_val=0, include_boundaries="neither")
+        check_real(self.rough_drift, "rough_drift", **ABOVE_0)
         for name in ("smooth_drift", "frequency_drift", "learned_drift"):
             check_real(self.get_params()[name], name, min_val=0)
         chosen = [0] if self.joint_groups is None else list(self.joint_groups)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import Bunch, check_scalar
 
-from ._base import ArrayTransformer
+from ._base import ArrayTransformer, SignalEstimator
 from ._parallel import map_batches
 from ._state import (
     AT_LEAST_1,
@@ -24,6 +24,7 @@ from ._state import (
     uses_fitted,
 )
 from ._validation import (
+    UP_TO_1,
     check_input_names,
     check_networks,
     check_real,
@@ -50,7 +51,7 @@ def _per_model(estimator):
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
+class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None):
     r"""Identify ARX-Laguerre models of windows and return what they cannot predict.
 
     The one-step prediction of the output is linear in the states of Laguerre networks, one on the
@@ -257,13 +258,7 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
         if self.transient is not None:
             check_scalar(self.transient, "transient", Integral, min_val=0)
         check_real(self.alpha, "alpha", min_val=0)
-        check_real(
-            self.forgetting_factor,
-            "forgetting_factor",
-            min_val=0,
-            max_val=1,
-            include_boundaries="right",
-        )
+        check_real(self.forgetting_factor, "forgetting_factor", **UP_TO_1)
 
     def _counted_rows(self, scaled, weights, own):
         """Return the indices of one model's windows, and their weights."""
@@ -517,11 +512,6 @@ class ARXLaguerre(ArrayTransformer, auto_wrap_output_keys=None):
 
     def _check_relations(self):
         check_networks(self.order, self.pole, len(self.orders_))
-
-    def __sklearn_tags__(self) -> Any:
-        tags = super().__sklearn_tags__()
-        tags.input_tags.three_d_array = True
-        return tags
 
 
 def _rows_of(windows, rows):

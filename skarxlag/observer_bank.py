@@ -14,7 +14,7 @@ from sklearn.utils import Bunch, check_scalar
 from ._base import GroupTransformer
 from ._parallel import map_batches
 from ._state import INNOVATIONS, MODERATE, NOT_NEGATIVE, Values, remember_parameters, uses_fitted
-from ._validation import check_real, validate_innovations
+from ._validation import ABOVE_0, UP_TO_1, WITHIN_1, check_real, validate_innovations
 from .kernels import observer
 from .kernels.observer_bank import bank_levels, centre_frequencies, member_gains
 from .kernels.residual_levels import switching_gain
@@ -242,17 +242,11 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         return ["power", "switching_gain", "steadiness"]
 
     def _check_parameters(self):
-        check_real(self.pole, "pole", min_val=-1, max_val=1, include_boundaries="neither")
+        check_real(self.pole, "pole", **WITHIN_1)
         check_scalar(self.n_members, "n_members", Integral, min_val=2)
-        check_real(self.bandwidth, "bandwidth", min_val=0, include_boundaries="neither")
+        check_real(self.bandwidth, "bandwidth", **ABOVE_0)
         check_real(self.saturation, "saturation", min_val=0)
-        check_real(
-            self.adaptation_step,
-            "adaptation_step",
-            min_val=0,
-            max_val=1,
-            include_boundaries="right",
-        )
+        check_real(self.adaptation_step, "adaptation_step", **UP_TO_1)
 
     def _certify(self):
         # Jury's first condition, a + k < 1, is the one that a larger gain breaks first.

@@ -12,10 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin, clone
 from sklearn.utils import Bunch, check_scalar
 
-from ._base import DocumentedEstimator
+from ._base import SignalEstimator
 from ._parallel import map_batches
-from ._state import INNOVATIONS, CheckedEstimator, Values, remember_parameters, uses_fitted
-from ._validation import check_input_names, check_real, validate_innovations
+from ._state import INNOVATIONS, Values, remember_parameters, uses_fitted
+from ._validation import (
+    ABOVE_0,
+    UP_TO_1,
+    WITHIN_1,
+    check_input_names,
+    check_real,
+    validate_innovations,
+)
 from .kernels import observer, residual_levels
 from .kernels.scaling import root_mean_square
 from .kernels.spectra import LOG_SPECTRUM_CELLS, autoregressive_log_spectrum, frequency_grid
@@ -67,11 +74,11 @@ RESIDUAL_EVALUATIONS = {
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class Observer(CheckedEstimator, DocumentedEstimator, TransformerMixin, BaseEstimator):
+class Observer(SignalEstimator, TransformerMixin, BaseEstimator):
     """Transformer from innovations to residual levels by a recursion on the innovations.
 
-    A subclass checks its gains in `_certify`, and returns them in `_loop_constants` and
-    `_small_signal_gains`.
+    A subclass checks its gains in `_certify`, and returns the parameters of the compiled loop in
+    `_loop`, see `skarxlag.kernels.observer.observe`.
     """
 
     pole: float = 0.3
@@ -140,9 +147,6 @@ class Observer(CheckedEstimator, DocumentedEstimator, TransformerMixin, BaseEsti
             levels = np.concatenate([levels, estimated], axis=1)
         return levels
 
-    def _loop(self):
-        return tuple(map(float, self._loop_constants()))
-
     @uses_fitted
     def small_signal_response(self, frequency: NDArray[Any]) -> NDArray[Any]:
         """Compute the frequency response from small innovations to the output error.
@@ -157,7 +161,8 @@ class Observer(CheckedEstimator, DocumentedEstimator, TransformerMixin, BaseEsti
         ndarray of complex
             Shaped like `frequency`.
         """
-        pole, kp, ki = self._small_signal_gains()
+        pole, kp, ki_a, _, gain, _, _ = self._loop()
+        ki = ki_a * gain
         z = np.exp(1j * frequency)
         if ki == 0:
             return (z - pole) / (z - pole + kp)
@@ -224,7 +229,7 @@ class Observer(CheckedEstimator, DocumentedEstimator, TransformerMixin, BaseEsti
         return np.array([prefix + kind for kind in kinds for prefix in prefixes], dtype=object)
 
     def _check_parameters(self):
-        check_real(self.pole, "pole", min_val=-1, max_val=1, include_boundaries="neither")
+        check_real(self.pole, "pole", **WITHIN_1)
         check_real(self.kp, "kp")
         if self.evaluation not in RESIDUAL_EVALUATIONS:
             raise ValueError(
@@ -232,13 +237,7 @@ class Observer(CheckedEstimator, DocumentedEstimator, TransformerMixin, BaseEsti
                 f"{', '.join(RESIDUAL_EVALUATIONS)}."
             )
         check_real(self.sliding_slope, "sliding_slope", min_val=0)
-        check_real(
-            self.adaptation_step,
-            "adaptation_step",
-            min_val=0,
-            max_val=1,
-            include_boundaries="right",
-        )
+        check_real(self.adaptation_step, "adaptation_step", **UP_TO_1)
         check_real(self.boundary_layer, "boundary_layer", min_val=0)
         check_scalar(self.spectrum_order, "spectrum_order", Integral, min_val=1)
 
@@ -251,12 +250,6 @@ class Observer(CheckedEstimator, DocumentedEstimator, TransformerMixin, BaseEsti
             Values(np.shape(expected)).check(self, name, found)
             if not np.allclose(found, expected, rtol=1e-6):
                 raise ValueError(f"{name} == {found!r}, but the parameters give {expected!r}.")
-
-    def __sklearn_tags__(self) -> Any:
-        tags = super().__sklearn_tags__()
-        tags.input_tags.three_d_array = True
-        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
-        return tags
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -355,11 +348,8 @@ class PIObserver(Observer):
                 f"{2 * (1 + a) + self.ki:.6g})."
             )
 
-    def _small_signal_gains(self):
-        return self.pole, self.kp, self.ki
-
-    def _loop_constants(self):
-        return self.pole, self.kp, self.ki, 0.0, 1.0, 1.0, 0.0
+    def _loop(self):
+        return float(self.pole), float(self.kp), float(self.ki), 0.0, 1.0, 1.0, 0.0
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -458,8 +448,8 @@ class ExtendedStatePIObserver(Observer):
     def _certify(self):
         check_real(self.ki_a, "ki_a")
         check_real(self.ki_b, "ki_b")
-        for name in ("gain", "exponent"):
-            check_real(getattr(self, name), name, min_val=0, include_boundaries="neither")
+        check_real(self.gain, "gain", **ABOVE_0)
+        check_real(self.exponent, "exponent", **ABOVE_0)
         check_real(self.saturation, "saturation", min_val=0)
         with np.errstate(over="ignore"):
             largest = self.gain * (1 + np.float64(self.saturation) ** self.exponent)
@@ -482,16 +472,6 @@ class ExtendedStatePIObserver(Observer):
             )
         self.lyapunov_: NDArray[Any] = certificate
 
-    def _small_signal_gains(self):
-        return self.pole, self.kp, self.ki_a * self.gain
-
-    def _loop_constants(self):
-        return (
-            self.pole,
-            self.kp,
-            self.ki_a,
-            self.ki_b,
-            self.gain,
-            self.exponent,
-            self.saturation,
-        )
+    def _loop(self):
+        gains = self.ki_a, self.ki_b, self.gain, self.exponent, self.saturation
+        return tuple(map(float, (self.pole, self.kp, *gains)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from numbers import Integral
 from typing import Any, Self
 
@@ -22,7 +23,7 @@ from ._state import (
     remember_parameters,
     uses_fitted,
 )
-from ._validation import check_real, validate_innovations, weighted_windows
+from ._validation import ABOVE_0, check_real, validate_innovations, weighted_windows
 from .kernels.group_means import group_means
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
 from .kernels.speed_drift import drift_factor, group_speeds, speed_distance
@@ -34,6 +35,7 @@ _LOWEST_ORDER, _ORDER_STEP = 0.3, 0.1
 _SUPPOSED_TURNS = 20
 
 
+@dataclass(kw_only=True, eq=False, repr=False)
 class OrderResidual(StretchTransformer):
     r"""Distance of a stretch's order spectra from those of each condition.
 
@@ -151,12 +153,20 @@ class OrderResidual(StretchTransformer):
     array([0, 1])
     """
 
-    classes_: NDArray[Any]
-    orders_: NDArray[Any]
-    references_: NDArray[Any]
-    variances_: NDArray[Any]
-    samples_a_turn_: float
-    speeds_: NDArray[Any]
+    sampling_rate: float | None = None
+    n_turns: float = 5.0
+    max_order: float = 16.0
+    n_bands: int = 4
+    frame: int = 64
+    speed_tolerance: float = 0.1
+    speed_range: float = 2.5
+    drift: float = 1.0
+    n_jobs: int | None = None
+    orders_: NDArray[Any] = field(init=False)
+    references_: NDArray[Any] = field(init=False)
+    variances_: NDArray[Any] = field(init=False)
+    samples_a_turn_: float = field(init=False)
+    speeds_: NDArray[Any] = field(init=False)
 
     _suffix = "orders"
 
@@ -168,29 +178,6 @@ class OrderResidual(StretchTransformer):
         "samples_a_turn_": Values((), POSITIVE),
         "speeds_": SPEEDS,
     }
-
-    def __init__(
-        self,
-        *,
-        sampling_rate: float | None = None,
-        n_turns: float = 5.0,
-        max_order: float = 16.0,
-        n_bands: int = 4,
-        frame: int = 64,
-        speed_tolerance: float = 0.1,
-        speed_range: float = 2.5,
-        drift: float = 1.0,
-        n_jobs: int | None = None,
-    ) -> None:
-        self.sampling_rate = sampling_rate
-        self.n_turns = n_turns
-        self.max_order = max_order
-        self.n_bands = n_bands
-        self.frame = frame
-        self.speed_tolerance = speed_tolerance
-        self.speed_range = speed_range
-        self.drift = drift
-        self.n_jobs = n_jobs
 
     def fit(
         self,
@@ -320,14 +307,14 @@ class OrderResidual(StretchTransformer):
 
     def _check_parameters(self):
         if self.sampling_rate is not None:
-            check_real(self.sampling_rate, "sampling_rate", min_val=0, include_boundaries="neither")
+            check_real(self.sampling_rate, "sampling_rate", **ABOVE_0)
         check_real(self.n_turns, "n_turns", min_val=LEAST_TURNS, max_val=1e6)
         check_real(self.max_order, "max_order", min_val=1, max_val=1e4)
         check_scalar(self.frame, "frame", Integral, min_val=4, max_val=2**20)
         check_scalar(self.n_bands, "n_bands", Integral, min_val=1, max_val=self.frame // 2)
         check_real(self.speed_tolerance, "speed_tolerance", min_val=0, max_val=10)
         check_real(self.speed_range, "speed_range", min_val=1, max_val=1e4)
-        check_real(self.drift, "drift", min_val=0, include_boundaries="neither")
+        check_real(self.drift, "drift", **ABOVE_0)
 
     def _answers(self):
         return super()._answers() | {"is_stretch": True, "sampling_rate": self.sampling_rate}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, Self
 
@@ -17,6 +18,7 @@ from ._validation import validate_innovations
 from .kernels.measures import MEASURES, measure
 
 
+@dataclass(kw_only=True, eq=False, repr=False)
 class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     r"""Measure innovations by groups of log spectra on common frequency bands.
 
@@ -77,18 +79,10 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     -0.3
     """
 
-    def __init__(
-        self,
-        *,
-        measures: Sequence[str] = ("colour", "floor", "steadiness"),
-        segment: int = 128,
-        spectrum_order: int = 128,
-        n_jobs: int | None = None,
-    ) -> None:
-        self.measures = measures
-        self.segment = segment
-        self.spectrum_order = spectrum_order
-        self.n_jobs = n_jobs
+    measures: Sequence[str] = ("colour", "floor", "steadiness")
+    segment: int = 128
+    spectrum_order: int = 128
+    n_jobs: int | None = None
 
     def fit(self, X: ArrayLike, y: Any = None) -> Self:
         """Check the parameters.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array, check_scalar
 
-from ._validation import check_real
+from ._validation import ABOVE_0, check_real
 from .kernels.comb import comb_frequency
 
 #: Least number of turns of the shaft in a stretch whose orders are compared.
@@ -328,7 +328,7 @@ def estimate_shaft_speed(
     >>> bool(abs(estimate_shaft_speed([signal], 10_000, 600)[0] - 612) < 3)
     True
     """
-    check_real(sampling_rate, "sampling_rate", min_val=0, include_boundaries="neither")
+    check_real(sampling_rate, "sampling_rate", **ABOVE_0)
     check_real(tolerance, "tolerance", min_val=0, max_val=0.3)
     check_scalar(n_harmonics, "n_harmonics", Integral, min_val=1)
     X = check_array(X, allow_nd=True, dtype=np.float64, input_name="X")
@@ -384,7 +384,7 @@ def rpm_from_tacho(
     >>> rpm_from_tacho(pulses, 1000).mean().round(1)
     np.float64(600.0)
     """
-    check_real(sampling_rate, "sampling_rate", min_val=0, include_boundaries="neither")
+    check_real(sampling_rate, "sampling_rate", **ABOVE_0)
     check_scalar(pulses_per_turn, "pulses_per_turn", Integral, min_val=1)
     signal = check_array(tacho, ensure_2d=False, dtype=np.float64, input_name="tacho")
     if signal.ndim != 1:
