@@ -23,11 +23,17 @@ from ._state import (
     remember_parameters,
 )
 from ._validation import ABOVE_0, check_real, validate_signals, weighted_windows
-from .kernels.drift import scaled_frequency, smooth_variance
-from .kernels.group_means import group_means
+from .kernels.drift import along_axes, joint_axes, scaled_frequency, smooth_variance
 from .kernels.spectra import cepstrum
-from .kernels.speed_drift import along_axes, drift_factor, group_speeds, joint_axes
-from .kernels.speed_references import drift_learned, mean_by_speed, references_at, speeds_to_try
+from .kernels.speed_references import (
+    drift_factor,
+    drift_learned,
+    group_means,
+    group_speeds,
+    mean_by_speed,
+    references_at,
+    speeds_to_try,
+)
 from .speeds import log_speeds
 
 #: No power of double precision has a larger logarithm: a value above it is no logarithm.

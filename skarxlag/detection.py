@@ -35,7 +35,7 @@ from .kernels.healthy_limits import (
 )
 from .kernels.healthy_rows import Rows, measure_rows, number_of_cepstra
 from .kernels.ladder import rows_that_hold
-from .kernels.speed_drift import UNIT_DISTANCE, group_speeds
+from .kernels.speed_references import UNIT_DISTANCE, group_speeds
 from .speeds import speeds_of_rows, with_plausible_speeds
 
 #: Begin of the warning that `fit` was given no speeds.

@@ -32,9 +32,8 @@ from ._validation import (
     weighted_windows,
 )
 from .kernels import arx_laguerre, pole_search
-from .kernels.distinct import distinct_windows
 from .kernels.laguerre import network_matrices, settling_length
-from .kernels.least_squares import solve_sums
+from .kernels.least_squares import distinct_windows, solve_sums
 from .kernels.scaling import fit_percentage, unit_rms_windows
 
 #: Name of a model of all windows.

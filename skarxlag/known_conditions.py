@@ -19,7 +19,7 @@ from .detection import (
     checked_speeds,
     few_rows,
 )
-from .kernels.speed_drift import group_speeds
+from .kernels.speed_references import group_speeds
 
 #: Drift scale of a condition without rows at several speeds: faults drift more than a healthy
 #: bearing.

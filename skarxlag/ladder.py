@@ -31,7 +31,7 @@ from .kernels.ladder import (
     weighted_median,
 )
 from .kernels.scaling import root_mean_square
-from .kernels.speed_drift import group_speeds
+from .kernels.speed_references import group_speeds
 from .speeds import log_speeds
 
 

@@ -24,9 +24,8 @@ from ._state import (
     uses_fitted,
 )
 from ._validation import ABOVE_0, check_real, validate_innovations, weighted_windows
-from .kernels.group_means import group_means
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
-from .kernels.speed_drift import drift_factor, group_speeds, speed_distance
+from .kernels.speed_references import drift_factor, group_means, group_speeds, speed_distance
 from .speeds import LEAST_TURNS, log_speeds, samples_a_turn
 
 #: Lowest order, and the step from one order to the next.

@@ -15,7 +15,7 @@ from sklearn.utils import Bunch, check_consistent_length
 
 from ._answers import answers
 from ._validation import check_real
-from .kernels.speed_drift import SAME_LOG_SPEED, UNIT_DISTANCE
+from .kernels.speed_references import SAME_LOG_SPEED, UNIT_DISTANCE
 from .pipelines import in_one_pass
 from .quality import signal_quality
 from .speeds import SPEED_FACTOR, speed_errors, speeds_of_rows

@@ -1,9 +1,13 @@
-"""Three prior models of how a change of speed changes log spectra and their cepstra."""
+"""Change of log spectra with speed: its covariance, and the axes along which it is discounted."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
+
+from .compiled import compiled
+from .healthy_rows import N_COEFFICIENTS, log_spectra_cepstra
 
 #: Relative shift of frequency by which all that a log spectrum shows is moved, both ways.
 _LOG_SHIFT = 0.1
@@ -101,3 +105,97 @@ def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
             for level in _NOISE_DB
         ]
     )
+
+
+def drift_covariance(
+    colour: NDArray[Any],
+    steadiness: NDArray[Any],
+    *,
+    smooth: float,
+    rough: float,
+    frequency: float,
+    noise: float,
+) -> NDArray[Any]:
+    """Compute the covariance of the change of cepstra when the speed changes by the unit distance.
+
+    The model has three causes of change: smooth and rough drift over frequency, a scaled frequency
+    axis, and a rising noise floor. The last two are computed from the mean log spectra.
+
+    Parameters
+    ----------
+    colour, steadiness : ndarray of shape (n_speeds, ...)
+        Mean log spectra.
+    smooth, rough : float
+        Constants of `skarxlag.kernels.drift.smooth_variance`.
+    frequency, noise : float
+        Weights of the scaled frequency axis and of the raised noise floor.
+
+    Returns
+    -------
+    ndarray of shape (n_features, n_features)
+        The covariance, which is positive definite for `rough` above 0.
+    """
+    scaled = log_spectra_cepstra(scaled_frequency(colour), scaled_frequency(steadiness))
+    raised = raised_noise(colour)
+    raised = log_spectra_cepstra(raised, np.zeros((len(raised), steadiness.shape[1])))
+    sizes = min(N_COEFFICIENTS, colour.shape[1] - 1), steadiness.shape[1] - 1
+    variance = np.concatenate([smooth_variance(n, smooth, rough) for n in sizes])
+    return (
+        np.diag(variance)
+        + frequency * scaled.T @ scaled / len(scaled)
+        + noise * raised.T @ raised / len(raised)
+    )
+
+
+def joint_axes(scatter: NDArray[Any], drift: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Compute coordinates in which the scatter is diagonal and the drift is the identity.
+
+    Parameters
+    ----------
+    scatter : ndarray of shape (n_features, n_features)
+        Positive semidefinite.
+    drift : ndarray of shape (n_features, n_features)
+        Positive definite.
+
+    Returns
+    -------
+    axes : ndarray of shape (n_features, n_features)
+        Matrix V with V' drift V = I and V' scatter V diagonal.
+    variances : ndarray of shape (n_features,)
+        That diagonal, ascending, at least 0.
+    """
+    if len(drift) == 0:
+        return np.empty((0, 0)), np.empty(0)
+    variances, axes = linalg.eigh(scatter, drift)
+    return axes, np.maximum(variances, 0.0)
+
+
+def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
+    """Multiply rows by axes, with sums whose order does not depend on the number of rows.
+
+    Parameters
+    ----------
+    rows : ndarray of shape (n_rows, n_features)
+        Rows.
+    axes : ndarray of shape (n_features, n_axes)
+        Axes.
+
+    Returns
+    -------
+    ndarray of shape (n_rows, n_axes)
+        Their product.
+    """
+    rows, axes = (np.require(a, np.float64, ["C", "W"]) for a in (rows, axes))
+    product = np.zeros((len(rows), axes.shape[1]))
+    _add_products(rows, axes, product)
+    return product
+
+
+@compiled
+def _add_products(rows, axes, product):
+    for row in range(rows.shape[0]):
+        target = product[row]
+        for i in range(axes.shape[0]):
+            value, axis = rows[row, i], axes[i]
+            for j in range(axes.shape[1]):
+                target[j] += value * axis[j]

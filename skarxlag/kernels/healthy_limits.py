@@ -10,16 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtr
 
-from .group_means import group_means
+from .drift import along_axes, drift_covariance, joint_axes
 from .healthy_rows import Rows
-from .speed_drift import (
-    SAME_SPEED,
-    along_axes,
-    drift_covariance,
-    joint_axes,
-    slope_against_speed,
-    speed_distance,
-)
+from .speed_references import SAME_SPEED, group_means, slope_against_speed, speed_distance
 
 #: What a change of speed does to cepstra, in squared nepers of power: `drift_covariance`.
 DRIFT = {"smooth": 0.1, "rough": 0.01, "frequency": 0.1, "noise": 0.5}

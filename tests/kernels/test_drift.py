@@ -1,6 +1,14 @@
 import numpy as np
+import pytest
 
 from skarxlag.kernels import drift
+from skarxlag.kernels.drift import (
+    along_axes,
+    drift_covariance,
+    joint_axes,
+    raised_noise,
+    scaled_frequency,
+)
 from skarxlag.kernels.spectra import frequency_grid
 
 
@@ -36,3 +44,69 @@ def test_raised_noise_adds_power_20_and_26_db_below_the_mean():
         added = np.exp(np.log(power) + change) - power
         expected = level * power.mean(axis=1, keepdims=True) * np.ones(50)
         np.testing.assert_allclose(added, expected, rtol=1e-6)
+
+
+def test_joint_axes_make_both_diagonal():
+    rng = np.random.default_rng(0)
+    root = rng.normal(size=(6, 6))
+    drift = root @ root.T + np.eye(6)
+    few = rng.normal(size=(6, 2))
+    scatter = few @ few.T
+    axes, variances = joint_axes(scatter, drift)
+    np.testing.assert_allclose(axes.T @ drift @ axes, np.eye(6), atol=1e-10)
+    np.testing.assert_allclose(axes.T @ scatter @ axes, np.diag(variances), atol=1e-10)
+    assert variances.min() >= 0
+
+
+def test_product_does_not_depend_on_the_number_of_rows():
+    rng = np.random.default_rng(0)
+    rows, axes = rng.normal(size=(300, 40)), rng.normal(size=(40, 30))
+    product = along_axes(rows, axes)
+    np.testing.assert_allclose(product, rows @ axes, rtol=1e-10)
+    np.testing.assert_array_equal(along_axes(rows[7:8], axes)[0], product[7])
+    np.testing.assert_array_equal(along_axes(np.asfortranarray(rows), axes), product)
+
+
+def test_drift_of_flat_spectra_is_smooth_and_rough_drift_alone():
+    colour, steadiness = np.zeros((2, 256)), np.full((2, 63), -0.36)
+    given = {"smooth": 0.4, "rough": 0.01, "frequency": 3.0, "noise": 0.0}
+    found = drift_covariance(colour, steadiness, **given)
+    n = np.concatenate([np.arange(1, 49), np.arange(1, 63)])
+    np.testing.assert_allclose(found, np.diag(0.4 / n**2 + 0.01), atol=1e-12)
+    # A floor that rises lifts a flat spectrum alike everywhere: no cepstrum changes.
+    raised = drift_covariance(colour, steadiness, **given | {"noise": 5.0})
+    np.testing.assert_allclose(raised, found, atol=1e-12)
+    tilted = np.linspace(0, -6, 256)[None]
+    moved = drift_covariance(tilted, steadiness[:1], **given | {"noise": 5.0})
+    assert np.linalg.eigvalsh(moved - found).min() > -1e-10
+    assert np.trace(moved) > 1.1 * np.trace(found)
+
+
+@pytest.mark.parametrize("n_frequencies", [256, 40])
+def test_drift_covariance_is_the_mean_square_of_the_changes(n_frequencies):
+    rng = np.random.default_rng(0)
+    colour = rng.normal(size=(3, n_frequencies)).cumsum(axis=1) / 10
+    steadiness = rng.normal(size=(3, 20))
+    found = drift_covariance(colour, steadiness, smooth=0.4, rough=0.01, frequency=0.3, noise=0.7)
+    n_colour = min(48, n_frequencies - 1)
+
+    def coefficients(change):
+        """Cosine coefficients of a log spectrum, without the first, as explicit sums."""
+        size = len(change)
+        angles = np.pi * (np.arange(size) + 0.5) / size
+        return [change @ np.cos(n * angles) * 2 / size for n in range(1, size)]
+
+    def features(of_colour, of_steadiness):
+        return np.array(coefficients(of_colour)[:n_colour] + coefficients(of_steadiness))
+
+    scaled = [
+        features(*changes)
+        for changes in zip(scaled_frequency(colour), scaled_frequency(steadiness), strict=True)
+    ]
+    raised = [features(change, np.zeros(20)) for change in raised_noise(colour)]
+    n = np.concatenate([np.arange(1, n_colour + 1), np.arange(1, 20)])
+    expected = np.diag(0.4 / n**2 + 0.01)
+    for weight, rows in ((0.3, scaled), (0.7, raised)):
+        for row in rows:
+            expected = expected + weight * np.outer(row, row) / len(rows)
+    np.testing.assert_allclose(found, expected, atol=1e-9)

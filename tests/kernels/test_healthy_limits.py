@@ -3,6 +3,7 @@ import pytest
 from scipy import stats
 
 from skarxlag.kernels import healthy_limits
+from skarxlag.kernels.drift import drift_covariance
 from skarxlag.kernels.healthy_limits import (
     Limits,
     calibrate,
@@ -13,7 +14,7 @@ from skarxlag.kernels.healthy_limits import (
     time_blocks,
 )
 from skarxlag.kernels.healthy_rows import Rows, measure_rows
-from skarxlag.kernels.speed_drift import UNIT_DISTANCE, drift_covariance
+from skarxlag.kernels.speed_references import UNIT_DISTANCE
 
 
 def noise_rows(n_rows, seed=0, n_windows=1):

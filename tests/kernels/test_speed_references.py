@@ -2,16 +2,13 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from skarxlag.kernels.drift import raised_noise, scaled_frequency
 from skarxlag.kernels.healthy_limits import Limits, log_p_values
 from skarxlag.kernels.healthy_rows import Rows
-from skarxlag.kernels.speed_drift import (
+from skarxlag.kernels.speed_references import (
     SAME_LOG_SPEED,
     UNIT_DISTANCE,
-    along_axes,
-    drift_covariance,
+    group_means,
     group_speeds,
-    joint_axes,
     slope_against_speed,
     speed_distance,
 )
@@ -74,77 +71,11 @@ def test_slope_is_that_of_a_regression_on_increments():
     assert variance == pytest.approx(1 / precision)
 
 
-def test_joint_axes_make_both_diagonal():
-    rng = np.random.default_rng(0)
-    root = rng.normal(size=(6, 6))
-    drift = root @ root.T + np.eye(6)
-    few = rng.normal(size=(6, 2))
-    scatter = few @ few.T
-    axes, variances = joint_axes(scatter, drift)
-    np.testing.assert_allclose(axes.T @ drift @ axes, np.eye(6), atol=1e-10)
-    np.testing.assert_allclose(axes.T @ scatter @ axes, np.diag(variances), atol=1e-10)
-    assert variances.min() >= 0
-
-
-def test_product_does_not_depend_on_the_number_of_rows():
-    rng = np.random.default_rng(0)
-    rows, axes = rng.normal(size=(300, 40)), rng.normal(size=(40, 30))
-    product = along_axes(rows, axes)
-    np.testing.assert_allclose(product, rows @ axes, rtol=1e-10)
-    np.testing.assert_array_equal(along_axes(rows[7:8], axes)[0], product[7])
-    np.testing.assert_array_equal(along_axes(np.asfortranarray(rows), axes), product)
-
-
-def test_drift_of_flat_spectra_is_smooth_and_rough_drift_alone():
-    colour, steadiness = np.zeros((2, 256)), np.full((2, 63), -0.36)
-    given = {"smooth": 0.4, "rough": 0.01, "frequency": 3.0, "noise": 0.0}
-    found = drift_covariance(colour, steadiness, **given)
-    n = np.concatenate([np.arange(1, 49), np.arange(1, 63)])
-    np.testing.assert_allclose(found, np.diag(0.4 / n**2 + 0.01), atol=1e-12)
-    # A floor that rises lifts a flat spectrum alike everywhere: no cepstrum changes.
-    raised = drift_covariance(colour, steadiness, **given | {"noise": 5.0})
-    np.testing.assert_allclose(raised, found, atol=1e-12)
-    tilted = np.linspace(0, -6, 256)[None]
-    moved = drift_covariance(tilted, steadiness[:1], **given | {"noise": 5.0})
-    assert np.linalg.eigvalsh(moved - found).min() > -1e-10
-    assert np.trace(moved) > 1.1 * np.trace(found)
-
-
 def test_a_group_spans_as_much_as_is_stated():
     _, at = group_speeds(np.array([0.0, SAME_LOG_SPEED]))
     assert at.tolist() == [0, 0]
     _, at = group_speeds(np.array([0.0, np.nextafter(SAME_LOG_SPEED, 1)]))
     assert at.tolist() == [0, 1]
-
-
-@pytest.mark.parametrize("n_frequencies", [256, 40])
-def test_drift_covariance_is_the_mean_square_of_the_changes(n_frequencies):
-    rng = np.random.default_rng(0)
-    colour = rng.normal(size=(3, n_frequencies)).cumsum(axis=1) / 10
-    steadiness = rng.normal(size=(3, 20))
-    found = drift_covariance(colour, steadiness, smooth=0.4, rough=0.01, frequency=0.3, noise=0.7)
-    n_colour = min(48, n_frequencies - 1)
-
-    def coefficients(change):
-        """Cosine coefficients of a log spectrum, without the first, as explicit sums."""
-        size = len(change)
-        angles = np.pi * (np.arange(size) + 0.5) / size
-        return [change @ np.cos(n * angles) * 2 / size for n in range(1, size)]
-
-    def features(of_colour, of_steadiness):
-        return np.array(coefficients(of_colour)[:n_colour] + coefficients(of_steadiness))
-
-    scaled = [
-        features(*changes)
-        for changes in zip(scaled_frequency(colour), scaled_frequency(steadiness), strict=True)
-    ]
-    raised = [features(change, np.zeros(20)) for change in raised_noise(colour)]
-    n = np.concatenate([np.arange(1, n_colour + 1), np.arange(1, 20)])
-    expected = np.diag(0.4 / n**2 + 0.01)
-    for weight, rows in ((0.3, scaled), (0.7, raised)):
-        for row in rows:
-            expected = expected + weight * np.outer(row, row) / len(rows)
-    np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
 def test_drift_at_one_speed_is_9_percent_of_that_over_the_unit_distance():
@@ -157,3 +88,12 @@ def test_drift_at_one_speed_is_9_percent_of_that_over_the_unit_distance():
     found = log_p_values(limits, rows, np.array([0.0, np.log(1.3)]), 1.0)
     np.testing.assert_allclose(found[0], found[1], rtol=1e-10)
     assert found[0] < 0
+
+
+def test_means_are_those_of_repeated_rows():
+    rng = np.random.default_rng(0)
+    values, group = rng.normal(size=(20, 3, 2)), np.arange(20) % 3
+    weights = rng.integers(1, 5, 20)
+    rows = np.repeat(np.arange(20), weights)
+    repeated = [values[rows][group[rows] == number].mean(axis=0) for number in range(3)]
+    np.testing.assert_allclose(group_means(values, group, weights), repeated, rtol=1e-12)
