@@ -14,6 +14,16 @@ from ..recordings.speeds import SpeedRange
 from .messages import UsageError
 
 
+def option(group: Any, names: str, text: str, kind: Any = None, metavar: str = "N") -> None:
+    """Add an option with a value of some kind; names are separated by a blank."""
+    group.add_argument(*names.split(), help=text, type=kind, metavar=metavar)
+
+
+def flag(group: Any, names: str, text: str) -> None:
+    """Add an option without a value; names are separated by a blank."""
+    group.add_argument(*names.split(), help=text, action="store_true")
+
+
 def checked(parse: Callable[[str], Any]) -> Callable[[str], Any]:
     """Return a type for argparse that shows the message of the ValueError that `parse` raises."""
 
@@ -71,43 +81,28 @@ def bearing(text: str) -> str:
 def add_execution_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare how recordings are distributed to workers."""
     group = parser.add_argument_group("workers")
-    group.add_argument(
-        "--n-jobs", type=job_count, default=-1, metavar="N", help="workers; default: all cores"
-    )
+    option(group, "--n-jobs", "number of workers; default: all cores", job_count)
     where = group.add_mutually_exclusive_group()
-    where.add_argument(
-        "--processes",
-        action="store_true",
-        help="use processes instead of threads: for many small or compressed files, and if a "
-        "damaged file can crash the process that reads it",
-    )
-    where.add_argument(
+    flag(where, "--processes", "not threads; for small files, and files that crash their reader")
+    option(
+        where,
         "--dask",
+        "workers of a dask.distributed scheduler, such as tcp://host:8786, read the files",
         metavar="ADDRESS",
-        help="use the workers of a dask.distributed scheduler, such as tcp://host:8786. They read "
-        "the files and the model from the same paths",
     )
+    parser.set_defaults(n_jobs=-1)
 
 
 def add_source_arguments(parser: argparse.ArgumentParser, of: str) -> None:
     """Declare facts of recordings that no table lists."""
     group = parser.add_argument_group(f"facts of {of}")
-    group.add_argument(
-        "--pattern",
-        metavar="REGEX",
-        help="named groups are facts in the file's name: '(?P<condition>[A-Z]+)_(?P<rpm>\\d+)'",
-    )
-    group.add_argument(
-        "--channel",
-        metavar="NAME",
-        help="name, position, or pattern such as *DE_time; several are separated by ; with the "
-        "output first",
-    )
-    group.add_argument(
-        "--sampling-rate", type=positive_number, metavar="HZ", help="if the files do not state it"
-    )
-    group.add_argument("--rpm", type=positive_number, help="shaft speed, the same for all")
-    group.add_argument("--dtype", metavar="TYPE", help="samples of raw binary files, such as <i2")
+    text = "facts in a file's name, as named groups: '(?P<condition>[A-Z]+)_(?P<rpm>\\d+)'"
+    option(group, "--pattern", text, metavar="REGEX")
+    text = "name, position, or pattern such as *DE_time; several separated by ;, the output first"
+    option(group, "--channel", text, metavar="NAME")
+    option(group, "--sampling-rate", "if the files do not state it", positive_number, "HZ")
+    option(group, "--rpm", "shaft speed, the same for all", positive_number, "RPM")
+    option(group, "--dtype", "samples of raw binary files, such as <i2", metavar="TYPE")
 
 
 def option_of(name: str) -> str:

@@ -17,28 +17,13 @@ from .._version import __version__
 from ..bearings import bearing_orders
 from ..recordings.listing import list_recordings
 from ..stretches import order_comparison
-from .arguments import (
-    add_execution_arguments,
-    add_source_arguments,
-    bearing,
-    named_recordings,
-    option_of,
-)
+from . import arguments, results
+from .arguments import flag, option
 from .diagnosis import diagnose_all
 from .journal import Journal
 from .messages import UsageError, add_progress_arguments, as_command_error, below_common_folder
 from .models import BearingModel, SavedModel, is_model_file
 from .report import html_report, template
-from .results import (
-    SUFFIXES,
-    check_output,
-    is_result_file,
-    recording_rows,
-    result_paths,
-    verdict_table,
-    window_rows,
-    write_tables,
-)
 
 _ALARM = 3
 #: Recordings that are listed before a remark.
@@ -48,47 +33,29 @@ _MOST_NAMES = 5
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.description = __doc__
-    parser.add_argument(
-        "model", nargs="?", type=Path, metavar="MODEL.skops", help="not needed with --bearing"
-    )
-    parser.add_argument(
-        "recordings",
-        nargs="*",
-        metavar="RECORDING",
-        help="a file, a folder, or a glob such as 'runs/*/acc_*.tdms'",
-    )
-    parser.add_argument("--table", type=Path, help="csv table of further recordings")
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE",
-        help="write the results: .csv or .parquet (rows of windows in a second file, "
-        "FILE_windows), .json, or .html, a report to read and print. An interrupted run goes on "
-        "where it stopped if it is started again with this file",
-    )
-    parser.add_argument(
-        "--fail-on", choices=["alarm"], help="exit status 3 if a verdict is not healthy"
-    )
-    parser.add_argument(
-        "--resample", action="store_true", help="bring recordings to the model's sampling rate"
-    )
-    parser.add_argument(
-        "--bearing",
-        type=bearing,
-        metavar="BEARING",
-        help="without a model: name the place of a fault from the orders of this bearing. With a "
-        "model: mark the orders in the report. A name such as 6205; or elements, diameter of an "
-        "element, pitch diameter and contact angle, 9,7.94,39.04; or orders, "
-        "outer=3.585,inner=5.415",
-    )
-    add_progress_arguments(parser)
-    add_source_arguments(parser, "each RECORDING")
-    add_execution_arguments(parser)
-    parser.add_argument_group("files").add_argument(
-        "--force", action="store_true", help="let -o replace a file that is no result of diagnose"
-    )
     parser.set_defaults(run=run, fail=parser.error)
+    text = "not needed with --bearing"
+    parser.add_argument("model", nargs="?", type=Path, metavar="MODEL.skops", help=text)
+    text = "a file, a folder, or a glob such as 'runs/*/acc_*.tdms'"
+    parser.add_argument("recordings", nargs="*", metavar="RECORDING", help=text)
+    option(parser, "--table", "csv table of further recordings", Path, "FILE.csv")
+    text = "write the results: .csv or .parquet (rows of windows in a second file, FILE_windows), "
+    text += ".json, or .html, a report to read and print. An interrupted run goes on where it "
+    text += "stopped if it is started again with this file"
+    option(parser, "-o --output", text, Path, "FILE")
+    text = "exit status 3 if a verdict is not healthy"
+    parser.add_argument("--fail-on", choices=["alarm"], help=text)
+    flag(parser, "--resample", "bring recordings to the model's sampling rate")
+    text = "without a model: name the place of a fault from the orders of this bearing. With a "
+    text += "model: mark the orders in the report. A name such as 6205; or elements, diameter of "
+    text += "an element, pitch diameter and contact angle, 9,7.94,39.04; or orders, "
+    text += "outer=3.585,inner=5.415"
+    option(parser, "--bearing", text, arguments.bearing, "BEARING")
+    add_progress_arguments(parser)
+    arguments.add_source_arguments(parser, "each RECORDING")
+    arguments.add_execution_arguments(parser)
+    files = parser.add_argument_group("files")
+    flag(files, "--force", "let -o replace a file that is no result of diagnose")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -97,14 +64,14 @@ def run(args: argparse.Namespace) -> int:
     recordings = _listed(args)
     with as_command_error(), _journal(args, model) as journal:
         diagnoses = diagnose_all(args, recordings, model, journal)
-        rows = recording_rows(recordings, diagnoses, model.healthy)
+        rows = results.recording_rows(recordings, diagnoses, model.healthy)
         if _is_report(args):
             faults = None if args.bearing is None else bearing_orders(args.bearing)
             page = html_report(model, recordings, diagnoses, rows, args.resample, faults)
             write_atomically(args.output, page.encode())
         elif args.output is not None:
-            windows = window_rows(recordings, diagnoses)
-            write_tables(args.output, rows, windows, model.summary)
+            windows = results.window_rows(recordings, diagnoses)
+            results.write_tables(args.output, rows, windows, model.summary)
     print(*_lines(args, model, diagnoses, rows), sep="\n")
     failed = rows.loc[rows["error"] != "", "error"]
     if len(failed):
@@ -129,7 +96,8 @@ def _model(args):
     for name in ("pattern", "channel", "sampling_rate", "dtype", "rpm"):
         if vars(args)[name] is not None and not args.recordings:
             raise UsageError(
-                f"argument {option_of(name)}: belongs to RECORDING; the table states its own"
+                f"argument {arguments.option_of(name)}: belongs to RECORDING; the table states "
+                "its own"
             )
     if path is None:
         if args.resample:
@@ -159,18 +127,18 @@ def _is_report(args):
 
 def _listed(args):
     with as_command_error():
-        recordings = named_recordings(args)
+        recordings = arguments.named_recordings(args)
         if args.output is not None:
             # Results of an earlier run may lie in the folder of the recordings.
-            own = {path.absolute() for path in result_paths(args.output)}
+            own = {path.absolute() for path in results.result_paths(args.output)}
             named = {Path(each).absolute() for each in args.recordings}
             recordings = [r for r in recordings if r.path.absolute() not in own - named]
         if args.table is not None:
             recordings += list_recordings(args.table)
     if args.output is not None:
         inputs = [args.model, args.table, *(recording.path for recording in recordings)]
-        for path in result_paths(args.output):
-            check_output(path, inputs, suffixes=SUFFIXES, is_own=is_result_file, force=args.force)
+        for path in results.result_paths(args.output):
+            results.check_output(path, inputs, results.is_result_file, args.force, results.SUFFIXES)
         if _is_report(args):
             # Without jinja2 this fails, before the recordings are read.
             template()
@@ -187,7 +155,7 @@ def _journal(args, model):
 def _lines(args, model, diagnoses, rows):
     """Return lines for a person: the model, the verdicts, and each remark once."""
     folder, names = below_common_folder(rows["recording"])
-    table = verdict_table(rows.assign(recording=names))
+    table = results.verdict_table(rows.assign(recording=names))
     if args.quiet:
         return [table]
     lines = [model.heading, f"Recordings below {folder}" if folder else "", table]
@@ -211,5 +179,5 @@ def _lines(args, model, diagnoses, rows):
             f"No sampling rate is stated for some files; {model.sampling_rate:g} Hz was assumed."
         )
     if args.output is not None:
-        lines.append("Written: " + ", ".join(map(str, result_paths(args.output))))
+        lines.append("Written: " + ", ".join(map(str, results.result_paths(args.output))))
     return lines

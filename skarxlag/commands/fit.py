@@ -1,212 +1,135 @@
-"""``skarxlag fit``: calibrate a diagnoser on the user's own recordings."""
+"""Calibrate a diagnoser on the recordings that a table lists, and save it.
+
+The table is a csv file with the columns path, condition, rpm, sampling_rate and channel. Only path
+is always needed, see skarxlag.read_recording_table. The detector needs healthy recordings only,
+best of several speeds, and names no fault.
+"""
 
 import argparse
 import re
-import sys
+import warnings
 from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+import pandas as pd
 
 from .._answers import answers, requests
-from ..diagnosers import make_detector, make_diagnoser, make_fault_order_classifier
+from ..diagnosers import (
+    make_detector,
+    make_diagnoser,
+    make_fault_order_classifier,
+    make_known_conditions,
+)
 from ..fault_classifier import FaultOrderClassifier
 from ..fault_places import HEALTHY
 from ..persistence import save_diagnoser
 from ..verdicts import check_condition_names
-from .arguments import (
-    add_source_arguments,
-    bearing,
-    job_count,
-    positive_int,
-    positive_number,
-    rate,
-    speed_range,
-    table_recordings,
-    window_length,
-)
+from . import arguments
+from .arguments import flag, option
 from .info import calibration_basis, too_few_rows
-from .messages import CommandError, UsageError, add_progress_arguments, as_command_error, counted
-from .models import DIAGNOSERS, is_model_file
-from .results import check_output
-from .training import (
-    DETECTOR,
-    MOST_SAMPLES,
-    ORDERS,
-    STRETCHES,
-    fit_healthy_limits,
-    fit_known_conditions,
-    fit_quietly,
-    training_windows,
+from .messages import (
+    CommandError,
+    UsageError,
+    add_progress_arguments,
+    as_command_error,
+    counted,
+    report_progress,
 )
+from .models import DIAGNOSERS, is_model_file, set_threads
+from .results import check_output
+from .training import EITHER, OF_DETECTOR, STRETCHES, WINDOWS, training_rows
 
-_DESCRIPTION = """\
-Calibrate a diagnoser on the recordings that a table lists, and save it. The table is a csv file
-with the columns path, condition, rpm, sampling_rate and channel; only path is needed by all, see
-skarxlag.read_recording_table. The detector needs healthy recordings only, best of several speeds,
-and names no fault.
-"""
 #: Words in the name of a healthy condition, and whole names of it.
 _HEALTHY_WORDS = {"healthy", "normal", "good", "intact", "baseline", "ok", "okay", "nominal"}
 _HEALTHY_NAMES = {"n", "h"}
 
 
+#: Rows that diagnosers take; the others take windows.
+_ROWS = {None: EITHER, "stretches": STRETCHES, "orders": STRETCHES, "detector": OF_DETECTOR}
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.description = _DESCRIPTION
+    parser.description = __doc__
     parser.add_argument("table", type=Path, help="csv table of the recordings, a folder, or a glob")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.skops")
-    parser.add_argument(
-        "--healthy",
-        metavar="LABEL",
-        help="healthy condition, or none if no recording is healthy; default: the only condition "
-        "that is called healthy, normal, good, ok, intact, nominal, baseline, n or h",
-    )
-    parser.add_argument(
-        "--train-rpm",
-        type=speed_range,
-        metavar="RPM",
-        help="use the recordings of this speed, also 1797+-30, 1797+-2%% or 1700..1800; default: "
-        "all recordings",
-    )
-    parser.add_argument(
-        "--false-alarm-rate",
-        type=rate,
-        default=0.01,
-        metavar="SHARE",
-        help="of healthy windows that may raise an alarm; default: 0.01",
-    )
-    parser.add_argument(
-        "--n-jobs", type=job_count, default=-1, metavar="N", help="threads; default: all cores"
-    )
+    text = "healthy condition, or none if no recording is healthy; default: the only condition "
+    text += "that is called healthy, normal, good, ok, intact, nominal, baseline, n or h"
+    option(parser, "--healthy", text, metavar="LABEL")
+    text = "recordings to use: 1797, 1797+-30, 1797+-2%% or 1700..1800; default: all"
+    option(parser, "--train-rpm", text, arguments.speed_range, "RPM")
+    text = "share of healthy windows that may raise an alarm; default: 0.01"
+    option(parser, "--false-alarm-rate", text, arguments.rate, "SHARE")
+    option(parser, "--n-jobs", "number of threads; default: all cores", arguments.job_count)
+    parser.set_defaults(false_alarm_rate=0.01, n_jobs=-1, run=run, fail=parser.error)
     add_progress_arguments(parser)
-    add_source_arguments(parser, "a folder or glob")
+    arguments.add_source_arguments(parser, "a folder or glob")
     model = parser.add_argument_group("model")
-    model.add_argument(
-        "--diagnoser",
-        choices=[*DIAGNOSERS, STRETCHES, ORDERS, DETECTOR],
-        help="default: stretches, which takes the speeds of the table, if the recordings are long "
-        "enough and neither --window-length, --hop nor --max-windows is given, else diagnoser",
-    )
-    model.add_argument(
-        "--bearing",
-        type=bearing,
-        metavar="BEARING",
-        help="name places of faults by the orders of this bearing (--diagnoser orders); recordings "
-        "of faults are not needed, healthy ones set the limits. A name such as 6205, dimensions "
-        "9,7.94,39.04, or orders outer=3.585,inner=5.415",
-    )
-    model.add_argument(
-        "--fixed-gain",
-        action="store_true",
-        help="detector: all recordings have the same sensor and gain, so the level counts",
-    )
-    model.add_argument(
-        "--no-p-values",
-        action="store_true",
-        help="do not save the known conditions and the healthy limits, which reject recordings "
-        "that resemble no condition, and raise the alarm",
-    )
+    text = "default: stretches if the recordings are long enough and none of the options that cut "
+    text += "windows is given, else diagnoser"
+    model.add_argument("--diagnoser", choices=[*DIAGNOSERS, *filter(None, _ROWS)], help=text)
+    text = "--diagnoser orders: name places of faults by the orders of this bearing; healthy "
+    text += "recordings set the limits. A name such as 6205, dimensions 9,7.94,39.04, or orders "
+    text += "outer=3.585,inner=5.415"
+    option(model, "--bearing", text, arguments.bearing, "BEARING")
+    flag(model, "--fixed-gain", "--diagnoser detector: one sensor and gain, so the level counts")
+    text = "do not save the known conditions and the healthy limits, which reject recordings that "
+    text += "resemble no condition, and raise the alarm"
+    flag(model, "--no-p-values", text)
     cut = parser.add_argument_group("windows")
-    cut.add_argument(
-        "--window-length",
-        type=window_length,
-        metavar="N",
-        help="default: if the recordings are long enough, stretches of a second, or of ten "
-        "turns at the lowest speed of the table if that is longer; else 1200, of the detector 4800",
-    )
-    cut.add_argument(
-        "--hop",
-        type=positive_int,
-        metavar="N",
-        help="samples from the start of one window to the start of the next; default: their length",
-    )
-    cut.add_argument(
-        "--max-windows",
-        type=positive_int,
-        metavar="N",
-        help="of each recording, spread over all of it; default: all windows, or, if they hold "
-        f"more than {MOST_SAMPLES / 1e6:.0f} million samples of all recordings, an equal number of "
-        "each that holds less",
-    )
-    cut.add_argument(
-        "--resample-to",
-        type=positive_number,
-        metavar="HZ",
-        help="bring all recordings to this sampling rate; without it they must have the same",
-    )
-    parser.add_argument_group("files").add_argument(
-        "--force", action="store_true", help="let -o replace a file that is no saved diagnoser"
-    )
-    parser.set_defaults(run=run, fail=parser.error)
+    text = "default: stretches of a second, or of ten turns if they take longer; if the recordings "
+    text += "are too short, windows of 1200, of the detector 4800"
+    option(cut, "--window-length", text, arguments.window_length)
+    text = "samples between the starts of windows; default: their length"
+    option(cut, "--hop", text, arguments.positive_int)
+    text = "windows of each recording, spread over all of it; default: as memory allows"
+    option(cut, "--max-windows", text, arguments.positive_int)
+    text = "resample all recordings; without it they must have the same sampling rate"
+    option(cut, "--resample-to", text, arguments.positive_number, "HZ")
+    files = parser.add_argument_group("files")
+    flag(files, "--force", "let -o replace a file that is no saved diagnoser")
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     with as_command_error():
-        listed = table_recordings(args)
+        listed = arguments.table_recordings(args)
         inputs = [args.table, *(recording.path for recording in listed)]
-    check_output(args.output, inputs, is_own=is_model_file, force=args.force)
-    if find_spec("skops") is None:
-        raise CommandError("saving a diagnoser needs skops: pip install 'skarxlag[io]'")
-    if args.fixed_gain and args.diagnoser != DETECTOR:
-        raise UsageError(f"argument --fixed-gain: belongs to --diagnoser {DETECTOR}")
-    if args.bearing is not None:
-        if args.diagnoser not in (None, ORDERS):
-            raise UsageError(f"argument --bearing: belongs to --diagnoser {ORDERS}")
-        args.diagnoser = ORDERS
-    elif args.diagnoser == ORDERS:
-        raise UsageError(f"argument --bearing: none given, --diagnoser {ORDERS} needs it")
-    rig, kind, rows = training_windows(args, listed)
-    if kind == ORDERS and rig.rpm is None:
-        raise CommandError(
-            f"{args.table}: no speed is stated, which --diagnoser {ORDERS} needs; expected a "
-            "column rpm or --rpm"
-        )
-    if kind == ORDERS and rig.target is None:
-        rig.target, rig.target_names = np.full(len(rig.recording), HEALTHY), [HEALTHY]
+        check_output(args.output, inputs, is_model_file, args.force)
+        if find_spec("skops") is None:
+            raise CommandError("saving a diagnoser needs skops: pip install 'skarxlag[io]'")
+    _check_options(args)
+    rig, rows = training_rows(args, listed, _ROWS.get(args.diagnoser, WINDOWS))
+    kind = args.diagnoser or ("stretches" if rows == "stretches" else "diagnoser")
     chosen = _choose_speed(args, rig)
-    conditions, healthy, reason = _conditions(args, kind, rig, chosen)
-    if kind == DETECTOR and rig.target is not None:
+    healthy, reason = _healthy_condition(args, kind, rig, chosen)
+    if kind == "detector":
         chosen &= rig.target == healthy
-    # Not two copies at a time: the windows may be half of what memory holds.
-    X, recording = rig.pop("data"), rig.recording[chosen]
+    # The windows may take half of the memory, so they are not copied without need.
+    X = rig.pop("data")
     X = X if chosen.all() else X[chosen]
-    y = None if kind == DETECTOR else rig.target[chosen]
-    rpm = None if rig.rpm is None else rig.rpm[chosen]
+    y, rpm = rig.target[chosen], None if rig.rpm is None else rig.rpm[chosen]
     diagnoser = _make(args, kind, healthy, float(rig.sampling_rate))
     diagnoser.set_params(decide__false_alarm_rate=args.false_alarm_rate)
     started = perf_counter()
-    if not args.quiet:
-        print(f"{len(X)} {rows}: fitting", file=sys.stderr, flush=True)
-    own = [recording if y is None else recording[y == name] for name in conditions]
-    n_windows, n_recordings = [len(each) for each in own], [len(np.unique(each)) for each in own]
+    report_progress(args, f"{len(X)} {rows}: fitting")
     with as_command_error():
-        takes_rpm = requests(diagnoser, "fit", "rpm")
-        notes = fit_quietly(diagnoser, X, y, rpm if takes_rpm else None, args)
-    if kind == ORDERS:
-        # Places that no recording shows are conditions, too.
-        classes = diagnoser[-1].classes_.tolist()
-        conditions = sorted(classes, key=lambda name: name != healthy)
-        n_windows = [int(np.sum(y == name)) for name in conditions]
-        n_recordings = [len(np.unique(recording[y == name])) for name in conditions]
-    notes = [f"Note: {note}" for note in notes]
-    known = detector = None
-    if kind != DETECTOR and not args.no_p_values:
-        if kind != ORDERS:
-            known, line = fit_known_conditions(X, y, rpm, args)
-            notes.append(line)
-        if healthy is not None:
-            detector, line = fit_healthy_limits(X, y == healthy, rpm, args)
-            notes.append(line)
+        labels = None if kind == "detector" else y
+        notes = [f"Note: {note}" for note in _fit_quietly(args, diagnoser, X, labels, rpm)]
+    companions, lines = _companions(args, kind, X, y, rpm, healthy)
+    # Places of faults that no recording shows are conditions, too.
+    conditions = sorted(answers(diagnoser).conditions or [healthy], key=lambda c: c != healthy)
+    counts = pd.Series(rig.recording[chosen]).groupby(y).agg(["count", "nunique"])
+    n_windows, n_recordings = counts.reindex(conditions, fill_value=0).T.to_numpy().tolist()
+    channels = listed[0].channel or []
     with as_command_error():
         save_diagnoser(
             diagnoser,
             args.output,
-            known_conditions=known,
-            detector=detector,
+            **companions,
             diagnoser=kind,
             conditions=conditions,
             healthy=healthy,
@@ -215,7 +138,7 @@ def run(args: argparse.Namespace) -> int:
             n_channels=1 if X.ndim == 2 else X.shape[1],
             window_length=X.shape[-1],
             rows=rows,
-            channels=_channel_names(listed[0]),
+            channels=channels if isinstance(channels, list) else [channels],
             n_windows=n_windows,
             n_recordings=n_recordings,
             false_alarm_rate=args.false_alarm_rate,
@@ -223,59 +146,104 @@ def run(args: argparse.Namespace) -> int:
             saved=datetime.now(UTC).strftime("%Y-%m-%d"),
         )
     if args.verbose:
-        print(f"fitted in {perf_counter() - started:.1f} s", file=sys.stderr)
-    lines = [rig.DESCR, _length_line(kind, rows, X.shape[-1], rig, chosen)]
+        report_progress(args, f"fitted in {perf_counter() - started:.1f} s")
+    print(rig.DESCR, _length_line(kind, rows, X, rig.sampling_rate, rpm), sep="\n")
     for name, n_own_recordings, n_own in zip(conditions, n_recordings, n_windows, strict=True):
-        lines.append(f"{name}: {counted(n_own_recordings, 'recordings')}, {counted(n_own, rows)}")
-    lines.append(f"Healthy: {healthy or 'none'} ({reason})")
-    lines += notes
-    if healthy is not None and detector is None:
-        lines.append(_calibration(diagnoser[-1], args.false_alarm_rate, rows))
-        if kind != DETECTOR:
-            lines += too_few_rows(n_windows[0], args.false_alarm_rate)
-    print(*lines, f"Saved {kind} to {args.output}", sep="\n")
+        print(f"{name}: {counted(n_own_recordings, 'recordings')}, {counted(n_own, rows)}")
+    print(f"Healthy: {healthy or 'none'} ({reason})", *notes, *lines, sep="\n")
+    if healthy is not None:
+        decide = companions.get("detector", diagnoser)[-1]
+        print(_limits_line(decide, args.false_alarm_rate, rows))
+        if "detector" not in companions and kind != "detector":
+            print(*too_few_rows(n_windows[0], args.false_alarm_rate, rows))
+    print(f"Saved {kind} to {args.output}")
     return 0
 
 
+def _check_options(args):
+    if args.bearing is not None and args.diagnoser is None:
+        args.diagnoser = "orders"
+    if args.fixed_gain and args.diagnoser != "detector":
+        raise UsageError("argument --fixed-gain: belongs to --diagnoser detector")
+    if args.bearing is not None and args.diagnoser != "orders":
+        raise UsageError("argument --bearing: belongs to --diagnoser orders")
+    if args.bearing is None and args.diagnoser == "orders":
+        raise UsageError("argument --bearing: none given, --diagnoser orders needs it")
+
+
 def _make(args, kind, healthy, sampling_rate):
-    if kind == DETECTOR:
+    if kind == "detector":
         return make_detector(fixed_gain=args.fixed_gain)
-    if kind == ORDERS:
+    if kind == "orders":
         return make_fault_order_classifier(bearing=args.bearing, sampling_rate=sampling_rate)
-    if kind == STRETCHES:
+    if kind == "stretches":
         return make_diagnoser(sampling_rate=sampling_rate, healthy=healthy)
     return DIAGNOSERS[kind][1](healthy=healthy)
 
 
-def _calibration(decide, rate, rows):
-    """Describe the basis of the alarm in one line."""
+def _fit_quietly(args, model, X, y, rpm):
+    """Fit a model with the threads of --n-jobs, and return the messages of its warnings."""
+    set_threads(model, args.n_jobs)
+    speeds = {"rpm": rpm} if rpm is not None and requests(model, "fit", "rpm") else {}
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always", UserWarning)
+        model.fit(X, y, **speeds)
+    # The number of threads belongs to this machine, not to the file.
+    set_threads(model, None)
+    return [str(warning.message) for warning in warned]
+
+
+def _companions(args, kind, X, y, rpm, healthy):
+    """Fit the known conditions and the healthy limits; return them and lines about them."""
+    wanted, fitted, lines = {}, {}, []
+    if kind != "orders":
+        wanted["known_conditions"] = make_known_conditions(), slice(None), y
+    if healthy is not None:
+        limits = make_detector(false_alarm_rate=args.false_alarm_rate)
+        wanted["detector"] = limits, y == healthy, None
+    if kind == "detector" or args.no_p_values:
+        wanted.clear()
+    for name, (model, rows, labels) in wanted.items():
+        try:
+            _fit_quietly(args, model, X[rows], labels, None if rpm is None else rpm[rows])
+            left_out = sorted(set(labels) - set(model[-1].classes_)) if name != "detector" else []
+            if left_out:
+                names = ", ".join(left_out)
+                raise ValueError(f"fewer than two windows at one speed of {names}")
+            fitted[name] = model
+        except ValueError as error:
+            verdict = "The verdict 'none of these' is not possible"
+            lines.append(f"{'No healthy limits' if name == 'detector' else verdict}: {error}")
+    if "known_conditions" in fitted:
+        at = "of unknown speed" if rpm is None else "at other speeds"
+        share = answers(fitted["known_conditions"]).stated_rate
+        lines.append(
+            f"The verdict is 'none of these' if the p-value of the nearest condition is below "
+            f"{share:g}, from {min(np.unique(y, return_counts=True)[1])} rows a condition or more. "
+            f"Recordings {at} are rarely rejected"
+        )
+    return fitted, lines
+
+
+def _limits_line(decide, rate, rows):
+    """Describe the basis of the alarm."""
     if answers(decide).healthy_p_value:
         return f"Limits for a false-alarm rate of {rate:g} from {calibration_basis(decide, rows)}"
+    at = f"at a false-alarm rate of {rate:g}"
     if isinstance(decide, FaultOrderClassifier):
-        return (
-            f"Limit of combs {decide.limit_:.2f} nepers above the healthy {rows} at a false-alarm "
-            f"rate of {rate:g}"
-        )
-    threshold = decide.detection_threshold_
-    return f"Detection threshold {threshold:.4g} at a false-alarm rate of {rate:g}"
+        return f"Limit of combs {decide.limit_:.2f} nepers above the healthy {rows} {at}"
+    return f"Detection threshold {decide.detection_threshold_:.4g} {at}"
 
 
-def _length_line(kind, rows, length, rig, chosen):
-    """What a verdict will rest on."""
-    text = f"of {length} samples, {length / rig.sampling_rate:.3g} s at {rig.sampling_rate:g} Hz"
-    if rows != STRETCHES:
-        return f"Windows {text}"
-    if rig.rpm is None:
-        pattern = "; the table states no speed: the pattern of strikes is used"
-        return f"Stretches {text}{pattern if kind == STRETCHES else ''}"
-    slowest = rig.rpm[chosen].min()
-    turns = length / rig.sampling_rate * slowest / 60
-    return f"Stretches {text}, {turns:.3g} turns at {slowest:g} rpm"
-
-
-def _channel_names(recording):
-    channel = recording.channel
-    return channel if isinstance(channel, list) else [] if channel is None else [channel]
+def _length_line(kind, rows, X, sampling_rate, rpm):
+    """Describe the rows that a verdict rests on."""
+    seconds = X.shape[-1] / sampling_rate
+    text = f"{rows} of {X.shape[-1]} samples, {seconds:.3g} s at {sampling_rate:g} Hz"
+    if rows == "stretches" and rpm is not None:
+        text += f", {seconds * rpm.min() / 60:.3g} turns at {rpm.min():g} rpm"
+    elif kind == "stretches" and rpm is None:
+        text += "; the table states no speed: the pattern of impacts is used"
+    return text[0].upper() + text[1:]
 
 
 def _choose_speed(args, rig):
@@ -293,59 +261,42 @@ def _choose_speed(args, rig):
     return chosen
 
 
-def _conditions(args, kind, rig, chosen):
-    """Return the conditions, the healthy one first, the healthy one, and why it is that one."""
-    if rig.target is None:
-        if kind != DETECTOR:
-            raise CommandError(
-                f"{args.table}: no column condition, which --diagnoser {kind} needs; "
-                f"with healthy recordings only use --diagnoser {DETECTOR}"
-            )
-        if args.healthy is not None:
-            raise UsageError(f"argument --healthy: {args.table} has no column condition")
-        return ["healthy"], "healthy", "the table states no conditions"
-    present = [name for name in rig.target_names if name in set(rig.target[chosen])]
-    at = "" if args.train_rpm is None else f" at {args.train_rpm} rpm"
-    listed = f"{args.table}{at}: {', '.join(present)}"
-    try:
-        check_condition_names(present)
-    except ValueError as error:
-        raise UsageError(f"{args.table}: {error}") from error
-    healthy, reason = _healthy(args, present, listed)
-    if kind == DETECTOR:
-        if healthy is None:
-            raise UsageError(f"argument --healthy: none, but --diagnoser {DETECTOR} needs one")
-        return [healthy], healthy, reason
-    if len(present) < 2 and kind != ORDERS:
-        raise CommandError(
-            f"{args.table}: one condition, {present[0]!r}; --diagnoser {kind} needs two "
-            f"or more, with healthy recordings only use --diagnoser {DETECTOR}"
-        )
-    return sorted(present, key=lambda name: name != healthy), healthy, reason
-
-
-def _healthy(args, present, listed):
+def _healthy_condition(args, kind, rig, chosen):
     """Return the healthy condition, or None if there is none, and why it is that one."""
+    if kind == "orders" and rig.rpm is None:
+        raise CommandError(f"{args.table}: no speed is stated; expected a column rpm, or --rpm")
+    if rig.target is None:
+        present = []
+    else:
+        present = [name for name in rig.target_names if name in rig.target[chosen]]
+    if len(present) < 2 and kind not in ("orders", "detector"):
+        raise CommandError(
+            f"{args.table}: conditions {present}; --diagnoser {kind} needs two or more in a column "
+            "condition. With healthy recordings only, use --diagnoser detector"
+        )
+    if rig.target is None:
+        rig.target, present = np.full(len(rig.recording), HEALTHY), [HEALTHY]
+    with as_command_error():
+        check_condition_names(present)
     if args.healthy in present:
         return args.healthy, "--healthy"
-    if args.healthy == "none":
+    if args.healthy == "none" and kind != "detector":
         return None, "--healthy"
-    if args.healthy is not None:
-        raise UsageError(
-            f"argument --healthy: {args.healthy!r}, expected a condition of {listed}; or none"
-        )
-    named = [name for name in present if _says_healthy(name)]
-    if len(named) == 1:
-        return named[0], "by its name; --healthy names another"
-    if len(present) == 1:
+    named = [name for name in present if _is_named_healthy(name)]
+    if args.healthy is None and len(present) == 1:
         return present[0], "the only condition"
+    if args.healthy is None and len(named) == 1:
+        return named[0], "by its name; --healthy names another"
+    at = "" if args.train_rpm is None else f" at {args.train_rpm} rpm"
+    problem = "needed, because the names do not show which condition is healthy"
     raise UsageError(
-        "argument --healthy: needed, because the names do not show which condition is healthy; "
-        f"write --healthy NAME, or --healthy none. Conditions of {listed}"
+        f"argument --healthy: {problem if args.healthy is None else repr(args.healthy)}, expected "
+        f"a condition of {args.table}{at}: {', '.join(present)}"
+        + ("; or --healthy none" if kind != "detector" else "")
     )
 
 
-def _says_healthy(name):
+def _is_named_healthy(name):
     words = set(re.findall(r"[a-z]+", name.lower()))
     is_named = name.strip().lower() in _HEALTHY_NAMES or words & _HEALTHY_WORDS
     return bool(is_named) and not words & {"no", "not", "non"}

@@ -43,7 +43,6 @@ def result_paths(output: Path) -> list[Path]:
 def check_output(
     output: Path,
     inputs: Iterable[Any],
-    *,
     is_own: Callable[[Path], bool],
     force: bool,
     suffixes: Sequence[str] = (),

@@ -67,7 +67,7 @@ def test_a_speed_may_be_unknown(run, workshop):
     table = pd.read_csv(workshop / "900.csv").drop(columns="rpm")
     table.to_csv(workshop / "unknown.csv", index=False)
     code, out, _ = run("fit", workshop / "unknown.csv", *HEALTHY, "-o", model)
-    assert code == 0 and "the table states no speed: the pattern of strikes is used" in out
+    assert code == 0 and "the table states no speed: the pattern of impacts is used" in out
     code, out, _ = run("diagnose", model, "--table", workshop / "600.csv")
     assert code == 0 and "stretches of 7200 samples" in out
 
