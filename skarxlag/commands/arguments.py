@@ -55,7 +55,6 @@ def number(
 
 positive_int = number(int, "an integer of at least 1", lambda value: value >= 1)
 window_length = number(int, "an integer of at least 100", lambda value: value >= 100)
-seed = number(int, "an integer from 0 to 4294967295", lambda value: 0 <= value < 2**32)
 job_count = number(int, "a number of threads, or -1 for all cores", lambda value: value != 0)
 positive_number = number(float, "a number above 0", lambda value: value > 0)
 rate = number(float, "a number between 0 and 1", lambda value: 0 < value < 1)

@@ -16,7 +16,7 @@ from ..accuracy_tables import scored_windows
 from ..datasets import FETCHERS, simulate_rig
 from ..model_selection import first_and_second_half
 from . import figures
-from .arguments import job_count, positive_int, seed, speed_or_all, window_length
+from .arguments import job_count, option_of, positive_int, speed_or_all, window_length
 from .messages import Progress, UsageError, add_progress_arguments, as_command_error
 from .models import DIAGNOSERS
 from .own_rig import Case, Split, own_case, own_report
@@ -72,7 +72,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help=f"samples of a recording of the simulated rig; default: {_N_SAMPLES}",
     )
-    parser.add_argument("--seed", type=seed, metavar="N", help="of the simulated rig; default: 0")
     parser.add_argument(
         "--n-jobs", type=job_count, default=-1, metavar="N", help="threads; default: all cores"
     )
@@ -89,7 +88,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
-    _check_options(args)
+    fits = {"data_home": args.rig in FETCHERS, "n_samples": args.rig not in FETCHERS}
+    for name in fits:
+        if vars(args)[name] is not None and not (fits[name] and args.table is None):
+            what = f"--rig {args.rig}" if args.table is None else "a table"
+            raise UsageError(f"argument {option_of(name)}: not allowed with {what}")
     try:
         args.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -113,16 +116,6 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _check_options(args):
-    is_simulated = args.table is None and args.rig == "simulated"
-    is_real = args.table is None and not is_simulated
-    fitting = {"data_home": is_real, "train_rpm": args.table is None}
-    for name, fits in (fitting | dict.fromkeys(("n_samples", "seed"), is_simulated)).items():
-        if getattr(args, name) is not None and not fits:
-            what = "a table" if args.table is not None else f"--rig {args.rig}"
-            raise UsageError(f"argument --{name.replace('_', '-')}: not allowed with {what}")
-
-
 def _rig_cases(args):
     """Cases of a rig: one for each crack size of the simulated rig."""
     title, length = TITLES[args.rig], args.window_length or _WINDOW_LENGTH
@@ -133,7 +126,7 @@ def _rig_cases(args):
         return [_rig_case(args, title, args.rig, loading)]
     # A tail that fills no window is not simulated.
     n_samples = (args.n_samples or _N_SAMPLES) // length * length
-    options = {"n_samples": n_samples, "window_length": length, "random_state": args.seed or 0}
+    options = {"n_samples": n_samples, "window_length": length, "random_state": 0}
     return [
         _rig_case(
             args,

@@ -102,7 +102,7 @@ class CumulativeSumAlarm:
         Share of healthy windows that exceed.
     persistence : float
         Probability that a healthy window exceeds after one that did.
-    faulty_rate : float
+    faulty_rate : float, default=0.5
         Share of windows which exceed that is to be detected soonest.
 
     Attributes
@@ -142,7 +142,7 @@ class CumulativeSumAlarm:
     n_raised: int
 
     def __init__(
-        self, run_length: float, rate: float, persistence: float, faulty_rate: float
+        self, run_length: float, rate: float, persistence: float, faulty_rate: float = 0.5
     ) -> None:
         self.step = reference_step(rate, faulty_rate)
         self.limit = alarm_limit(run_length, self.step, rate, persistence)

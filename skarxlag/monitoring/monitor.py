@@ -127,8 +127,6 @@ class ConditionMonitor:
         Probability in (0, 1) that a healthy window exceeds the limits after one that did, for
         windows that do not overlap. Such windows come in runs, because load and speed of a machine
         last longer than a window; 0.5 means runs of two. `calibrate` measures it.
-    faulty_rate : float, default=0.5
-        Share in (0, 1) of windows which exceed the limits that the alarm is to detect soonest.
     gap_tolerance : float or None, default=None
         Seconds by which the stated time of a block may differ from the end of the block before.
         Beyond it there is a gap, and a new window starts. None: half a window.
@@ -192,7 +190,6 @@ class ConditionMonitor:
         half_life: float = 10.0,
         false_alarm_interval: float = 1000.0,
         persistence: float = 0.5,
-        faulty_rate: float = 0.5,
         gap_tolerance: float | None = None,
         train_rpm: Any = (),
         speed_factor: float = SPEED_FACTOR,
@@ -206,8 +203,7 @@ class ConditionMonitor:
         if gap_tolerance is None:
             gap_tolerance = 0.5 * window_length / sampling_rate
         check_real(gap_tolerance, "gap_tolerance", min_val=0)
-        for name, value in {"persistence": persistence, "faulty_rate": faulty_rate}.items():
-            check_real(value, name, min_val=0, max_val=1, include_boundaries="neither")
+        check_real(persistence, "persistence", min_val=0, max_val=1, include_boundaries="neither")
         self._judge = Judge(
             diagnoser,
             conditions=conditions,
@@ -217,34 +213,36 @@ class ConditionMonitor:
             same_speed=True,
         )
         can = answers(detector if diagnoser is None else diagnoser)
-        self._n_channels = can.n_channels
         self.conditions = [] if can.conditions is None else self._judge.conditions
         self.healthy = self._judge.healthy
+        self._n_channels, self._length, self._hop = can.n_channels, int(window_length), int(hop)
+        self._half_life = float(half_life)
+        # The shaft speed is one more channel.
         self._windowing = {
-            "window_length": int(window_length),
-            "hop": int(hop),
+            "n_rows": can.n_channels + 1,
+            "window_length": self._length,
+            "hop": self._hop,
             "sampling_rate": float(sampling_rate),
             "gap_tolerance": float(gap_tolerance),
         }
-        self._half_life, self._faulty_rate = float(half_life), float(faulty_rate)
-        self._run_length = false_alarm_interval * 3600 * sampling_rate / hop
-        # Windows that share samples exceed together.
-        self._persistence = max(float(persistence), 1 - hop / window_length)
+        self._alarming = {
+            "run_length": false_alarm_interval * 3600 * sampling_rate / hop,
+            "rate": self._judge.alarm_rate,
+            # Windows that share samples exceed together.
+            "persistence": max(float(persistence), 1 - hop / window_length),
+        }
         self._seen = Counter()
         self._start_afresh()
 
     def _start_afresh(self):
-        # The shaft speed is one more channel.
-        self._stream = WindowStream(self._n_channels + 1, **self._windowing)
+        self._stream = WindowStream(**self._windowing)
         self._evidence = FadingEvidence(len(self.conditions), self._half_life)
         self._p_values = FadingEvidence(1, self._half_life)
         self._alarm = self._new_alarm(self._seen) if self._judge.detects else None
         self._qualities, self._rpm = Counter(), None
 
     def _new_alarm(self, seen):
-        shares = {"rate": self._judge.alarm_rate, "persistence": self._persistence}
-        shares = healthy_shares(seen) if seen else shares
-        return CumulativeSumAlarm(self._run_length, faulty_rate=self._faulty_rate, **shares)
+        return CumulativeSumAlarm(**self._alarming | (healthy_shares(seen) if seen else {}))
 
     @property
     def counts(self) -> dict[str, Any]:
@@ -294,7 +292,7 @@ class ConditionMonitor:
         verdicts = []
         for first in range(0, len(windows), _BATCH):
             batch = windows[first : first + _BATCH]
-            verdicts += self._judged(batch, start + first * self._windowing["hop"])
+            verdicts += self._judged(batch, start + first * self._hop)
         return verdicts
 
     def calibrate(self, samples: ArrayLike, *, rpm: float | None = None) -> Self:
@@ -365,11 +363,13 @@ class ConditionMonitor:
         rows = np.ascontiguousarray(windows[:, 0] if self._n_channels == 1 else windows[:, :-1])
         speeds = windows[:, -1, windows.shape[2] // 2]
         found = self._judge.opinions(rows, None if self._rpm is None else speeds)
-        hop = self._windowing["hop"]
-        return [self._verdict(found, i, start + i * hop, v) for i, v in enumerate(speeds.tolist())]
+        return [
+            self._verdict(found, i, start + i * self._hop, rpm)
+            for i, rpm in enumerate(speeds.tolist())
+        ]
 
     def _verdict(self, found, i, start, rpm):
-        end = self._stream.time_of(start + self._windowing["window_length"])
+        end = self._stream.time_of(start + self._length)
         self._evidence.move_to(end)
         self._p_values.move_to(end)
         if not np.isnan(found.p_value[i]):
@@ -434,17 +434,17 @@ class ConditionMonitor:
         return parts if self._alarm is None else parts | {"alarm": self._alarm}
 
     def _settings(self):
-        return self._windowing | {
-            "n_channels": self._n_channels,
-            "conditions": [str(name) for name in self.conditions],
-            "healthy": None if self.healthy is None else str(self.healthy),
-            "half_life": self._half_life,
-            "run_length": self._run_length,
-            "persistence": self._persistence,
-            "faulty_rate": self._faulty_rate,
-            "train_rpm": [float(speed) for speed in self._judge.train_rpm],
-            "alarm_rate": self._judge.alarm_rate,
-        }
+        return (
+            self._windowing
+            | self._alarming
+            | {
+                "n_channels": self._n_channels,
+                "half_life": self._half_life,
+                "conditions": [str(name) for name in self.conditions],
+                "healthy": None if self.healthy is None else str(self.healthy),
+                "train_rpm": [float(speed) for speed in self._judge.train_rpm],
+            }
+        )
 
     def restore(self, state: dict[str, Any]) -> Self:
         """Continue from the state of a monitor with the same settings.

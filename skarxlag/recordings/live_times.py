@@ -130,12 +130,15 @@ class StreamTimes:
         # A time that is equal to the one before was rounded.
         known = known[np.diff(times[known], prepend=last) != 0]
         steps = np.diff(times[known], prepend=last)
-        expected = np.diff(known, prepend=before) / self._rate
-        is_leap = ~(np.abs(steps - expected) <= self._tolerance)
+        n_steps = np.diff(known, prepend=before)
+        is_leap = ~(np.abs(steps - n_steps / self._rate) <= self._tolerance)
         cuts = {0: None}
         for i, now in enumerate(zip(known.tolist(), times[known].tolist(), strict=True)):
             if is_leap[i]:
-                self._check_step(steps[i], expected[i])
+                # The first known time has no step.
+                self._n_wrong += self._last is not None
+                if self._n_wrong >= _WRONG_STEPS:
+                    self._refuse(n_steps[i], steps[i])
                 self._origin, self._largest_step = now, 0.0
             else:
                 self._largest_step, self._n_wrong = max(self._largest_step, abs(steps[i])), 0
@@ -154,28 +157,20 @@ class StreamTimes:
         for start, end in pairwise([*cuts, n_samples]):
             yield samples[:, start:end], cuts[start]
 
-    def _check_step(self, step, expected):
-        # The first known time has no step.
-        self._n_wrong += not np.isnan(step)
-        if self._n_wrong >= _WRONG_STEPS:
-            raise ContentError(
-                f"{self._n_wrong} times in a row step by {step:g} s where {expected:g} s are "
-                "expected; is their unit missing, as in 'time (ms)'? --time-column none ignores "
-                "them"
-            )
-
     def _check_rate(self, place, time):
         n_samples, seconds = place - self._origin[0], time - self._origin[1]
-        expected = n_samples / self._rate
-        allowed = _RATE_TOLERANCE * expected + 2 * self._largest_step
-        if n_samples >= self._shortest and abs(seconds - expected) > allowed:
-            raise ContentError(
-                f"{n_samples} samples take {seconds:g} s by their times, expected {expected:g} at "
-                f"{self._rate:g} Hz: another sampling rate, or lines are missing; --time-column "
-                "none ignores the times"
-            )
-        if expected >= _MEASURED_FOR:
+        allowed = _RATE_TOLERANCE * n_samples / self._rate + 2 * self._largest_step
+        if n_samples >= self._shortest and abs(seconds - n_samples / self._rate) > allowed:
+            self._refuse(n_samples, seconds)
+        if n_samples >= _MEASURED_FOR * self._rate:
             self._origin, self._largest_step = (place, time), 0.0
+
+    def _refuse(self, n_samples, seconds):
+        raise ContentError(
+            f"{n_samples} samples take {seconds:g} s by their times, expected "
+            f"{n_samples / self._rate:g} at {self._rate:g} Hz: another sampling rate, missing "
+            "lines, or no unit as in 'time (ms)'; --time-column none ignores the times"
+        )
 
 
 def _number(text):

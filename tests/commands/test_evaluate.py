@@ -119,18 +119,6 @@ def test_progress_and_folder_are_told(run, tmp_path, no_figures):
     assert not list(folder.glob("*.png"))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("options", "is_same"), [(["--n-jobs", "1", "--seed", "0"], True), (["--seed", "1"], False)]
-)
-def test_seed_changes_the_rig_and_threads_change_nothing(
-    run, tmp_path, no_figures, simulated, options, is_same
-):
-    assert run(*TINY, "--output", tmp_path, *options)[0] == 0
-    name = "simulated_6mm_verdicts.csv"
-    assert ((tmp_path / name).read_text() == (simulated / name).read_text()) == is_same
-
-
 @pytest.fixture
 def real_rig():
     """What a fetcher returns, on one channel: three conditions, two speeds, nine windows each."""
@@ -217,7 +205,6 @@ def test_one_training_speed_of_a_real_rig(run, tmp_path, fetched, no_figures):
         (["--train-rpm", "nan"], "--train-rpm: 'nan', expected a speed"),
         (["--window-length", "99"], "--window-length: '99', expected an integer of at least 100"),
         (["--window-length", "2000"], "--window-length: 2000, expected at most half of the shor"),
-        (["--seed", "-1"], "--seed: '-1', expected an integer from 0"),
         (["--n-jobs", "0"], "--n-jobs: '0', expected a number of threads"),
         (["--n-samples", "x"], "--n-samples: 'x', expected an integer of at least 1"),
         (["--rig", "mine"], "--rig: invalid choice: 'mine'"),
@@ -235,8 +222,8 @@ def test_wrong_arguments_are_named(run, tmp_path, arguments, message):
 def test_options_that_do_not_fit_a_real_rig_and_windows_longer_than_its_halves_are_refused(
     run, tmp_path, fetched, real_rig
 ):
-    code, _, err = run("evaluate", "--rig", "uestc", "--seed", "1", "--output", tmp_path)
-    assert code == 2 and "argument --seed: not allowed with --rig uestc" in err
+    code, _, err = run("evaluate", "--rig", "uestc", "--n-samples", "1", "--output", tmp_path)
+    assert code == 2 and "argument --n-samples: not allowed with --rig uestc" in err
     code, _, err = run("evaluate", "--rig", "uestc", "--train-rpm", "850", "--output", tmp_path)
     assert code == 2 and "argument --train-rpm: 850, expected 800, 900, or all" in err
     for name in ("data", "target", "rpm", "recording", "start"):

@@ -163,7 +163,6 @@ def test_alarm_settings_move_its_limit(make):
 
     assert limit(false_alarm_interval=1.0) < limit(false_alarm_interval=1e4)
     assert limit(persistence=0.1) < limit(persistence=0.9)
-    assert make(faulty_rate=0.2)._alarm.step > make(faulty_rate=0.9)._alarm.step
     # Windows that share samples exceed together.
     assert limit(hop=20) == limit(hop=20, persistence=0.9) < limit(hop=20, persistence=0.95)
 
@@ -290,9 +289,9 @@ def test_state_of_a_calibrated_monitor_keeps_the_calibration(make):
         (lambda s: s.pop("seen"), "seen"),
         (lambda s: s["seen"].update(windows=-1), "-1, expected an integer"),
         (lambda s: s["seen"].update(runs=3), "expected as many windows as exceed, or more"),
-        (lambda s: s["settings"].update(n_channels=3), "n_channels is 3, expected 1"),
+        (lambda s: s["settings"].update(n_rows=3), "n_rows is 3, expected 2"),
         (lambda s: s["settings"].update(train_rpm=[50.0]), "train_rpm is"),
-        (lambda s: s["settings"].update(alarm_rate=0.3), "alarm_rate is 0.3, expected 0.05"),
+        (lambda s: s["settings"].update(rate=0.3), "rate is 0.3, expected 0.05"),
         (lambda s: s["stream"].update(rest=[[0.0] * 150] * 3), "do not fit"),
         (lambda s: s["qualities"].update(good=-3), "-3, expected an integer"),
         (lambda s: s.update(rpm="fast"), "damaged: could not convert"),
@@ -501,7 +500,7 @@ def test_no_samples_are_no_trouble(make):
     [
         {"window_length": 0}, {"hop": 0}, {"half_life": 0.0}, {"half_life": np.nan},
         {"false_alarm_interval": 0.0}, {"persistence": 1.0}, {"persistence": 0.0},
-        {"faulty_rate": 1.0}, {"gap_tolerance": -1.0}, {"speed_factor": 0.5},
+        {"gap_tolerance": -1.0}, {"speed_factor": 0.5},
     ],
     ids=str,
 )  # fmt: skip
