@@ -23,10 +23,14 @@ CONFIDENCE, _CONFIDENCE_NAMED, _MEAN_MARGIN = 5.0, 10.0, 1.6
 #: ten recordings of three rigs, `python -m benchmarks.fault_orders --null`. The second location is
 #: that above the mean scores of the same machine at other speeds.
 HEALTHY_LOCATION, OTHER_SPEED_LOCATION, HEALTHY_SCALE = 0.94, 0.11, 0.29
-#: Settings of `comb_evidence`: log odds for each neper, probability that a fault shows its comb,
-#: and the score without a comb if no healthy row is known. Chosen by leaving rigs out, by
-#: `python -m benchmarks.fault_orders joint`.
-ODDS, VISIBLE, WITHOUT_COMB = 8.0, 0.1, 0.8
+#: Settings of `comb_evidence` and `joint_residuals`, chosen by leaving rigs out, by
+#: `python -m benchmarks.fault_orders joint`: log odds for each neper, probability that a fault
+#: shows its comb, and distrust of spectra that are far from all conditions.
+ODDS, VISIBLE, DISTRUST = 8.0, 0.1, 2.0
+#: Score of a row without a comb if no healthy row is known.
+WITHOUT_COMB = 0.8
+#: Log odds of two conditions for each neper between their residuals.
+RESIDUAL_ODDS = 28.0
 #: p-values are above 0.
 LEAST_P = np.finfo(float).tiny
 #: Names of conditions that say the place; the names of compound faults match two of them.
@@ -90,7 +94,12 @@ def least_margin(wrong_name_rate: float) -> float:
     return max(float(-np.log(share) / _CONFIDENCE_NAMED), 0.0)
 
 
-def comb_evidence(scores: NDArray[Any], class_places: NDArray[Any]) -> NDArray[Any]:
+def comb_evidence(
+    scores: NDArray[Any],
+    class_places: NDArray[Any],
+    odds: float = ODDS,
+    visible: float = VISIBLE,
+) -> NDArray[Any]:
     r"""Compute the log probability of the place of each class, given the scores of combs.
 
     A fault shows its comb with the probability v. The odds of a fault at place p, relative to a row
@@ -98,8 +107,8 @@ def comb_evidence(scores: NDArray[Any], class_places: NDArray[Any]) -> NDArray[A
 
     .. math:: 1 - v + v\, e^{k s_p}
 
-    with the score :math:`s_p`, k = 8 per neper and v = 0.1. The odds of a healthy row are 1. A
-    missing comb is thus no evidence against a fault.
+    with the score :math:`s_p`. The odds of a healthy row are 1. A missing comb is thus weak
+    evidence against a fault.
 
     Parameters
     ----------
@@ -107,6 +116,10 @@ def comb_evidence(scores: NDArray[Any], class_places: NDArray[Any]) -> NDArray[A
         Scores of ball, inner and outer race, in nepers above those of rows without a comb.
     class_places : ndarray of int of shape (n_classes,)
         Place of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy.
+    odds : float, default=8.0
+        The log odds k of a neper.
+    visible : float, default=0.1
+        The probability v.
 
     Returns
     -------
@@ -121,9 +134,32 @@ def comb_evidence(scores: NDArray[Any], class_places: NDArray[Any]) -> NDArray[A
            [0.   , 1.   , 1.   , 0.   ]])
     """
     log_odds = np.zeros((len(scores), len(PLACES)))
-    log_odds[:, :-1] = np.logaddexp(np.log(VISIBLE) + ODDS * scores, np.log1p(-VISIBLE))
+    log_odds[:, :-1] = np.logaddexp(np.log(visible) + odds * scores, np.log1p(-visible))
     every = logsumexp(log_odds[:, np.unique(class_places)], axis=1, keepdims=True)
     return (log_odds - every)[:, class_places]
+
+
+def joint_residuals(
+    residuals: NDArray[Any], evidence: NDArray[Any], distrust: float = DISTRUST
+) -> NDArray[Any]:
+    """Compute residuals of spectra and combs together, see `StretchResidual`.
+
+    Parameters
+    ----------
+    residuals : ndarray of shape (n_rows, n_classes)
+        Of the spectra.
+    evidence : ndarray of shape (n_rows, n_classes)
+        Of the combs, as `comb_evidence` returns it.
+    distrust : float, default=2.0
+        Power of the nearest residual by which the differences of residuals shrink.
+
+    Returns
+    -------
+    ndarray of shape (n_rows, n_classes)
+    """
+    nearest = np.maximum(residuals.min(axis=1, keepdims=True), 1.0)
+    trusted = nearest * (residuals / nearest) ** (nearest**-distrust)
+    return trusted * np.exp(-evidence / RESIDUAL_ODDS)
 
 
 def gumbel_quantile(rate: float, location: float) -> float:

@@ -17,7 +17,7 @@ from ._state import INNOVATIONS, Labels, Values, remember_parameters
 from ._validation import check_real, validate_innovations, weighted_windows
 from .comparison import SpectralDistance
 from .fault_classifier import FaultOrderClassifier
-from .fault_places import WITHOUT_COMB, comb_evidence
+from .fault_places import RESIDUAL_ODDS, WITHOUT_COMB, comb_evidence, joint_residuals
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
 from .spectra import LogSpectra
@@ -30,7 +30,7 @@ from .speeds import LEAST_TURNS, log_speeds, speeds_of_rows
 MODEL_ORDER = 4
 WINDOW_DISTANCE = {"joint_weight": 0.5, "joint_groups": (0, 2), "smooth_drift": 0.4}
 ORDER_WEIGHT = 0.5
-CONFIDENCE_SCALE = (28.0, 50.0)
+CONFIDENCE_SCALE = (RESIDUAL_ODDS, 50.0)
 #: Speed of the shaft in revolutions per minute by which rows are long enough for orders, where
 #: `fit` is not given their speeds.
 _SUPPOSED_RPM = 600
@@ -143,9 +143,11 @@ class StretchResidual(StretchTransformer):
     order_residual_ : OrderResidual or None
         The fitted residual of order spectra. None if a training row has less than three turns.
     fault_orders_ : FaultOrderClassifier
-        The fitted classifier, if there is a bearing and more than one condition.
+        The fitted classifier of combs, if there is a bearing and more than one condition.
     compares_orders_ : bool
         Whether there is a residual of order spectra.
+    uses_combs_ : bool
+        Whether combs count.
     speed_known_ : bool
         Whether `fit` was given `rpm`.
     window_shape_ : ndarray of int
@@ -174,6 +176,7 @@ class StretchResidual(StretchTransformer):
     order_residual_: OrderResidual | None
     fault_orders_: FaultOrderClassifier
     compares_orders_: bool
+    uses_combs_: bool
     speed_known_: bool
 
     _suffix = "stretch"
@@ -181,6 +184,7 @@ class StretchResidual(StretchTransformer):
     _state = INNOVATIONS | {
         "classes_": Labels(),
         "compares_orders_": Values((), kind="b"),
+        "uses_combs_": Values((), kind="b"),
         "speed_known_": Values((), kind="b"),
     }
 
@@ -240,7 +244,8 @@ class StretchResidual(StretchTransformer):
         self.compares_orders_ = bool(_turns(X, rpm, orders.sampling_rate).min() >= LEAST_TURNS)
         if self.compares_orders_:
             self.order_residual_ = clone(orders).fit(X, y, rpm=rpm, sample_weight=sample_weight)
-        if self._uses_combs():
+        self.uses_combs_ = self.fault_orders is not None and len(self.classes_) > 1
+        if self.uses_combs_:
             rows = weighted_windows(np.arange(len(X)), y, sample_weight)[0]
             speeds = None if rpm is None else speeds_of_rows(rpm, len(X))[rows]
             self.fault_orders_ = clone(self.fault_orders).fit(X[rows], np.asarray(y)[rows], speeds)
@@ -270,7 +275,7 @@ class StretchResidual(StretchTransformer):
                 own = None if rpm is None else speeds_of_rows(rpm, len(X))[rows]
                 of_orders = self.order_residual_.transform(X[rows], rpm=own)
                 residuals[rows] *= np.asarray(of_orders) ** self.order_weight
-        if self._uses_combs() and rpm is not None:
+        if self.uses_combs_ and rpm is not None:
             turns = _turns(X, rpm, self.fault_orders_.sampling_rate)
             rows = np.flatnonzero(turns >= LEAST_TURNS)
             if len(rows) > 0:
@@ -278,19 +283,13 @@ class StretchResidual(StretchTransformer):
                 residuals[rows] = self._with_combs(residuals[rows], X[rows], own)
         return residuals
 
-    def _uses_combs(self):
-        return self.fault_orders is not None and len(self.classes_) > 1
-
     def _with_combs(self, residuals, X, rpm):
         """Residuals after the evidence of the combs."""
         classifier = self.fault_orders_
         knows_healthy = len(classifier.healthy_scores_) > 0
         without = classifier.reference_ if knows_healthy else WITHOUT_COMB
         scores = classifier.match(X, rpm).scores - without
-        evidence = comb_evidence(scores, classifier.class_places_)
-        far = np.maximum(residuals.min(axis=1, keepdims=True), 1.0)
-        trusted = far * (residuals / far) ** (far**-2)
-        return trusted * np.exp(-evidence / CONFIDENCE_SCALE[0])
+        return joint_residuals(residuals, comb_evidence(scores, classifier.class_places_))
 
     def _trained_speeds(self):
         if not self.speed_known_:
@@ -350,7 +349,7 @@ class StretchResidual(StretchTransformer):
         wanted = {
             "window_residual_": True,
             "order_residual_": self.compares_orders_,
-            "fault_orders_": self._uses_combs(),
+            "fault_orders_": self.uses_combs_,
         }
         for name in (each for each, is_used in wanted.items() if is_used):
             part = vars(self).get(name)

@@ -1,6 +1,11 @@
-"""Run the benchmark of names by orders."""
+"""Run the benchmark of names by orders, or that of names by spectra and orders together."""
 
-from benchmarks.fault_orders.command import main
+import sys
+
+from benchmarks.fault_orders import command, joint
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:2] == ["joint"]:
+        joint.main(sys.argv[2:])
+    else:
+        command.main()

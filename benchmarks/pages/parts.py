@@ -147,6 +147,11 @@ PARTS = {
         },
         downloads=True,
     ),
+    "fault-orders-joint": Part(
+        "-m benchmarks.fault_orders joint --write docs/fault_orders.md",
+        {"docs/fault_orders.md": ("fault orders joint", "fault orders joint settings")},
+        downloads=True,
+    ),
     "speed": Part(
         "-m benchmarks.speed --write benchmarks/README.md",
         {"benchmarks/README.md": ("speed",)},

@@ -1,0 +1,92 @@
+import numpy as np
+import pytest
+
+from benchmarks.fault_orders.joint import (
+    IN_USE,
+    SETTINGS,
+    compare,
+    remounted,
+    rows_of,
+    scored,
+    settings_left_out,
+    table,
+)
+from benchmarks.fault_orders.rigs import Recording
+from skarxlag import make_diagnoser
+from skarxlag.bearings import SKF_6205
+from skarxlag.fault_places import comb_evidence, joint_residuals
+
+from ..test_orders import ORDERS, RATE, strikes
+
+
+def recordings(rig, seed):
+    return [
+        Recording(
+            rig,
+            f"{place}_{rpm}",
+            place,
+            rpm,
+            float(RATE),
+            SKF_6205,
+            np.concatenate([strikes(order, rpm, [seed, i]) for i in range(4)]),
+            place,
+        )
+        for place, order in ORDERS.items()
+        for rpm in (900.0, 1200.0)
+    ]
+
+
+@pytest.fixture(scope="module")
+def rigs():
+    names = ("CWRU drive end", "CWRU fan end")
+    return {name: recordings(name, seed) for seed, name in enumerate(names)}
+
+
+def test_protocols_of_a_rig(rigs):
+    name = next(iter(rigs))
+    parts = [(name, protocol, part) for protocol, part in scored(name, rigs)]
+    found = table(parts)
+    assert found.index.get_level_values("protocol").tolist() == [
+        "other speed",
+        "remounted mildly",
+        "remounted strongly",
+        "other rig",
+    ]
+    assert found["place, both"].min() == 1
+    chosen = settings_left_out(
+        [*parts, *(("other", protocol, part) for _, protocol, part in parts)]
+    )
+    assert chosen["place"].tolist() == [1, 1]
+
+
+def test_verdict_is_that_of_the_diagnoser(rigs):
+    rig = next(iter(rigs.values()))
+    rows = rows_of(rig)
+    learned, tested = rows[rows.is_first_half & (rows.rpm == 900)], rows[~rows.is_first_half]
+    tested = tested._replace(X=remounted(tested.X, 1.0, 0.3, 0))
+    diagnoser = make_diagnoser(sampling_rate=RATE, bearing=SKF_6205)
+    diagnoser.fit(learned.X, learned.y, rpm=learned.rpm)
+    expected = diagnoser[:-1].transform(tested.X, rpm=tested.rpm)
+    part = compare(diagnoser, tested, SKF_6205)
+    odds, visible, distrust = SETTINGS[IN_USE]
+    evidence = comb_evidence(part.scores, part.class_places, odds, visible)
+    np.testing.assert_allclose(joint_residuals(part.residuals, evidence, distrust), expected)
+
+
+def test_rows_of_one_speed_are_campaigns_by_load():
+    rig = [
+        recording._replace(rpm=900.0, name=f"x_{i}")
+        for i, recording in enumerate(recordings("a", 0))
+    ]
+    rows = rows_of(rig)
+    assert rows.X.shape == (16, RATE) and rows.is_first_half.sum() == 8
+    assert np.unique(rows.campaign).tolist() == ["0", "1", "2", "3"]
+
+
+def test_remounting_filters_and_adds_noise():
+    X = np.random.default_rng(0).normal(size=(2, 4000))
+    moved = remounted(X, 1.0, 0.0, 0)
+    np.testing.assert_allclose(moved.std(axis=1), 1)
+    np.testing.assert_allclose(remounted(3 * X, 1.0, 0.0, 0), moved)
+    np.testing.assert_allclose(remounted(X, 0.0, 0.0, 0) * X.std(axis=1, keepdims=True), X)
+    assert np.std(remounted(X, 1.0, 0.5, 0) - moved) == pytest.approx(0.5, rel=0.05)
