@@ -211,7 +211,7 @@ def main(arguments=None):
     for name in rigs:
         parts += [(name, protocol, part) for protocol, part in scored(name, rigs)]
         print(name, file=sys.stderr, flush=True)
-    found = table(parts).sort_index(level="protocol", sort_remaining=False, kind="stable")
+    found = table(parts).reindex(["other speed", *_MOUNTINGS, "other rig"], level="protocol")
     found.to_csv(options.output / "joint.csv")
     blocks = {
         "fault orders joint": "Rows of 1 s, nominal speed; share of right conditions and of right "

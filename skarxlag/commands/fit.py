@@ -71,9 +71,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "default: stretches if the recordings are long enough and none of the options that cut "
     text += "windows is given, else diagnoser"
     model.add_argument("--diagnoser", choices=[*DIAGNOSERS, *filter(None, _ROWS)], help=text)
-    text = "--diagnoser orders: name places of faults by the orders of this bearing; healthy "
-    text += "recordings set the limits. A name such as 6205, dimensions 9,7.94,39.04, or orders "
-    text += "outer=3.585,inner=5.415"
+    text = "name places of faults by the orders of this bearing: with recordings of faults, orders "
+    text += "and spectra make one verdict (--diagnoser stretches); without, healthy recordings set "
+    text += "the limits (--diagnoser orders). A name such as 6205, dimensions 9,7.94,39.04, or "
+    text += "orders outer=3.585,inner=5.415"
     option(model, "--bearing", text, arguments.bearing, "BEARING")
     flag(model, "--fixed-gain", "--diagnoser detector: one sensor and gain, so the level counts")
     text = "do not save the known conditions and the healthy limits, which reject recordings that "
@@ -101,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
         check_output(args.output, inputs, is_model_file, args.force)
         if find_spec("skops") is None:
             raise CommandError("saving a diagnoser needs skops: pip install 'skarxlag[io]'")
-    _check_options(args)
+    _check_options(args, listed)
     rig, rows = training_rows(args, listed, _ROWS.get(args.diagnoser, WINDOWS))
     kind = args.diagnoser or ("stretches" if rows == "stretches" else "diagnoser")
     chosen = _choose_speed(args, rig)
@@ -160,13 +161,14 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _check_options(args):
+def _check_options(args, listed):
     if args.bearing is not None and args.diagnoser is None:
-        args.diagnoser = "orders"
+        several = len({recording.condition for recording in listed}) > 1
+        args.diagnoser = "stretches" if several else "orders"
     if args.fixed_gain and args.diagnoser != "detector":
         raise UsageError("argument --fixed-gain: belongs to --diagnoser detector")
-    if args.bearing is not None and args.diagnoser != "orders":
-        raise UsageError("argument --bearing: belongs to --diagnoser orders")
+    if args.bearing is not None and args.diagnoser not in ("orders", "stretches"):
+        raise UsageError("argument --bearing: belongs to --diagnoser orders or stretches")
     if args.bearing is None and args.diagnoser == "orders":
         raise UsageError("argument --bearing: none given, --diagnoser orders needs it")
 
@@ -177,7 +179,7 @@ def _make(args, kind, healthy, sampling_rate):
     if kind == "orders":
         return make_fault_order_classifier(bearing=args.bearing, sampling_rate=sampling_rate)
     if kind == "stretches":
-        return make_diagnoser(sampling_rate=sampling_rate, healthy=healthy)
+        return make_diagnoser(sampling_rate=sampling_rate, bearing=args.bearing, healthy=healthy)
     return DIAGNOSERS[kind][1](healthy=healthy)
 
 
@@ -263,7 +265,7 @@ def _choose_speed(args, rig):
 
 def _healthy_condition(args, kind, rig, chosen):
     """Return the healthy condition, or None if there is none, and why it is that one."""
-    if kind == "orders" and rig.rpm is None:
+    if args.bearing is not None and rig.rpm is None:
         raise CommandError(f"{args.table}: no speed is stated; expected a column rpm, or --rpm")
     if rig.target is None:
         present = []
