@@ -34,6 +34,14 @@ class Journal:
     def __enter__(self) -> Self:
         """Read the results of an earlier run if it had the same model and settings."""
         self._file, self._finished = _opened(self.path), {}
+        try:
+            self._read()
+        except OSError:
+            self._close()
+            raise
+        return self
+
+    def _read(self):
         head, *lines = self._file.readlines() or [b""]
         if head == self._head:
             for line in lines:
@@ -47,14 +55,18 @@ class Journal:
             self._file.truncate()
             self._file.write(self._head)
         self._file.flush()
-        return self
+
+    def _close(self):
+        # The disk may be full: what is still in memory is lost then.
+        with suppress(OSError):
+            self._file.close()
 
     def __exit__(self, kind: object, *exception: object) -> None:
         if kind is None:
             self.path.unlink()
         else:
             print(f"{self.path}: the same command goes on from here", file=sys.stderr)
-        self._file.close()
+        self._close()
 
     def result(self, recording: ListedRecording) -> Diagnosis | None:
         """Return the result of an earlier run if the recording has not changed since, or None."""

@@ -1,0 +1,91 @@
+"""Writers on a disk that is full: the system itself refuses bytes beyond a limit."""
+
+import signal
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from skarxlag import ConditionMonitor, save_diagnoser, save_monitor_state
+from skarxlag.persistence import load_diagnoser
+from tests.commands.watching import RATE, WINDOW, sound
+
+resource = pytest.importorskip("resource")
+pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given")
+SHARES = (0.0, 0.001, 0.5, 0.999)
+
+
+@contextmanager
+def room_for(n_bytes):
+    """Let no file of this process grow beyond a number of bytes."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(n_bytes), hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        signal.signal(signal.SIGXFSZ, ignored)
+
+
+def listing(folder):
+    return {path.name: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("share", SHARES)
+@pytest.mark.parametrize("is_there", [True, False])
+def test_models_and_states_are_written_whole_or_not_at_all(tmp_path, fitted, share, is_there):
+    monitor = ConditionMonitor(fitted[0], WINDOW)
+    monitor.update(sound("good", 5 * WINDOW, 3))
+    writers = {
+        "model.skops": lambda path: save_diagnoser(fitted[0], path),
+        "state.json": lambda path: save_monitor_state(monitor, path),
+    }
+    for name, write in writers.items():
+        write(tmp_path / name)
+        size = (tmp_path / name).stat().st_size
+        if is_there:
+            (tmp_path / name).write_bytes(b"old")
+        else:
+            (tmp_path / name).unlink()
+        before = listing(tmp_path)
+        with room_for(share * size), pytest.raises(OSError):
+            write(tmp_path / name)
+        assert listing(tmp_path) == before
+
+
+@pytest.mark.parametrize("suffix", ["csv", "json", "html"])
+@pytest.mark.parametrize("share", SHARES)
+def test_results_are_written_whole_or_not_at_all(run, tmp_path, models, suffix, share):
+    np.save(tmp_path / "one.npy", sound("worn", 5 * WINDOW, 4))
+    output = tmp_path / f"found.{suffix}"
+    command = ("diagnose", models[0], tmp_path / "one.npy", "-o", output, "--sampling-rate", RATE)
+    assert run(*command)[0] == 0
+    size = output.stat().st_size
+    output.write_bytes(old := output.read_bytes())
+    with room_for(share * size):
+        code, _, err = run(*command)
+    assert code == 1 and "Traceback" not in err and "File too large" in err
+    assert output.read_bytes() == old
+    # What was diagnosed is kept, and the same command goes on from there or starts anew.
+    assert not [name for name in listing(tmp_path) if name.endswith(".tmp")]
+    code, out, _ = run(*command)
+    assert code == 0 and "worn" in out
+    assert not [name for name in listing(tmp_path) if name.endswith("journal")]
+
+
+def test_a_model_that_fit_cannot_write_leaves_nothing(run, tmp_path):
+    lines = ["path,condition,rpm,sampling_rate"]
+    for number, condition in enumerate(["good", "worn"]):
+        np.save(tmp_path / f"{condition}.npy", sound(condition, 30 * WINDOW, number))
+        lines.append(f"{condition}.npy,{condition},600,{RATE}")
+    (tmp_path / "table.csv").write_text("\n".join(lines))
+    before = listing(tmp_path)
+    with room_for(1000):
+        code, _, err = run("fit", tmp_path / "table.csv", "-o", tmp_path / "m.skops",
+                           "--window-length", WINDOW)  # fmt: skip
+    assert code == 1 and "Traceback" not in err and "File too large" in err
+    assert listing(tmp_path) == before
+    assert run("fit", tmp_path / "table.csv", "-o", tmp_path / "m.skops",
+               "--window-length", WINDOW)[0] == 0  # fmt: skip
+    load_diagnoser(tmp_path / "m.skops")
