@@ -1,5 +1,6 @@
 """Text with a column for each channel."""
 
+import codecs
 import csv
 import gzip
 import io
@@ -226,28 +227,28 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     if not filled:
         raise ContentError("No columns to parse: the file holds no line of text")
     separator = _separator(filled[len(filled) // 2 :][-20:])
-    rows = list(_rows(body, separator))
+    before, rows = zip(*_rows(body, separator), strict=True)
     decimal = "."
-    if separator != "," and any(_WITH_COMMA.fullmatch(f) for _, fields in rows for f in fields):
+    if separator != "," and any(_WITH_COMMA.fullmatch(f) for fields in rows for f in fields):
         decimal = ","
-    n_fields, n_filled, first = _first_sample([fields for _, fields in rows], decimal, may_be_cut)
-    above = [fields for _, fields in rows[:first] if fields]
-    names, units = None, {}
+    n_fields, n_filled, first = _first_sample(rows, decimal, may_be_cut)
+    above = [fields for fields in rows[:first] if fields]
+    names, unit_line, n_ignored = None, [], 0
     if above:
         names, unit_line = _names_and_units(above, n_fields, n_filled, decimal)
-        units = dict(zip(_distinct(names or []), unit_line, strict=False))
+        n_ignored = len(above) - (names is not None) - bool(unit_line)
     elif n_comments:
-        last = _fields(lines[n_comments - 1].lstrip("#% "), separator)
-        is_header = len(last) == n_fields and not all(is_number(field, decimal) for field in last)
-        names = last if is_header else None
-    n_ignored = len(above) - (names is not None) - bool(units) if above else 0
+        ((_, last),) = _rows([lines[n_comments - 1].lstrip("#% ")], separator)
+        if len(last) == n_fields and not all(is_number(field, decimal) for field in last):
+            names = last
     has_header = names is not None
     names = _distinct(names) if has_header else [str(i) for i in range(n_fields)]
+    units = dict(zip(names, unit_line, strict=False))
     for name in names:
         if name not in units and (match := _UNIT_IN_NAME.fullmatch(name)):
             units[name] = match[1]
     units = {name: unit.strip("[]() ") for name, unit in units.items() if unit.strip("[]() ")}
-    n_head = n_comments + (rows[first][0] if first < len(rows) else len(body))
+    n_head = n_comments + (before[first] if first < len(rows) else len(body))
     return TextLayout(encoding, separator, decimal, has_header, n_head, n_ignored, names, units)
 
 
@@ -258,32 +259,27 @@ def _first_sample(rows, decimal, may_be_cut):
     columns = list(zip(*(fields for fields in tail if len(fields) == n_fields), strict=True))
     kinds = []
     for column in columns:
-        found = Counter(_kind(field, decimal) for field in column if field)
-        kinds.append(found.most_common(1)[0][0] if found else "text")
+        found = Counter(_kind(field, decimal) for field in column if field) or Counter(["text"])
+        kinds.append(found.most_common(1)[0][0])
 
-    def is_sample(fields):
+    def is_like_the_tail(fields):
         return len(fields) == n_fields and all(
             kind == "text" or not field or _kind(field, decimal) == kind
             for field, kind in zip(fields, kinds, strict=True)
         )
 
-    def holds_numbers(fields):
-        return any(fields) and all(is_number(field, decimal) for field in fields)
-
-    def is_text(fields):
-        return all(_kind(field, decimal) == "text" for field in fields if field)
-
-    first = next(i for i in range(len(rows)) if is_sample(rows[i]))
-    above = [is_text(fields) for fields in rows[:first] if len(fields) == n_fields]
+    first = next(i for i, fields in enumerate(rows) if is_like_the_tail(fields))
+    above = [_is_text(fields, decimal) for fields in rows[:first] if len(fields) == n_fields]
     is_damaged = above and not above[-1] and any(above)
-    if set(kinds) == {"text"} or is_damaged or any(map(holds_numbers, rows[may_be_cut:first])):
+    is_damaged = is_damaged or any(_is_sample(fields, decimal) for fields in rows[may_be_cut:first])
+    if set(kinds) == {"text"} or is_damaged:
         # Damaged samples are not taken for a preamble: the reader refuses them.
         top = next(i for i, fields in enumerate(rows) if fields)
         head, second, third = [*rows[top:], [], []][:3]
         has_units = _is_unit_line(second, decimal) and any(
             field and is_number(field, decimal) for field in third
         )
-        first = top if holds_numbers(head) else top + 1 + has_units
+        first = top if _is_sample(head, decimal) else top + 1 + has_units
         return len(head), len(head), first
     n_filled = max(i + 1 for i, column in enumerate(columns) if any(column))
     return n_fields, n_filled, first
@@ -300,7 +296,7 @@ def _names_and_units(above, n_fields, n_filled, decimal):
 
     names = fitted(above[-1])
     if names is None or all(is_number(field, decimal) for field in names):
-        if len(above[-1]) > 1 and all(_kind(field, decimal) == "text" for field in above[-1]):
+        if len(above[-1]) > 1 and _is_text(above[-1], decimal):
             raise ContentError(f"{len(above[-1])} names for the {n_fields} fields of a sample")
         return None, []
     before = fitted(above[-2]) if len(above) > 1 else None
@@ -329,15 +325,12 @@ def _rows(lines, separator):
 
 
 def _decode(head):
-    for mark, encoding in ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")):
-        if head.startswith(mark):
-            return encoding, head[: len(head) // 2 * 2].decode(encoding, errors="replace")
+    is_utf_16 = head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    encoding = "utf-16" if is_utf_16 else "utf-8-sig"
     try:
-        # The last character may have been cut.
-        return "utf-8-sig", head.decode("utf-8-sig", errors="strict")
-    except UnicodeDecodeError as error:
-        if error.start >= len(head) - 4:
-            return "utf-8-sig", head[: error.start].decode("utf-8-sig")
+        # An incremental decoder accepts that the last character was cut.
+        return encoding, codecs.getincrementaldecoder(encoding)().decode(head)
+    except UnicodeDecodeError:
         return "latin-1", head.decode("latin-1")
 
 
@@ -352,12 +345,6 @@ def _separator(lines):
     return ","
 
 
-def _fields(line, separator):
-    if separator == r"\s+":
-        return line.split()
-    return [field.strip() for field in next(csv.reader([line], delimiter=separator), [])]
-
-
 def is_number(field: str, decimal: str) -> bool:
     """Whether a field holds a number, or nothing."""
     try:
@@ -365,6 +352,14 @@ def is_number(field: str, decimal: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def _is_sample(fields, decimal):
+    return any(fields) and all(is_number(field, decimal) for field in fields)
+
+
+def _is_text(fields, decimal):
+    return all(_kind(field, decimal) == "text" for field in fields if field)
 
 
 def _is_unit_line(fields, decimal):
