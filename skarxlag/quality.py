@@ -11,13 +11,19 @@ from sklearn.utils import check_array
 from ._parallel import map_batches
 from ._validation import check_real
 from .kernels.scaling import ROUNDING
+from .speeds import speeds_of_rows
 
+#: Share of samples that may repeat the sample before, and of those that may do so in one run.
+_HELD, _STUCK = 0.5, 0.1
+#: Shorter runs of equal samples may come from quantisation.
+_SHORTEST_STUCK = 16
 #: A window whose values lie on fewer levels than this is the last bit of a converter, not a signal.
 _FEWEST_LEVELS = 8
 #: Shorter windows may lie on few levels by chance.
 _SHORTEST_COARSE = 64
-#: Shorter stretches of equal samples may come from quantisation.
-_SHORTEST_STUCK = 16
+#: Share of samples that may lie at the two extremes: Gaussian noise that is clipped beyond 2.33
+#: standard deviations is accepted.
+_CLIPPED = 0.02
 #: Steps of more than `_LEAP` of the range are leaps. They come from wrapping round if linear
 #: prediction of this order misses some of them by `_UNFORESEEN` of the range, and if some samples
 #: lie in the outer `_EDGE` of the range at either end, where a signal that was not cut has few.
@@ -25,24 +31,21 @@ _LEAP, _UNFORESEEN, _FEWEST_LEAPS, _EDGE, _FEWEST_AT_ENDS, _ORDER = 0.75, 0.4, 4
 #: A decade of the spectrum is missing if its density, in so many bands, is this much below that of
 #: the rest.
 _EMPTY, _FEWEST_BINS, _BANDS = 1e-6, 200, 8
-_MAINS = (50.0, 60.0)
+#: Frequencies in Hz, and the share of the energy that a sine there may have: one of up to 20 dB
+#: above the rest is accepted.
+_MAINS, _HUM = (50.0, 60.0), 0.99
 #: Periods of the mains frequency in a window, so that it differs from a drift; and the largest
 #: deviation from it in Hz.
 _FEWEST_PERIODS, _DEVIATION = 3, 0.5
-
-#: Names in the order of the criteria.
-_NAMES = ("not finite", "constant", "held", "stuck", "coarse", "clipped", "wrapped")
-_NAMES += ("band missing", "hum")
+#: Share by which stated speeds differ from true ones.
+_SPEED_ERROR = 0.01
 
 
 def signal_quality(
     X: ArrayLike,
     *,
     sampling_rate: float | None = None,
-    clipped_share: float = 0.02,
-    held_share: float = 0.5,
-    stuck_share: float = 0.1,
-    hum_share: float = 0.99,
+    rpm: ArrayLike | None = None,
     return_share: bool = False,
 ) -> Any:
     """Return whether each window carries a signal, and if not, why.
@@ -56,15 +59,15 @@ def signal_quality(
       window. Its share counts these samples.
     - ``"constant"``: the output does not move by more than rounding (8 times the resolution of
       double precision) of its largest value. The sensor is dead or not connected.
-    - ``"held"``: more than `held_share` of the samples of the output repeat the sample before, but
+    - ``"held"``: more than half of the samples of the output repeat the sample before, but
       for rounding of the largest value. Most of the window is dropouts, the logger held its last
       value, or one sample is so large that nothing else counts.
-    - ``"stuck"``: the longest run of equal samples is longer than `stuck_share` of the window and
+    - ``"stuck"``: the longest run of equal samples is longer than a tenth of the window and
       than 16 samples. A cable was loose, or the logger lost a block.
     - ``"coarse"``: the range of the output is less than 7 times its smallest step, so that the
       samples lie on fewer than 8 levels. The signal is lost below the last bit of the converter.
       Its share is that of one step in the range.
-    - ``"clipped"``: more than `clipped_share` of the samples of the output are equal to its largest
+    - ``"clipped"``: more than 2 % of the samples of the output are equal to its largest
       or to its smallest value. The amplifier or the converter is saturated.
     - ``"wrapped"``: the output leaps by more than 75 % of its range. A linear prediction of order
       8 misses at least 4 leaps, and at least 5 samples lie at either end of the range. Values
@@ -73,9 +76,9 @@ def signal_quality(
       than 60 dB below the
       median of all other frequencies. The signal was filtered, or was recorded at a lower rate. Its
       share is that of the decade in all frequencies.
-    - ``"hum"``: a sine of 50 or 60 Hz has more than `hum_share` of the energy of the output without
-      its trend. A shield is not grounded. This requires `sampling_rate` and windows of at least
-      three periods.
+    - ``"hum"``: a sine of 50 or 60 Hz has more than 99 % of the energy of the output without its
+      trend. A shield is not grounded. This requires `sampling_rate` and windows of at least three
+      periods. A line at a harmonic of the shaft's speed is not called hum.
     - ``"good"``: none of these.
 
     Measured inputs, the channels after the first, may well be constant: a torque that is held, or a
@@ -87,16 +90,10 @@ def signal_quality(
         Windows in any unit; NaN is allowed.
     sampling_rate : float, default=None
         In Hz, above 0. None does not look for hum.
-    clipped_share : float, default=0.02
-        Share of samples in (0, 1] that may lie at the two extremes of a window. The default accepts
-        Gaussian noise that is clipped beyond 2.33 standard deviations.
-    held_share : float, default=0.5
-        Share of samples in (0, 1] that may repeat the sample before.
-    stuck_share : float, default=0.1
-        Share of samples in (0, 1] that may follow each other with the same value.
-    hum_share : float, default=0.99
-        Share of energy in (0, 1] that a sine of the mains frequency may have. The default accepts a
-        sine of up to 20 dB above the rest.
+    rpm : float, array-like of shape (n_windows,) or None, default=None
+        Shaft speed of each window in rev/min, NaN where it is not known. The mains frequency is not
+        looked for if it is closer to a multiple of the shaft's frequency than 1 %, 0.5 Hz or the
+        resolution of the window. Slow shafts in short windows are never found to hum.
     return_share : bool, default=False
         Whether to return the shares, too.
 
@@ -112,7 +109,7 @@ def signal_quality(
     Raises
     ------
     ValueError
-        If X has another number of axes, or a share or the sampling rate is out of its range.
+        If X has another number of axes, the sampling rate is not positive, or `rpm` does not fit X.
 
     Notes
     -----
@@ -141,14 +138,6 @@ def signal_quality(
     >>> share.round(2)
     array([0.  , 1.  , 0.32, 0.8 , 0.2 ])
     """
-    shares = {
-        "clipped_share": clipped_share,
-        "held_share": held_share,
-        "stuck_share": stuck_share,
-        "hum_share": hum_share,
-    }
-    for name, share in shares.items():
-        check_real(share, name, min_val=0, max_val=1, include_boundaries="right")
     if sampling_rate is not None:
         check_real(sampling_rate, "sampling_rate", min_val=0, include_boundaries="neither")
     X = check_array(
@@ -163,15 +152,22 @@ def signal_quality(
             f"X has shape {X.shape}, expected (n_windows, n_samples) or "
             "(n_windows, 1 + n_inputs, n_samples)."
         )
+    frequencies = None if rpm is None else speeds_of_rows(rpm, len(X)) / 60
+    if frequencies is not None and frequencies.shape != (len(X),):
+        raise ValueError(f"rpm has shape {frequencies.shape}, expected one speed for each window.")
     parts = map_batches(
-        lambda batch: _quality_of_batch(X[batch], sampling_rate, **shares), len(X), None
+        lambda batch: _quality_of_batch(
+            X[batch], sampling_rate, None if frequencies is None else frequencies[batch]
+        ),
+        len(X),
+        None,
     )
-    found, share = (np.concatenate(each) for each in zip(*parts, strict=True))
-    quality = np.array([*_NAMES, "good"])[found]
+    quality, share = (np.concatenate(each) for each in zip(*parts, strict=True))
     return (quality, share) if return_share else quality
 
 
-def _quality_of_batch(windows, sampling_rate, clipped_share, held_share, stuck_share, hum_share):
+def _quality_of_batch(windows, sampling_rate, shaft_frequency):
+    """Name of the first criterion that each window fails, and the share to which it applies."""
     output = windows if windows.ndim == 2 else windows[:, 0]
     # NaN and infinity show in the extremes, which are needed anyway.
     highest, lowest = output.max(axis=1), output.min(axis=1)
@@ -197,38 +193,44 @@ def _quality_of_batch(windows, sampling_rate, clipped_share, held_share, stuck_s
     leaps = np.count_nonzero(steps > _LEAP * half_range[:, np.newaxis], axis=1)
     # Steps below the rounding of the largest value are lost, for instance next to one huge sample.
     stays = steps <= ROUNDING / 2 * largest[:, np.newaxis]
-    held = np.count_nonzero(stays, axis=1)
+    held = np.count_nonzero(stays, axis=1) / n_samples
     steps[stays] = np.inf
     with np.errstate(divide="ignore", invalid="ignore"):
         coarse = np.nan_to_num(steps.min(axis=1, initial=np.inf) / half_range, posinf=0.0)
+    run = _longest_runs(stays)
     n_extreme = np.count_nonzero(output == highest[:, np.newaxis], axis=1)
     n_extreme += np.count_nonzero(output == lowest[:, np.newaxis], axis=1)
-    run = _longest_runs(stays)
-    criteria = [
-        (~finite, not_finite),
-        (half_range <= ROUNDING / 2 * largest, 1.0),
-        (held > held_share * n_samples, held / n_samples),
-        ((run > stuck_share * n_samples) & (run > _SHORTEST_STUCK), run / n_samples),
-        ((coarse * (_FEWEST_LEVELS - 1.5) > 1) & (n_samples >= _SHORTEST_COARSE), coarse),
-        ((n_extreme > clipped_share * n_samples) & (n_extreme > 2), n_extreme / n_samples),
-        (np.zeros(len(output), dtype=bool), leaps / n_samples),
-    ]
-    failed = np.array([fails for fails, _ in criteria] + [np.zeros_like(finite)] * 2)
-    share = np.array([np.broadcast_to(each, len(output)) for _, each in criteria] + [0 * held] * 2)
+    clipped = n_extreme / n_samples
+    checks = {
+        "not finite": (~finite, not_finite),
+        "constant": (half_range <= ROUNDING / 2 * largest, np.ones(len(output))),
+        "held": (held > _HELD, held),
+        "stuck": ((run > _STUCK * n_samples) & (run > _SHORTEST_STUCK), run / n_samples),
+        "coarse": ((coarse * (_FEWEST_LEVELS - 1.5) > 1) & (n_samples >= _SHORTEST_COARSE), coarse),
+        "clipped": ((clipped > _CLIPPED) & (n_extreme > 2), clipped),
+    }
+    quality, share = _first_failed(checks, len(output))
     # The other criteria cost more, and only make sense for a signal that moves.
-    rest = np.flatnonzero(~failed.any(axis=0))
-    if n_samples >= _SHORTEST_COARSE:
-        for i in rest[leaps[rest] >= _FEWEST_LEAPS]:
-            failed[6, i] = _is_wrapped((output[i] / largest[i]).astype(np.float64))
-    scaled = (output[rest] / largest[rest, np.newaxis]).astype(np.float64)
-    if len(rest) and n_samples >= 2 * _FEWEST_BINS:
-        failed[7, rest], share[7, rest] = _missing_decade(scaled)
-    if len(rest) and sampling_rate is not None:
-        share[8, rest] = _hum(scaled, sampling_rate)
-        failed[8, rest] = share[8, rest] > hum_share
-    found = np.where(failed.any(axis=0), failed.argmax(axis=0), len(_NAMES))
-    share = np.vstack([share, np.zeros(len(output))])
-    return found, share[found, np.arange(len(output))]
+    rest = np.flatnonzero(quality == "good")
+    if len(rest):
+        scaled = (output[rest] / largest[rest, np.newaxis]).astype(np.float64)
+        checks = {"wrapped": (_wrapped(scaled, leaps[rest]), leaps[rest] / n_samples)}
+        if n_samples >= 2 * _FEWEST_BINS:
+            checks["band missing"] = _missing_decade(scaled)
+        if sampling_rate is not None:
+            frequency = None if shaft_frequency is None else shaft_frequency[rest]
+            hum = _hum(scaled, sampling_rate, frequency)
+            checks["hum"] = (hum > _HUM, hum)
+        quality[rest], share[rest] = _first_failed(checks, len(rest))
+    return quality, share
+
+
+def _first_failed(checks, n_windows):
+    quality, share = np.full(n_windows, "good", dtype="<U12"), np.zeros(n_windows)
+    for name, (fails, share_of_check) in checks.items():
+        new = fails & (quality == "good")
+        quality[new], share[new] = name, share_of_check[new]
+    return quality, share
 
 
 def _longest_runs(stays):
@@ -238,17 +240,23 @@ def _longest_runs(stays):
     return (place - last_move).max(axis=1, initial=0) + 1
 
 
-def _is_wrapped(signal):
-    """Whether the signal ends abruptly at both ends of its range, and leaps unforeseen."""
-    signal = signal - signal.mean()
-    zone = _EDGE * np.ptp(signal)
-    n_at_ends = min(np.sum(signal > signal.max() - zone), np.sum(signal < signal.min() + zone))
-    past = np.lib.stride_tricks.sliding_window_view(signal, _ORDER)[:-1]
-    coef, *_ = np.linalg.lstsq(past, signal[_ORDER:], rcond=None)
-    errors = np.abs(signal[_ORDER:] - past @ coef)
-    is_leap = np.abs(np.diff(signal[_ORDER - 1 :])) > _LEAP * np.ptp(signal)
-    n_unforeseen = np.count_nonzero(errors[is_leap] > _UNFORESEEN * np.ptp(signal))
-    return n_at_ends >= _FEWEST_AT_ENDS and n_unforeseen >= _FEWEST_LEAPS
+def _wrapped(windows, leaps):
+    """Whether signals end abruptly at both ends of their range, and leap unforeseen."""
+    found = np.zeros(len(windows), dtype=bool)
+    if windows.shape[1] < _SHORTEST_COARSE:
+        return found
+    for i in np.flatnonzero(leaps >= _FEWEST_LEAPS):
+        signal = windows[i] - windows[i].mean()
+        span, highest, lowest = np.ptp(signal), signal.max(), signal.min()
+        at_ends = signal > highest - _EDGE * span, signal < lowest + _EDGE * span
+        past = np.lib.stride_tricks.sliding_window_view(signal, _ORDER)[:-1]
+        coef, *_ = np.linalg.lstsq(past, signal[_ORDER:], rcond=None)
+        errors = np.abs(signal[_ORDER:] - past @ coef)
+        is_leap = np.abs(np.diff(signal[_ORDER - 1 :])) > _LEAP * span
+        n_unforeseen = np.count_nonzero(errors[is_leap] > _UNFORESEEN * span)
+        n_at_ends = min(map(np.count_nonzero, at_ends))
+        found[i] = n_at_ends >= _FEWEST_AT_ENDS and n_unforeseen >= _FEWEST_LEAPS
+    return found
 
 
 def _missing_decade(windows):
@@ -275,8 +283,11 @@ def _detrended(windows):
     return windows - windows @ basis @ basis.T
 
 
-def _hum(windows, sampling_rate):
-    """Share of energy that a sine of 50 or 60 Hz has, apart from a linear trend."""
+def _hum(windows, sampling_rate, shaft_frequency):
+    """Share of energy that a sine of 50 or 60 Hz has, apart from a linear trend.
+
+    It is 0 where the shaft has a harmonic there.
+    """
     n_samples = windows.shape[1]
     seconds = (np.arange(n_samples) - (n_samples - 1) / 2) / sampling_rate
     duration, share = n_samples / sampling_rate, np.zeros(len(windows))
@@ -285,6 +296,13 @@ def _hum(windows, sampling_rate):
     for mains in _MAINS:
         if duration * mains < _FEWEST_PERIODS or mains > sampling_rate / 4:
             continue
+        is_of_shaft = np.zeros(len(windows), dtype=bool)
+        if shaft_frequency is not None:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                order = np.maximum(np.round(mains / shaft_frequency), 1)
+                distance = np.abs(order * shaft_frequency - mains)
+            # Closer lines cannot be told apart in the window.
+            is_of_shaft = distance <= max(_DEVIATION, _SPEED_ERROR * mains, 1 / duration)
         # With its derivative, a sine fits frequencies that differ by a quarter of the resolution.
         n_steps = int(np.ceil(2 * _DEVIATION * duration))
         for frequency in mains + np.arange(-n_steps, n_steps + 1) / (2 * duration):
@@ -292,5 +310,5 @@ def _hum(windows, sampling_rate):
             sine = np.stack([np.cos(phase), np.sin(phase)], axis=1)
             basis = _detrended(np.hstack([sine, seconds[:, np.newaxis] * sine]).T).T
             fitted = np.sum((signal @ np.linalg.qr(basis)[0]) ** 2, axis=1)
-            share = np.maximum(share, fitted / energy)
+            share = np.maximum(share, np.where(is_of_shaft, 0.0, fitted / energy))
     return share.clip(max=1.0)

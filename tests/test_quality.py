@@ -50,20 +50,21 @@ def test_dropouts_are_tolerated_up_to_the_stated_share():
     window = NOISE[0].copy()
     window.reshape(-1, 12)[:, :4] = 0.0
     assert one(window) == "good"
-    assert one(window, held_share=0.2) == "held"
+    window.reshape(-1, 12)[:, :8] = 0.0
+    assert one(window) == "held"
 
 
 def test_a_stuck_part_is_tolerated_up_to_the_stated_share():
     window = NOISE[0].copy()
     window[100:200] = 0.0
     assert one(window) == "good"
-    assert one(window, stuck_share=0.08) == "stuck"
+    window[100:240] = 0.0
+    assert one(window) == "stuck"
 
 
 def test_clipping_is_tolerated_up_to_the_stated_share():
     window = NOISE[0].clip(-2.6, 2.6)
     assert one(window) == "good"
-    assert one(window, clipped_share=0.001) == "clipped"
     assert one(NOISE[0].clip(-9, 1)) == "clipped"
 
 
@@ -118,11 +119,9 @@ def test_good_windows_are_what_a_diagnoser_can_be_asked_about():
 @pytest.mark.parametrize(
     ("X", "arguments", "message"),
     [
-        (NOISE, {"clipped_share": 0.0}, "clipped_share == 0"),
-        (NOISE, {"held_share": 1.5}, r"held_share == 1\.5"),
-        (NOISE, {"stuck_share": 0.0}, "stuck_share == 0"),
-        (NOISE, {"hum_share": 2.0}, r"hum_share == 2\.0"),
         (NOISE, {"sampling_rate": 0.0}, "sampling_rate == 0"),
+        (NOISE, {"rpm": [900, 900]}, r"rpm has shape \(2,\), expected one speed for each window"),
+        (NOISE, {"rpm": "fast"}, "rpm must hold numbers"),
         (NOISE[0], {}, "Expected 2D array"),
         (NOISE[np.newaxis, np.newaxis], {}, r"X has shape \(1, 1, 6, 1200\)"),
     ],
@@ -216,8 +215,10 @@ def test_clipping_of_a_recording(recorded):
 def test_quantisation_of_a_recording(recorded):
     windows = recorded[0] - recorded[0].mean(axis=1, keepdims=True)
     steps = np.round(windows / np.ptp(windows, axis=1, keepdims=True) * 6)
-    quality, share = signal_quality(steps, held_share=1.0, stuck_share=1.0, return_share=True)
-    assert set(quality) == {"coarse"} and np.all(share >= 1 / 7)
+    quality, share = signal_quality(steps, return_share=True)
+    # Quiet recordings stay at one level for most of the time.
+    assert set(quality) <= {"coarse", "held", "stuck"} and np.all(share >= 0.1)
+    assert np.all(share[quality == "coarse"] >= 1 / 7)
 
 
 @pytest.mark.parametrize("low", [0.02, 0.1])
@@ -245,14 +246,27 @@ def test_hum_of_a_recording(recorded, frequency):
     # Of 10 dB, nine tenths of the energy are hum.
     faint = with_hum(windows, sampling_rate, frequency, 10)
     assert np.all(signal_quality(faint, sampling_rate=sampling_rate) == "good")
-    arguments = {"sampling_rate": sampling_rate, "hum_share": 0.8}
-    assert share_of(faint, "hum", **arguments) == pytest.approx(10 / 11, abs=0.03)
+    # The same line is none if the shaft turns at that frequency, or at an integer part of it.
+    for order in (1, 2, 5):
+        rpm = 60 * frequency / order
+        quality = signal_quality(humming, sampling_rate=sampling_rate, rpm=rpm)
+        assert "hum" not in quality
+    for rpm in (60 * frequency * 2, np.nan, 0, np.full(len(humming), 1e5)):
+        assert share_of(humming, "hum", sampling_rate=sampling_rate, rpm=rpm) > 0.999
 
 
 def test_a_window_shorter_than_three_periods_has_no_hum():
     humming = with_hum(NOISE, 50e3, 50, 40)
     assert np.all(signal_quality(humming, sampling_rate=50e3) == "good")
     assert np.all(signal_quality(humming[:, ::20], sampling_rate=2500.0) == "good")
+
+
+@pytest.mark.parametrize(
+    ("rpm", "kind"), [(1500, "good"), (1490, "good"), (1450, "hum"), (1000, "good"), (1800, "hum")]
+)
+def test_a_harmonic_of_the_shaft_is_no_hum(rpm, kind):
+    noise = np.random.default_rng(0).normal(size=(3, 4000))
+    assert set(signal_quality(with_hum(noise, 2000, 50, 40), sampling_rate=2000, rpm=rpm)) == {kind}
 
 
 def test_shares_of_the_other_kinds():
