@@ -211,6 +211,8 @@ class Judge:
         speeds get no verdict.
     same_speed : bool, default=False
         Whether windows without a stated speed are taken to be of a training speed.
+    sampling_rate : float, default=None
+        In Hz, to find mains hum. None: that of the models, if they state it.
 
     Attributes
     ----------
@@ -238,6 +240,7 @@ class Judge:
     train_rpm: list[float]
     speed_factor: float
     same_speed: bool
+    sampling_rate: float | None
 
     def __init__(
         self,
@@ -249,6 +252,7 @@ class Judge:
         train_rpm: Sequence[float] = (),
         speed_factor: float = SPEED_FACTOR,
         same_speed: bool = False,
+        sampling_rate: float | None = None,
     ) -> None:
         if diagnoser is None and detector is None:
             raise ValueError("diagnoser and detector are None, expected at least one of them")
@@ -267,9 +271,10 @@ class Judge:
                 f"detector: {type(detector).__name__} flags no rows, expected an outlier detector"
             )
         self.detects, self.alarm_rate = limits.alarm, limits.stated_rate
-        self.train_rpm = list(train_rpm)
+        self.train_rpm, self.sampling_rate = list(train_rpm), sampling_rate
         for can in self._can.values():
             self.train_rpm = self.train_rpm or list(can.speeds)
+            self.sampling_rate = self.sampling_rate or can.sampling_rate
         check_real(speed_factor, "speed_factor", min_val=1)
         self.speed_factor, self.same_speed = speed_factor, same_speed
 
@@ -302,26 +307,28 @@ class Judge:
         Returns
         -------
         Bunch
-            One entry for each window: ``quality``, as `signal_quality` names it; ``refusal``, why
-            there can be no verdict, else an empty text; ``limits``, ``"hold"`` or why healthy
-            limits do not hold at this speed; ``probability`` of each condition, of shape
-            (n_windows, n_conditions); ``exceeds``, 1 if the healthy limits are exceeded, else 0;
-            ``score``, ``p_value`` (healthy) and ``nearest`` (p-value of the nearest condition).
-            Numbers are NaN if they are not known.
+            One entry for each window: ``quality`` and ``quality_share``, as `signal_quality`
+            returns them; ``refusal``, why there can be no verdict, else an empty text; ``limits``,
+            ``"hold"`` or why healthy limits do not hold at this speed; ``probability`` of each
+            condition, of shape (n_windows, n_conditions); ``exceeds``, 1 if the healthy limits are
+            exceeded, else 0; ``score``, ``p_value`` (healthy) and ``nearest`` (p-value of the
+            nearest condition). Numbers are NaN if they are not known.
         """
-        quality = signal_quality(X)
-        n = len(quality)
+        n = len(X)
         speed_error = np.full(n, "")
         if rpm is not None:
             speed_error = speed_errors(rpm, n, self.train_rpm, self.speed_factor)
             rpm = speeds_of_rows(rpm, n)
+        quality, share = signal_quality(
+            X, sampling_rate=self.sampling_rate, rpm=rpm, return_share=True
+        )
         refusal = speed_error.astype(object)
         limits = self._limits(rpm, n)
         if "diagnoser" not in self._can:
             # Without limits, a detector says nothing.
             refusal = np.where((refusal == "") & (limits != HOLD), limits, refusal)
         usable = np.flatnonzero((quality == "good") & (refusal == ""))
-        found = Bunch(quality=quality, refusal=refusal, limits=limits)
+        found = Bunch(quality=quality, quality_share=share, refusal=refusal, limits=limits)
         found.probability = np.full((n, len(self.conditions)), np.nan)
         for name in ("exceeds", "score", "p_value", "nearest"):
             found[name] = np.full(n, np.nan)
@@ -390,6 +397,7 @@ class Judge:
         is_refused = (found.quality == "good") & (found.refusal != "")
         verdict[is_refused] = [no_verdict(reason) for reason in found.refusal[is_refused]]
         columns = {"verdict": verdict, "alarm": found.exceeds, "quality": found.quality}
+        columns["quality share"] = found.quality_share
         if not np.isnan(found.exceeds).any():
             columns["alarm"] = found.exceeds == 1
         columns["limits"] = found.limits
@@ -483,6 +491,7 @@ def window_verdicts(
     detector: Pipeline | None = None,
     train_rpm: Sequence[float] = (),
     speed_factor: float = SPEED_FACTOR,
+    sampling_rate: float | None = None,
 ) -> pd.DataFrame:
     """Return the verdict of a diagnoser on each window.
 
@@ -510,18 +519,20 @@ def window_verdicts(
     speed_factor : float, default=5.0
         Windows whose stated speed lies farther than this factor, at least 1, outside the training
         speeds get no verdict.
+    sampling_rate : float, default=None
+        In Hz, to find mains hum. None: that of the models, if they state it.
 
     Returns
     -------
     DataFrame
         ``verdict``: the most probable condition, of a detector alone the healthy condition or
         ``"changed"``; ``"no signal"``; or ``"no verdict: ..."`` with the reason. ``alarm``: whether
-        the healthy limits are exceeded, NaN if this is not known; ``quality``, as
-        :func:`skarxlag.signal_quality` names it; ``limits``: ``"hold"``, or why the healthy limits
-        do not hold at this speed. With a detector, ``score``, the logarithm of the p-value over the
-        false-alarm rate, and ``p-value``, the probability that a healthy window deviates as much.
-        Of a classifier, ``probability of`` each condition. With `known`, ``p-value of nearest``
-        condition.
+        the healthy limits are exceeded, NaN if this is not known; ``quality`` and
+        ``quality share``, as :func:`skarxlag.signal_quality` returns them; ``limits``: ``"hold"``,
+        or why the healthy limits do not hold at this speed. With a detector, ``score``, the
+        logarithm of the p-value over the false-alarm rate, and ``p-value``, the probability that a
+        healthy window deviates as much. Of a classifier, ``probability of`` each condition. With
+        `known`, ``p-value of nearest`` condition.
 
     Raises
     ------
@@ -547,6 +558,7 @@ def window_verdicts(
         detector=detector,
         train_rpm=train_rpm,
         speed_factor=speed_factor,
+        sampling_rate=sampling_rate,
     )
     return judge.windows(X, rpm)
 
@@ -562,6 +574,7 @@ def recording_verdicts(
     detector: Pipeline | None = None,
     train_rpm: Sequence[float] = (),
     speed_factor: float = SPEED_FACTOR,
+    sampling_rate: float | None = None,
 ) -> pd.DataFrame:
     r"""Return one answer for each recording, from its windows.
 
@@ -587,7 +600,7 @@ def recording_verdicts(
         Windows.
     recording : array-like of shape (n_windows,)
         Identifier of the recording of each window.
-    conditions, rpm, known, detector, train_rpm, speed_factor
+    conditions, rpm, known, detector, train_rpm, speed_factor, sampling_rate
         As in `window_verdicts`.
 
     Returns
@@ -635,6 +648,7 @@ def recording_verdicts(
         detector=detector,
         train_rpm=train_rpm,
         speed_factor=speed_factor,
+        sampling_rate=sampling_rate,
     )
     groups = judge.windows(X, rpm).groupby(recording, sort=False)
     rows = {name: judge.recording(windows) for name, windows in groups}

@@ -9,6 +9,7 @@ from skarxlag import (
     make_diagnoser,
     make_windows,
     read_recording,
+    recording_verdicts,
     signal_quality,
     window_verdicts,
 )
@@ -298,6 +299,26 @@ def test_window_without_a_signal_gets_no_verdict(make):
     found = window_verdicts(diagnoser, np.concatenate([X[:1], silent_windows(), X[-1:]]))
     assert found["verdict"].tolist() == ["good", *["no signal"] * 5, "worn"]
     assert found.loc[1:5, ["probability of good", "probability of worn"]].isna().all(axis=None)
+
+
+def test_what_is_wrong_reaches_verdicts_with_its_share():
+    rng = np.random.default_rng(0)
+    X = rng.normal(size=(12, 1200))
+    X[6:] = X[6:].cumsum(axis=1)
+    diagnoser = make_alpio().fit(X, np.repeat(["good", "worn"], 6))
+    new = X[:3].copy()
+    new[1, :900] = 0.0
+    new[2] = with_hum(new[2:], 2000, 50, 40)[0]
+    found = window_verdicts(diagnoser, new, sampling_rate=2000)
+    assert found["verdict"].tolist() == ["good", "no signal", "no signal"]
+    assert found["quality"].tolist() == ["good", "held", "hum"]
+    np.testing.assert_allclose(found["quality share"], [0, 0.75, 1], atol=2e-3)
+    # Without a rate there is no hum, and a shaft may turn at that frequency.
+    assert window_verdicts(diagnoser, new)["quality"].tolist() == ["good", "held", "good"]
+    same = window_verdicts(diagnoser, new, sampling_rate=2000, rpm=1500)
+    assert same["quality"].tolist() == ["good", "held", "good"]
+    run = recording_verdicts(diagnoser, new, ["run"] * 3, sampling_rate=2000)
+    assert run.loc["run", "no signal"] == 2
 
 
 def test_channels_after_the_first_may_be_constant():

@@ -57,9 +57,9 @@ def test_windows_get_what_the_pipeline_says(diagnoser, windows):
     np.testing.assert_array_equal(verdicts["verdict"], diagnoser.predict(X))
     columns = ["probability of coloured", "probability of white"]
     np.testing.assert_allclose(verdicts[columns], diagnoser.predict_proba(X))
-    assert verdicts.columns[4:].tolist() == columns
+    assert verdicts.columns[5:].tolist() == columns
     reversed_columns = window_verdicts(diagnoser, X, ["white", "coloured"]).columns.tolist()
-    assert reversed_columns[4:] == columns[::-1]
+    assert reversed_columns[5:] == columns[::-1]
 
 
 def test_evidence_of_a_recording_counts_correlated_windows(diagnoser, windows):

@@ -93,6 +93,7 @@ class SavedModel:
                 known=self.known,
                 detector=self.detector,
                 train_rpm=self.train_rpm or (),
+                sampling_rate=self.sampling_rate,
             )
         except ValueError as error:
             raise CommandError(f"{path}: {error}") from error
@@ -247,7 +248,11 @@ class BearingModel:
                 "rpm, or a speed in the file."
             )
         ((X, sampling_rate),) = self.windows(recording)
-        row = {"start": 0, "verdict": NO_SIGNAL, "alarm": False, "quality": signal_quality(X)[0]}
+        quality, share = signal_quality(
+            X, sampling_rate=sampling_rate, rpm=recording.rpm, return_share=True
+        )
+        row = {"start": 0, "verdict": NO_SIGNAL, "alarm": False}
+        row |= {"quality": quality[0], "quality share": share[0]}
         answer = {"probability": np.nan, "alarm": "-", "p-value": np.nan, "limits": ""}
         remarks = []
         has_signal = row["quality"] == "good"

@@ -211,6 +211,7 @@ class ConditionMonitor:
             train_rpm=train_rpm,
             speed_factor=speed_factor,
             same_speed=True,
+            sampling_rate=sampling_rate,
         )
         can = answers(detector if diagnoser is None else diagnoser)
         self.conditions = [] if can.conditions is None else self._judge.conditions
