@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.utils import Bunch, check_scalar
+from sklearn.utils import check_scalar
 
 from ._base import GroupTransformer
 from ._parallel import map_batches
@@ -17,7 +16,6 @@ from ._state import INNOVATIONS, MODERATE, NOT_NEGATIVE, Values, remember_parame
 from ._validation import ABOVE_0, UP_TO_1, WITHIN_1, check_real, validate_innovations
 from .kernels import observer
 from .kernels.observer_bank import bank_levels, centre_frequencies, member_gains
-from .kernels.residual_levels import switching_gain
 
 #: Shares of the stable range of the loop's gain that a member's bound may take, tried in turn.
 _SHARES = (0.5, 0.25, 0.125, 0.0625)
@@ -182,56 +180,6 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
 
         parts = map_batches(of_batch, len(X), self.n_jobs)
         return np.concatenate(parts).astype(X.dtype, copy=False)
-
-    @uses_fitted
-    def observe(self, X: ArrayLike, members: Sequence[int]) -> Bunch:
-        """Compute the trajectories of chosen members.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
-            Innovations.
-        members : sequence of int
-            Indices of members, from 0 to n_members - 1, in the order of `frequencies_`.
-
-        Returns
-        -------
-        Bunch
-            Arrays in the unit of X, with the axes of X and one more, for the members, before the
-            last: ``error`` e, ``fault_estimate`` before each sample, ``switching_gain`` K in its
-            second pass over the window, and ``residual``, K times the sign of the fault estimate.
-
-        Raises
-        ------
-        ValueError
-            If no member has this index.
-        """
-        X, _ = validate_innovations(self, X, reset=False)
-        members = np.atleast_1d(members)
-        if members.dtype.kind not in "iu" or not np.all((members >= 0) & (members < len(self.kp_))):
-            raise ValueError(
-                f"members == {members.tolist()}, expected integers from 0 to {len(self.kp_) - 1}."
-            )
-        innovations = np.require(X, dtype=np.float64, requirements=["C", "W"])
-        loops = [
-            (self.pole, self.kp_[m], self.ki_[m], self.ki_[m], 1.0, 1.0, self.bounds_[m])
-            for m in members
-        ]
-        paths = [observer.observe(innovations, tuple(map(float, loop))) for loop in loops]
-        error, estimate = (np.stack(path, axis=2) for path in zip(*paths, strict=True))
-        n_samples = estimate.shape[-1]
-        rows = estimate.reshape(-1, n_samples)
-        twice = switching_gain(np.tile(rows, 2), self.adaptation_step)
-        gain = twice[:, n_samples:].reshape(estimate.shape)
-        found = {
-            "error": error,
-            "fault_estimate": estimate,
-            "switching_gain": gain,
-            "residual": gain * np.sign(estimate),
-        }
-        if self.n_models_ == 0:
-            found = {name: path[:, 0] for name, path in found.items()}
-        return Bunch(**found)
 
     @property
     def frequencies_(self) -> NDArray[Any]:

@@ -60,33 +60,6 @@ def test_saturation_limits_the_bounds(innovations):
 
 
 @pytest.mark.parametrize("make", BANKS)
-def test_trajectories_of_chosen_members(make, innovations):
-    bank = make(n_members=16).fit(innovations)
-    seen = bank.observe(innovations[:2], [3, 11])
-    assert all(path.shape == (2, 2, 2, 200) for path in seen.values())
-    loop = (0.3, bank.kp_[11], bank.ki_[11], bank.ki_[11], 1.0, 1.0, bank.bounds_[11])
-    error, estimate = observer.observe(innovations[:2], loop)
-    np.testing.assert_array_equal(seen.error[:, :, 1], error)
-    np.testing.assert_array_equal(seen.fault_estimate[:, :, 1], estimate)
-    np.testing.assert_array_equal(seen.residual, seen.switching_gain * np.sign(seen.fault_estimate))
-    # The estimate before the first sample is 0 here and the one after the last is not: all but
-    # one of the samples that the levels are made of are the same.
-    groups = bank.transform(innovations[:2]).reshape(2, 2, 3, 16)[..., [3, 11]]
-    peak = np.abs(innovations[:2]).max(axis=-1)[..., np.newaxis]
-    np.testing.assert_allclose(
-        2 * np.log(seen.switching_gain).mean(axis=-1) - 2 * np.log(peak), groups[:, :, 1], atol=0.1
-    )
-    plain = make(n_members=16).fit(innovations[:, 0]).observe(innovations[:2, 0], 3)
-    np.testing.assert_array_equal(plain.error[:, 0], seen.error[:, 0, 0])
-
-
-@pytest.mark.parametrize("members", [[-1], [16], [0.5]])
-def test_members_that_are_not_there_are_named(members, innovations):
-    with pytest.raises(ValueError, match=r"members == .* expected integers from 0 to 15"):
-        LINEAR(n_members=16).fit(innovations).observe(innovations, members)
-
-
-@pytest.mark.parametrize("make", BANKS)
 @pytest.mark.parametrize(
     ("parameter", "value"),
     [
@@ -128,6 +101,5 @@ def test_type_layout_and_threads(make, innovations):
 def test_a_state_that_is_not_possible_is_named(make, name, value, innovations):
     bank = make().fit(innovations)
     setattr(bank, name, value)
-    for use in (bank.transform, lambda X: bank.observe(X, [0])):
-        with pytest.raises(ValueError, match=name):
-            use(innovations)
+    with pytest.raises(ValueError, match=name):
+        bank.transform(innovations)

@@ -7,8 +7,15 @@ results come from a simulation. The benchmark contains results on real rigs.
 """
 
 import matplotlib.pyplot as plt
+import numpy as np
 
-from skarxlag import make_alpio, make_diagnoser, make_extended_state_pio
+from skarxlag import (
+    SpeedSplit,
+    cross_speed_predict,
+    make_alpio,
+    make_diagnoser,
+    make_extended_state_pio,
+)
 from skarxlag.datasets import simulate_rig
 from skarxlag.plotting import SpeedAccuracyDisplay
 
@@ -24,21 +31,21 @@ diagnosers = {
 }
 
 # %%
-# Given the recordings, a display fits on their first halves and tests on their second halves, at
-# the training speed too. A hollow marker is a test at the training speed.
+# Diagnosers are fitted on the first half of each recording at 500 rpm and tested on the second
+# halves, at the training speed too. A hollow marker is a test at the training speed.
 _, ax = plt.subplots(layout="constrained")
+groups = np.column_stack([rig.rpm, rig.recording])
+cv = SpeedSplit(train_rpm=500, same_speed=True)
 print("simulated rig, calibrated at 500 rpm: share of single windows that are right")
 for name, diagnoser in diagnosers.items():
-    display = SpeedAccuracyDisplay.from_estimator(
-        diagnoser,
-        rig.data,
-        rig.target,
-        rpm=rig.rpm,
-        recording=rig.recording,
+    verdicts = cross_speed_predict(diagnoser, rig.data, rig.target, groups=groups, cv=cv)
+    display = SpeedAccuracyDisplay(
+        verdicts["true"],
+        verdicts["predicted"],
         train_rpm=500,
+        test_rpm=rig.rpm[verdicts["window"]],
         name=name,
-        ax=ax,
-    )
+    ).plot(ax=ax)
     scores = zip(display.test_rpm, display.accuracy[0], strict=True)
     print(f"{name:14}", *(f"  {speed:g} rpm {score:.2f}" for speed, score in scores))
 ax.axhline(1 / 4, color="grey", linestyle=":")

@@ -178,7 +178,7 @@ def _speed_figure(verdicts, title):
     figure, panels = _panels(verdicts, title, 4.6, 4.6)
     for ax, own in panels:
         speeds = {"train_rpm": own["train_rpm"], "test_rpm": own["test_rpm"]}
-        SpeedAccuracyDisplay.from_predictions(own["true"], own["predicted"], **speeds, ax=ax)
+        SpeedAccuracyDisplay(own["true"], own["predicted"], **speeds).plot(ax=ax)
         ax.legend(loc="lower right", fontsize="small")
     return figure
 

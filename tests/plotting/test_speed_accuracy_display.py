@@ -1,18 +1,17 @@
 import matplotlib.style
 import numpy as np
-import pytest
 from matplotlib.figure import Figure
 from sklearn.dummy import DummyClassifier
 
-from skarxlag import SpeedSplit, make_alpio
+from skarxlag import cross_speed_predict
 from skarxlag.plotting import SpeedAccuracyDisplay
 from skarxlag.plotting._style import PALETTE
 
 
 def test_accuracy_of_speed_pairs_from_predictions(ax):
-    display = SpeedAccuracyDisplay.from_predictions(
-        list("abab"), list("abaa"), train_rpm=[300] * 4, test_rpm=[300, 300, 500, 500], ax=ax
-    )
+    display = SpeedAccuracyDisplay(
+        list("abab"), list("abaa"), train_rpm=[300] * 4, test_rpm=[300, 300, 500, 500]
+    ).plot(ax=ax)
     np.testing.assert_array_equal(display.accuracy, [[1.0, 0.5]])
     (line,) = display.lines_
     np.testing.assert_array_equal(line.get_xydata(), [[300, 1], [500, 0.5]])
@@ -27,56 +26,39 @@ def test_accuracy_of_speed_pairs_from_predictions(ax):
 
 
 def test_pairs_that_were_not_tested_are_left_out(ax):
-    display = SpeedAccuracyDisplay.from_predictions(
-        list("aa"), list("aa"), train_rpm=[300, 500], test_rpm=[500, 300], ax=ax
-    )
+    display = SpeedAccuracyDisplay(
+        list("aa"), list("aa"), train_rpm=[300, 500], test_rpm=[500, 300]
+    ).plot(ax=ax)
     assert np.isnan(display.accuracy).tolist() == [[True, False], [False, True]]
     assert [len(line.get_xdata()) for line in display.lines_] == [1, 1]
 
 
-@pytest.mark.parametrize("train_rpm", [None, 500])
-@pytest.mark.parametrize("halves", [False, True])
-def test_accuracy_of_speed_pairs_from_estimator(ax, rig, train_rpm, halves):
-    recording = rig.recording if halves else None
-    estimator = make_alpio()
-    display = SpeedAccuracyDisplay.from_estimator(
-        estimator,
-        rig.X,
-        rig.y,
-        rpm=rig.rpm,
-        recording=recording,
-        train_rpm=train_rpm,
-        name="A",
-        ax=ax,
+def test_name_and_style_can_be_given_and_plot_can_be_repeated(ax):
+    display = SpeedAccuracyDisplay(
+        list("aa"), list("ab"), train_rpm=300, test_rpm=[300, 500], name="A"
     )
-    groups = np.column_stack([rig.rpm, rig.recording]) if halves else rig.rpm
-    splits = list(SpeedSplit(train_rpm=train_rpm, same_speed=halves).split(rig.X, groups=groups))
-    for train, test in splits:
-        row = list(display.train_rpm).index(rig.rpm[train[0]])
-        column = list(display.test_rpm).index(rig.rpm[test[0]])
-        expected = make_alpio().fit(rig.X[train], rig.y[train]).score(rig.X[test], rig.y[test])
-        assert display.accuracy[row, column] == expected
-    assert np.isfinite(display.accuracy).sum() == len(splits)
-    assert ax.get_legend().get_texts()[-1].get_text() == "A, calibrated at 500 rpm"
-    assert not hasattr(estimator[0], "coef_")
-
-
-def test_name_of_the_class_is_the_default_and_plot_can_be_repeated(ax, rig):
-    display = SpeedAccuracyDisplay.from_estimator(
-        DummyClassifier(), rig.X, rig.y, rpm=rig.rpm, ax=ax
-    )
-    assert display.name == "DummyClassifier"
+    assert display.plot(ax=ax).lines_[0].get_label() == "A, calibrated at 300 rpm"
     other = Figure().subplots()
     display.plot(ax=other, name="B", linestyle=":")
     assert display.lines_[0].get_label() == "B, calibrated at 300 rpm"
     assert display.lines_[0].get_linestyle() == ":" and display.ax_ is other
 
 
+def test_verdicts_across_speeds_are_those_of_cross_speed_predict(ax, rig):
+    verdicts = cross_speed_predict(DummyClassifier(), rig.X, rig.y, groups=rig.rpm)
+    test_rpm = rig.rpm[verdicts["window"]]
+    train_rpm = np.where(test_rpm == 300, 500, 300)
+    display = SpeedAccuracyDisplay(
+        verdicts["true"], verdicts["predicted"], train_rpm=train_rpm, test_rpm=test_rpm
+    ).plot(ax=ax)
+    np.testing.assert_array_equal(display.accuracy, [[np.nan, 0.5], [0.5, np.nan]])
+
+
 def test_lines_of_several_displays_on_one_axes_differ(ax):
     for name in ("A", "B"):
-        display = SpeedAccuracyDisplay.from_predictions(
-            list("aa"), list("ab"), train_rpm=[1, 1], test_rpm=[1, 2], name=name, ax=ax
-        )
+        display = SpeedAccuracyDisplay(
+            list("aa"), list("ab"), train_rpm=[1, 1], test_rpm=[1, 2], name=name
+        ).plot(ax=ax)
     labelled = [line for line in ax.lines if not line.get_label().startswith("_")]
     assert [line.get_color() for line in labelled] == list(PALETTE[:2])
     assert labelled[0].get_marker() != labelled[1].get_marker()
@@ -86,5 +68,5 @@ def test_lines_of_several_displays_on_one_axes_differ(ax):
 def test_hollow_markers_show_the_page_behind_them():
     with matplotlib.style.context("dark_background"):
         dark = Figure().subplots()
-    SpeedAccuracyDisplay.from_predictions(["a"], ["a"], train_rpm=[1], test_rpm=[1], ax=dark)
+    SpeedAccuracyDisplay(["a"], ["a"], train_rpm=[1], test_rpm=[1]).plot(ax=dark)
     assert dark.lines[1].get_markerfacecolor() == (0, 0, 0, 1)
