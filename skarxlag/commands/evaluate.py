@@ -50,39 +50,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "make_diagnoser and two other methods with one speed in training and with one left out. "
         "Recordings of one value of the column campaign are not split between training and test",
     )
-    parser.add_argument("--rig", choices=TITLES, default="simulated", help="default: simulated")
-    parser.add_argument(
-        "--data-home", type=Path, help="folder of the real rigs' files; default: scikit-learn's"
-    )
-    parser.add_argument(
-        "--train-rpm",
-        type=speed_or_all,
-        metavar="RPM",
-        help="speed of the calibration, or all; default: all, on the simulated rig 500",
-    )
-    parser.add_argument(
-        "--window-length",
-        type=window_length,
-        metavar="N",
-        help="default: 1200; of a table 4800, if the recordings are long enough",
-    )
-    parser.add_argument(
-        "--n-samples",
-        type=positive_int,
-        metavar="N",
-        help=f"samples of a recording of the simulated rig; default: {_N_SAMPLES}",
-    )
-    parser.add_argument(
-        "--n-jobs", type=job_count, default=-1, metavar="N", help="threads; default: all cores"
-    )
+    add = parser.add_argument
+    add("--rig", choices=TITLES, default="simulated", help="default: simulated")
+    add("--data-home", type=Path, help="folder of a real rig's files; default: scikit-learn's")
+    speed = "speed of the calibration on a rig, or all; default: all, on the simulated rig 500"
+    add("--train-rpm", type=speed_or_all, metavar="RPM", help=speed)
+    length = "default: 1200; of a table 4800, if the recordings are long enough"
+    add("--window-length", type=window_length, metavar="N", help=length)
+    samples = f"samples of a recording of the simulated rig; default: {_N_SAMPLES}"
+    add("--n-samples", type=positive_int, metavar="N", help=samples)
+    add("--n-jobs", type=job_count, default=-1, metavar="N", help="threads; default: all cores")
     add_progress_arguments(parser)
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("skarxlag-results"),
-        metavar="FOLDER",
-        help="for CSV and PNG; default: ./skarxlag-results",
-    )
+    folder = Path("skarxlag-results")
+    add("--output", type=Path, default=folder, metavar="FOLDER", help="default: %(default)s")
     parser.set_defaults(run=run, fail=parser.error)
 
 
@@ -118,53 +98,46 @@ def run(args: argparse.Namespace) -> int:
 
 def _rig_cases(args):
     """Cases of a rig: one for each crack size of the simulated rig."""
-    title, length = TITLES[args.rig], args.window_length or _WINDOW_LENGTH
     if not args.quiet:
-        print(f"{title}: loading", file=sys.stderr, flush=True)
-    if args.rig != "simulated":
-        loading = partial(FETCHERS[args.rig], data_home=args.data_home, window_length=length)
-        return [_rig_case(args, title, args.rig, loading)]
-    # A tail that fills no window is not simulated.
-    n_samples = (args.n_samples or _N_SAMPLES) // length * length
-    options = {"n_samples": n_samples, "window_length": length, "random_state": 0}
-    return [
-        _rig_case(
-            args,
-            f"{title}, crack {crack:g} mm",
-            f"{args.rig}_{crack:g}mm",
-            partial(simulate_rig, crack_mm=crack, **options),
-        )
-        for crack in _CRACKS_MM
-    ]
-
-
-def _rig_case(args, title, stem, loading):
+        print(f"{TITLES[args.rig]}: loading", file=sys.stderr, flush=True)
     try:
         with as_command_error(OSError):
-            rig = loading()
+            rigs = _rigs(args, args.window_length or _WINDOW_LENGTH)
     except ValueError as error:
         # The files of a fetcher are the original ones, so only the window length can be wrong.
         raise UsageError(f"argument --window-length: {error}") from error
+    return [_rig_case(args, crack, rig) for crack, rig in rigs.items()]
+
+
+def _rigs(args, length):
+    """Rigs by crack size, which is None for a real rig."""
+    if args.rig in FETCHERS:
+        return {None: FETCHERS[args.rig](data_home=args.data_home, window_length=length)}
+    # A tail that fills no window is not simulated.
+    n_samples = (args.n_samples or _N_SAMPLES) // length * length
+    options = {"n_samples": n_samples, "window_length": length, "random_state": 0}
+    return {crack: simulate_rig(crack_mm=crack, **options) for crack in _CRACKS_MM}
+
+
+def _rig_case(args, crack, rig):
+    title, stem = TITLES[args.rig], args.rig
+    if crack is not None:
+        title, stem = f"{title}, crack {crack:g} mm", f"{stem}_{crack:g}mm"
     if np.unique(rig.recording, return_counts=True)[1].min() < 2:
         raise UsageError(
             f"argument --window-length: {rig.data.shape[-1]}, expected at most half of the "
             "shortest recording"
         )
     speeds = np.unique(rig.rpm).tolist()
-    wanted = args.train_rpm or ("all" if args.rig != "simulated" else _SIMULATED_RPM)
+    wanted = args.train_rpm or ("all" if crack is None else _SIMULATED_RPM)
     if wanted not in (*speeds, "all"):
         listed = ", ".join(f"{speed:g}" for speed in speeds)
         raise UsageError(f"argument --train-rpm: {wanted:g}, expected {listed}, or all")
     first, second = first_and_second_half(rig.recording)
-    splits = [
-        Split(
-            np.flatnonzero(first & (rig.rpm == speed)),
-            np.flatnonzero(second),
-            f"calibrated at {speed:g} rpm",
-            {"train_rpm": speed},
-        )
-        for speed in (speeds if wanted == "all" else [wanted])
-    ]
+    splits = []
+    for speed in speeds if wanted == "all" else [wanted]:
+        train, label = np.flatnonzero(first & (rig.rpm == speed)), f"calibrated at {speed:g} rpm"
+        splits.append(Split(train, np.flatnonzero(second), label, {"train_rpm": speed}))
     healthy = rig.target_names[0]
     makers = {name: partial(make, healthy=healthy) for name, make in DIAGNOSERS.values()}
     return Case(title, stem, rig, splits, makers)
@@ -189,8 +162,8 @@ def _scored(case, split, name):
     speeds = {"rpm": rig.rpm[split.train]} if requests(diagnoser, "fit", "rpm") else {}
     diagnoser.fit(rig.data[split.train], rig.target[split.train], **speeds)
     frame = scored_windows(diagnoser, rig, split.test, {"diagnoser": name} | split.columns)
-    seconds = perf_counter() - started
-    return frame, diagnoser, f"{case.title}: {name}, {split.label}: {seconds:.1f} s"
+    line = f"{case.title}: {name}, {split.label}: {perf_counter() - started:.1f} s"
+    return frame, diagnoser, line
 
 
 def _rig_report(args, case, verdicts, diagnoser):

@@ -40,31 +40,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--sampling-rate", type=positive_number, metavar="HZ", help="default: the model's")
     speed = parser.add_mutually_exclusive_group()
     speed.add_argument("--rpm", type=positive_number, help="shaft speed, if the model uses it")
-    speed.add_argument(
-        "--rpm-column",
-        metavar="NAME",
-        help="name, position or pattern of the csv column of shaft speeds; a window has the speed "
-        "at its middle",
-    )
+    speed.add_argument("--rpm-column", metavar="NAME", help="csv column of shaft speeds")
+    add("--time-column", metavar="NAME", help="csv column of times; none: ignore times")
     add("--hop", type=int, metavar="SAMPLES", help="between windows; default: their length")
-    add(
-        "--half-life",
-        default=10.0,
-        help="time in which the weight of evidence halves; default: %(default)g",
-        **seconds,
-    )
+    add("--half-life", default=10.0, help="of evidence; default: %(default)g", **seconds)
     add(
         "--false-alarm-interval",
         type=positive_number,
         default=1000.0,
         metavar="HOURS",
         help="mean signal between false alarms; default: %(default)g",
-    )
-    add(
-        "--time-column",
-        metavar="NAME",
-        help="name, position or pattern of the csv column of times, in seconds or as ISO dates; "
-        "none: ignore times; default: a column with a name such as time or t",
     )
     add(
         "--timed-files",
@@ -76,30 +61,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--state", type=Path, metavar="FILE.json", help="continue from here; save every minute")
     add("--idle", help="end after so long without anything new; default: never", **seconds)
     add("--poll", default=0.2, help="pause between looks; default: %(default)g", **seconds)
-    add(
-        "--settle",
-        default=2.0,
-        help="time without a change after which a file in a folder is finished; default: "
-        "%(default)g",
-        **seconds,
-    )
-    add(
-        "--every",
-        help="sensor's time between lines of JSON; a window with another verdict, alarm or quality "
-        "than the line before is written at once; default: every window",
-        **seconds,
-    )
-    add(
-        "--heartbeat",
-        help='time without a line after which a line of the kind "heartbeat" is written; default: '
-        "never",
-        **seconds,
-    )
-    add(
-        "--sensor",
-        metavar="NAME",
-        help="stated in each line; default: name of SOURCE, for standard input that of the model",
-    )
+    finished = "pause after which a file in a folder is finished; default: %(default)g"
+    add("--settle", default=2.0, help=finished, **seconds)
+    every = "between lines of JSON, unless the verdict changes; default: every window"
+    add("--every", help=every, **seconds)
+    add("--heartbeat", help="without a line, then write a heartbeat; default: never", **seconds)
+    add("--sensor", metavar="NAME", help="stated in each line; default: name of SOURCE")
     add("-v", "--verbose", action="store_true", help="print one status line a second")
     parser.set_defaults(run=run, fail=parser.error)
 
