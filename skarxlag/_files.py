@@ -8,12 +8,11 @@ from pathlib import Path
 
 
 def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
-    """Write a file beside its place and move it there, so that no half of it is ever seen.
+    """Write a file under another name and move it to its place, so no reader sees half of it.
 
-    Several threads and processes may write to one path at the same time: one of the contents
-    remains, whole. A symbolic link stays a link, and the file that it points to is replaced. What
-    is no regular file (a pipe, a terminal, a device) cannot be replaced, so the content is written
-    into it.
+    If several threads and processes write to one path at the same time, one of the contents
+    remains, complete. A symbolic link stays a link, and the file that it points to is replaced. A
+    pipe, a terminal or a device cannot be replaced, so the content is written into it.
 
     Parameters
     ----------
@@ -25,7 +24,7 @@ def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
     Raises
     ------
     OSError
-        If it cannot be written. Then an existing file is as it was and nothing is left behind.
+        If it cannot be written. An existing file is then unchanged, and no other file remains.
     """
     path = Path(path)
     if path.exists() and not stat.S_ISREG(path.stat().st_mode):

@@ -1,11 +1,11 @@
 """Work on windows in batches, on several threads or one."""
 
+import contextlib
 import functools
 import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ContextDecorator
 from typing import Any
 
 from joblib import effective_n_jobs
@@ -13,9 +13,15 @@ from sklearn import config_context, get_config
 from sklearn.utils import gen_batches
 from threadpoolctl import OpenBLASController, ThreadpoolController
 
+
+class _Thread(threading.local):
+    #: Whether this thread works on a batch.
+    is_worker = False
+
+
+_thread = _Thread()
 #: Windows in one batch: fixed, so that no sum depends on the number of workers.
 BATCH = 64
-_worker = threading.local()
 
 
 @functools.cache
@@ -23,14 +29,15 @@ def _libraries():
     return ThreadpoolController()
 
 
-class _OneThread(ContextDecorator):
-    """Linear algebra runs on one thread as long as anybody is inside.
+class _OneThread(contextlib.ContextDecorator):
+    """Context in which linear algebra runs on one thread.
 
     Sums over several threads are rounded in another order, so results would depend on the number
     of processors.
 
-    The number of threads belongs to the process. Were each caller to set and to restore it, one
-    that overlaps with another would restore what the other had set.
+    The number of threads belongs to the process. If each caller set and restored it, a caller that
+    overlaps with another would restore the number that the other had set. So the first one that
+    enters sets it, and the last one that leaves restores it.
     """
 
     def __init__(self) -> None:
@@ -53,20 +60,21 @@ class _OneThread(ContextDecorator):
 
 
 def _let_any_thread_set():
-    """From threadpoolctl 3.8 on only the thread that has set a number may restore it."""
-    if hasattr(OpenBLASController, "clear_controlling_thread"):
+    """Let this thread restore a number that another has set."""
+    # threadpoolctl has the method, and needs it, from 3.8 on.
+    with contextlib.suppress(AttributeError):
         OpenBLASController.clear_controlling_thread(force=True)
 
 
 #: A context, and a decorator of functions.
 one_thread = _OneThread()
-if hasattr(os, "register_at_fork"):
-    # Whoever was inside has stayed in the parent.
+if os.name == "posix":
+    # The threads that were inside stay in the parent.
     os.register_at_fork(after_in_child=one_thread.__init__)
 
 
 def _become_worker():
-    _worker.is_one = True
+    _thread.is_worker = True
 
 
 def map_batches(
@@ -75,8 +83,7 @@ def map_batches(
     """Call a function with one slice of the windows after another.
 
     Linear algebra inside runs on one thread: its matrices are small, and threads that wait for
-    each other cost more than they save. Neither do batches that are made inside a batch get threads
-    of their own.
+    each other cost more than they save. Batches inside a batch run on the thread of that batch.
 
     Parameters
     ----------
@@ -92,7 +99,7 @@ def map_batches(
     Returns
     -------
     list
-        What the function returned, in order.
+        Results of the function, in order.
 
     Examples
     --------
@@ -102,7 +109,7 @@ def map_batches(
     batches = list(gen_batches(n_windows, batch_size))
     n_threads = min(effective_n_jobs(n_jobs), len(batches))
     with one_thread:
-        if n_threads < 2 or hasattr(_worker, "is_one"):
+        if n_threads < 2 or _thread.is_worker:
             return [function(batch) for batch in batches]
         # scikit-learn's settings belong to a thread.
         settings = get_config()
