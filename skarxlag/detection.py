@@ -26,6 +26,7 @@ from ._state import (
 )
 from ._validation import check_rate, validate_innovations, weighted_windows
 from .kernels.healthy_limits import (
+    HealthyRows,
     Limits,
     calibrate,
     drift_scale,
@@ -36,7 +37,7 @@ from .kernels.healthy_limits import (
 from .kernels.healthy_rows import Rows, measure_rows, number_of_cepstra
 from .kernels.ladder import rows_that_hold
 from .kernels.speed_references import UNIT_DISTANCE, group_speeds
-from .speeds import speeds_of_rows, with_plausible_speeds
+from .speeds import log_speeds, with_plausible_speeds
 
 #: Begin of the warning that `fit` was given no speeds.
 UNKNOWN_SPEED = (
@@ -123,7 +124,7 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
         """Compute log p-values of shape (n_rows, n_detectors)."""
         X, _ = validate_innovations(self, X, reset=False)
         detectors = self._detectors()
-        log_speed, is_plausible = self._log_speeds(rpm, len(X), _speeds_of(detectors))
+        log_speed, is_plausible = self._log_speeds(rpm, X, _speeds_of(detectors))
         first = detectors[0]
         rows = measure(
             X, first.n_windows_, with_level=first.means_.shape[1] > 1, n_jobs=self.n_jobs
@@ -131,10 +132,10 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
         found = [each._log_p_values_of(rows, log_speed, two_sided=two_sided) for each in detectors]
         return np.where(is_plausible[:, np.newaxis], np.stack(found, axis=1), _LEAST_LOG_P)
 
-    def _log_speeds(self, rpm, n_rows, known):
+    def _log_speeds(self, rpm, X, known):
         """Return log speeds, or None if `fit` had none, and which of them are plausible."""
-        rpm, is_plausible = with_plausible_speeds(rpm if len(known) > 0 else None, n_rows, known)
-        return (None if rpm is None else np.log(checked_speeds(rpm, n_rows))), is_plausible
+        rpm, is_plausible = with_plausible_speeds(rpm if len(known) > 0 else None, len(X), known)
+        return log_speeds(rpm, len(X), X.shape[-1]), is_plausible
 
     def _answers(self):
         detectors = self._detectors()
@@ -344,8 +345,9 @@ class FaultDetector(RowOutlierDetector):
             speed. Rows of one speed are in the order of time.
         y : ignored
             Here by convention.
-        rpm : float, array-like of shape (n_rows,) or None, default=None
-            Speed of the shaft in each row, in revolutions per minute. None: all rows are of one
+        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), or None, default=None
+            Speed of the shaft in each row, in revolutions per minute. Of a speed for each sample,
+            the mean counts. None: all rows are of one
             speed, which is not known, and the limits are those for a speed that differs by the
             factor 1.3.
         sample_weight : array-like of shape (n_rows,) or None, default=None
@@ -373,7 +375,7 @@ class FaultDetector(RowOutlierDetector):
         """
         X, _ = validate_innovations(self, X, reset=True)
         self._check_parameters()
-        log_speed = None if rpm is None else np.log(checked_speeds(rpm, len(X)))
+        log_speed = log_speeds(rpm, len(X), X.shape[-1])
         X, log_speed, weights = weighted_windows(X, log_speed, sample_weight)
         known, at = group_speeds(np.zeros(len(X)) if rpm is None else log_speed)
         if np.bincount(at).max() < 2:
@@ -391,7 +393,7 @@ class FaultDetector(RowOutlierDetector):
         length = n_windows * (X.shape[-1] // self.n_windows_)
         parts = X[..., : n_parts * length].reshape(-1, X.shape[1], length)
         rows = measure(parts, n_windows, with_level=with_level, n_jobs=self.n_jobs)
-        self._calibrate(rows, known, at, weights)
+        self._calibrate(HealthyRows(rows, known, at, weights))
         self.speeds_ = np.exp(known) if rpm is not None else np.empty(0)
         # Most of a saved detector; seven digits are more than the scatter of rows leaves.
         self.axes_ = self.axes_.astype(np.float32)
@@ -403,17 +405,19 @@ class FaultDetector(RowOutlierDetector):
         return self
 
     @one_thread
-    def _calibrate(self, rows, known, at, weights):
+    def _calibrate(self, healthy):
         """Set the limits and the drift scale."""
-        limits = calibrate(rows, known, at, weights)
+        limits = calibrate(healthy)
         for name, value in limits._asdict().items():
             if name != "known":
                 setattr(self, name + "_", value)
         self.offset_ = float(np.log(self.false_alarm_rate))
         self.drift_scale_, self.left_out_rates_ = 1.0, np.empty(0)
-        if len(known) > 1:
-            self.drift_scale_, left_out = drift_scale(rows, known, at, limits, weights)
-            self.left_out_rates_ = flagged_shares(left_out, at, self.offset_, weights)
+        if len(limits.known) > 1:
+            self.drift_scale_, left_out = drift_scale(healthy, limits)
+            self.left_out_rates_ = flagged_shares(
+                left_out, healthy.at, self.offset_, healthy.weights
+            )
 
     def _weak_points(self):
         """Yield sentences on a calibration that promises less than its user may think."""
@@ -512,21 +516,21 @@ class FaultDetector(RowOutlierDetector):
         ]
         return np.max(found, axis=0)
 
-    def _log_speeds(self, rpm, n_rows, known):
+    def _log_speeds(self, rpm, X, known):
         if len(known) > 0 and rpm is None:
             listed = ", ".join(f"{speed:g}" for speed in known)
             raise ValueError(
                 f"rpm is None, expected the speed of each row: FaultDetector was fitted at "
                 f"{listed} rpm."
             )
-        log_speed, is_plausible = super()._log_speeds(rpm, n_rows, known)
+        log_speed, is_plausible = super()._log_speeds(rpm, X, known)
         if log_speed is not None:
             lowest, highest = np.log(known[[0, -1]])
             far = np.maximum(lowest - log_speed, log_speed - highest) > UNIT_DISTANCE + 1e-9
             if far.any():
                 outside = np.exp(log_speed[far])
                 warnings.warn(
-                    f"{far.sum()} of {n_rows} rows at {outside.min():g} to {outside.max():g} rpm "
+                    f"{far.sum()} of {len(X)} rows at {outside.min():g} to {outside.max():g} rpm "
                     f"lie more than the factor 1.3 outside the speeds of fit, {known[0]:g} to "
                     f"{known[-1]:g} rpm: limits are wide there, and faults are missed.",
                     stacklevel=5,
@@ -546,22 +550,6 @@ class FaultDetector(RowOutlierDetector):
         check_rate(self.false_alarm_rate, "false_alarm_rate")
         check_scalar(self.fixed_gain, "fixed_gain", (bool, np.bool_))
         check_scalar(self.window_length, "window_length", Integral, min_val=1)
-
-
-def checked_speeds(rpm: ArrayLike, n_rows: int) -> NDArray[np.float64]:
-    """Return the speed of each row; raise an error if one is not above 0."""
-    speeds = speeds_of_rows(rpm, n_rows)
-    if speeds.shape != (n_rows,):
-        raise ValueError(
-            f"rpm has shape {speeds.shape}, expected one speed for each of {n_rows} rows."
-        )
-    bad = np.flatnonzero(~(np.isfinite(speeds) & (speeds > 0)))
-    if len(bad) > 0:
-        raise ValueError(
-            f"rpm holds {speeds[bad[0]]:g} for row {bad[0]}, expected revolutions per minute "
-            "above 0."
-        )
-    return speeds
 
 
 def measure(X: NDArray[Any], n_windows: int, *, with_level: bool, n_jobs: int | None) -> Rows:

@@ -16,10 +16,10 @@ from .detection import (
     UNKNOWN_SPEED,
     FaultDetector,
     RowOutlierDetector,
-    checked_speeds,
     few_rows,
 )
 from .kernels.speed_references import group_speeds
+from .speeds import log_speeds
 
 #: Drift scale of a condition without rows at several speeds: faults drift more than a healthy
 #: bearing.
@@ -166,7 +166,8 @@ class KnownConditions(RowOutlierDetector):
         X, y = validate_innovations(self, X, y, reset=True)
         self._check_parameters()
         labels = np.full(len(X), "known") if y is None else y
-        speeds = None if rpm is None else checked_speeds(rpm, len(X))
+        log_speed = log_speeds(rpm, len(X), X.shape[-1])
+        speeds = None if log_speed is None else np.exp(log_speed)
         X, counted, weights = weighted_windows(X, np.arange(len(X)), sample_weight)
         labels, speeds = labels[counted], None if speeds is None else speeds[counted]
         classes = np.unique(labels)

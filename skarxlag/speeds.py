@@ -223,13 +223,13 @@ def check_speeds(rpm: ArrayLike, n_stretches: int, n_samples: int) -> NDArray[An
     )
     if not fits:
         raise ValueError(
-            f"rpm has shape {speeds.shape}, expected one speed for each of {n_stretches} stretches "
+            f"rpm has shape {speeds.shape}, expected one speed for each of {n_stretches} rows "
             f"or one for each of their samples, ({n_stretches}, {n_samples})."
         )
     bad = np.argwhere(~(np.isfinite(speeds) & (speeds > 0)))
     if len(bad) > 0:
         raise ValueError(
-            f"rpm holds {speeds[tuple(bad[0])]:g} for stretch {bad[0][0]}, expected revolutions "
+            f"rpm holds {speeds[tuple(bad[0])]:g} for row {bad[0][0]}, expected revolutions "
             "per minute above 0."
         )
     return speeds if speeds.ndim == 1 else speeds[:, speeds.shape[1] - n_samples :]

@@ -160,11 +160,11 @@ def test_every_parameter_has_an_effect(fitted, parameter, value):
 @pytest.mark.parametrize(
     ("rpm", "message"),
     [
-        (0, "rpm holds 0 for stretch 0"),
-        (np.r_[[900.0] * 7, -1], "rpm holds -1 for stretch 7"),
+        (0, "rpm holds 0 for row 0"),
+        (np.r_[[900.0] * 7, -1], "rpm holds -1 for row 7"),
         (np.r_[np.nan, [900.0] * 7], "rpm holds nan"),
         ("fast", "rpm must hold numbers"),
-        (np.full(5, 900), r"shape \(5,\), expected one speed for each of 8 stretches"),
+        (np.full(5, 900), r"shape \(5,\), expected one speed for each of 8 rows"),
         (np.full((8, 100), 900), r"or one for each of their samples, \(8, 8000\)"),
         (100, r"1.67 turns at 100 rpm and 8000 Hz; expected at least 3 turns, 14400 samples"),
         ([900] * 7 + [100], "expected at least 3 turns, 14400 samples"),

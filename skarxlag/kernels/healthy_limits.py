@@ -40,6 +40,33 @@ _LEAST_SCORE_DEVIATION, _LEAST_DEVIATION = 0.05, 0.02
 _TINY = np.finfo(np.float64).tiny
 
 
+class HealthyRows(NamedTuple):
+    """Features of healthy rows, their speeds and their weights.
+
+    Attributes
+    ----------
+    rows : Rows
+        Features.
+    known : ndarray of shape (n_speeds,)
+        Log speeds, ascending.
+    at : ndarray of int of shape (n_rows,)
+        Speed of each row. Rows of one speed are in the order of time.
+    weights : ndarray of shape (n_rows,)
+        Weight of each row in means and covariances, above 0; only ratios count. A block of time
+        counts as one block whatever its rows weigh.
+    """
+
+    rows: Rows
+    known: np.ndarray
+    at: np.ndarray
+    weights: np.ndarray
+
+    def take(self, chosen: NDArray[Any]) -> "HealthyRows":
+        """Return some of the rows, and the speeds that they have."""
+        speeds, at = np.unique(self.at[chosen], return_inverse=True)
+        return HealthyRows(self.rows.take(chosen), self.known[speeds], at, self.weights[chosen])
+
+
 class Limits(NamedTuple):
     """Expected features of healthy rows, and their scatter.
 
@@ -104,7 +131,7 @@ def time_blocks(at: NDArray[Any]) -> NDArray[Any]:
 
 
 def parts_of_rows(at: NDArray[Any], n_windows: int) -> int:
-    """Choose into how many parts long rows are cut, so that few of them make enough blocks of time.
+    """Return the number of parts of long rows, so that few rows make enough blocks of time.
 
     Two rows at one speed are two blocks. Student's t over two blocks has one degree of freedom, and
     its limits for a rate of 1 % lie 32 deviations out. A row of many windows is long enough to be
@@ -131,32 +158,14 @@ def parts_of_rows(at: NDArray[Any], n_windows: int) -> int:
     return min(-(-FEWEST_BLOCKS // fewest), n_windows)
 
 
-def calibrate(
-    rows: Rows, known: NDArray[Any], at: NDArray[Any], weights: NDArray[Any] | None = None
-) -> Limits:
-    """Compute limits from healthy rows.
+def calibrate(healthy: HealthyRows) -> Limits:
+    """Compute limits from healthy rows, of which at least two have one speed.
 
     The scatter of rows about their expected values is measured on blocks of time. One block of each
     speed at a time is excluded from the means and covariances, and then compared with them.
-
-    Parameters
-    ----------
-    rows : Rows
-        Healthy rows.
-    known : ndarray of shape (n_speeds,)
-        Log speeds, ascending.
-    at : ndarray of int of shape (n_rows,)
-        Speed of each row. At least one speed has two rows.
-    weights : ndarray of shape (n_rows,) or None, default=None
-        Weight of each row in means and covariances, above 0; only ratios count. None: all are
-        equal. A block of time counts as one block whatever its rows weigh.
-
-    Returns
-    -------
-    Limits
-        The limits.
     """
-    weights = np.ones(len(at)) if weights is None else weights / weights.mean()
+    healthy = healthy._replace(weights=healthy.weights / healthy.weights.mean())
+    rows, known, at, weights = healthy
     block = time_blocks(at)
     score, moved = np.full(len(at), np.nan), np.full(rows.values.shape, np.nan)
     for number in range(block.max() + 1):
@@ -165,13 +174,13 @@ def calibrate(
         own = (block == number) & np.isin(at, at[rest])
         if not own.any():
             continue
-        speeds, at_rest = np.unique(at[rest], return_inverse=True)
-        limits = _expected(rows.take(rest), known[speeds], at_rest, weights[rest])
-        place = np.searchsorted(speeds, at[own])
+        others = healthy.take(rest)
+        expected = _expected(others)
+        place = np.searchsorted(others.known, known[at[own]])
         score[own] = _cepstral_score(
-            limits, rows.take(own), limits.references[place], np.zeros(own.sum())
+            expected, rows.take(own), expected["references"][place], np.zeros(own.sum())
         )
-        moved[own] = rows.values[own] - limits.means[place]
+        moved[own] = rows.values[own] - expected["means"][place]
     seen = ~np.isnan(score)
     code = np.unique((at * MOST_BLOCKS + block)[seen], return_inverse=True)[1]
     n_blocks = int(code.max()) + 1
@@ -185,7 +194,8 @@ def calibrate(
     score_mean = mean_of_blocks(score[seen])
     score_variance = mean_of_blocks((score[seen] - score_mean) ** 2) * unbiased
     variances = [mean_of_blocks(column[seen] ** 2) * unbiased for column in moved.T]
-    return _expected(rows, known, at, weights)._replace(
+    return Limits(
+        **_expected(healthy),
         deviations=np.maximum(np.sqrt(variances), _LEAST_DEVIATION),
         score_mean=float(score_mean),
         score_deviation=float(max(np.sqrt(score_variance), _LEAST_SCORE_DEVIATION)),
@@ -193,10 +203,10 @@ def calibrate(
     )
 
 
-def _expected(rows, known, at, weights):
-    """Compute the limits, except for the values that are measured on left-out blocks."""
+def _expected(healthy):
+    """Compute the fields of `Limits` that are not measured on left-out blocks."""
+    rows, known, at, weights = healthy
     n_windows, n_features = rows.cepstra.shape[1:]
-    count = np.bincount(at)
 
     def means(part):
         return group_means(part, at, weights)
@@ -205,9 +215,9 @@ def _expected(rows, known, at, weights):
     about = rows.cepstra - references[at][:, np.newaxis]
     # A covariance holds squares, so a weight counts by its root.
     about = (about * np.sqrt(weights)[:, np.newaxis, np.newaxis]).reshape(-1, n_features)
-    n_free = max(len(about) - len(count), 1)
+    n_free = max(len(about) - len(known), 1)
     scatter = about.T @ about / (n_free * weights.mean())
-    # Few windows tell the variances better than how the coefficients hang together.
+    # Few windows state the variances more precisely than the correlations.
     weight = n_features / (n_features + len(about))
     scatter = (1 - weight) * scatter + weight * np.diag(np.diag(scatter))
     drift = drift_covariance(means(rows.colour), means(rows.steadiness), **DRIFT)
@@ -217,24 +227,20 @@ def _expected(rows, known, at, weights):
         slope_against_speed(column, known, **prior)
         for column, prior in zip(values.T, SLOPES, strict=False)
     ]
-    return Limits(
-        known=known,
-        axes=axes,
-        variances=variances,
-        references=along_axes(references, axes),
-        means=values,
-        slopes=np.array(slopes),
-        deviations=np.ones(values.shape[1]),
-        score_mean=0.0,
-        score_deviation=1.0,
-        n_blocks=2,
-    )
+    return {
+        "known": known,
+        "axes": axes,
+        "variances": variances,
+        "references": along_axes(references, axes),
+        "means": values,
+        "slopes": np.array(slopes),
+    }
 
 
 def _cepstral_score(limits, rows, expected, variance):
     """Return the log mean square distance of rows from their expectation, given the drift."""
-    gone = along_axes(rows.cepstra.mean(axis=1), limits.axes) - expected
-    spread = limits.variances + (variance + SAME_SPEED)[:, np.newaxis]
+    gone = along_axes(rows.cepstra.mean(axis=1), limits["axes"]) - expected
+    spread = limits["variances"] + (variance + SAME_SPEED)[:, np.newaxis]
     return np.log(np.mean(gone**2 / spread, axis=1) + 1e-3)
 
 
@@ -277,7 +283,7 @@ def log_p_values(
     scale : float
         Scale of the drift.
     two_sided : bool, default=False
-        Whether less than the expected unsteadiness counts as well: a row without strikes is no row
+        Whether less than the expected unsteadiness counts as well: a row without impacts is no row
         of a fault.
 
     Returns
@@ -287,7 +293,8 @@ def log_p_values(
     """
     at = speed_distance(log_speed, limits.known)
     variance = drift_variance(at.variance, scale)
-    score = _cepstral_score(limits, rows, at.interpolate(limits.references), variance)
+    expected = at.interpolate(limits.references)
+    score = _cepstral_score(limits._asdict(), rows, expected, variance)
     more = 1 + 1 / limits.n_blocks
     scores = [(score - limits.score_mean) / (limits.score_deviation * np.sqrt(more))]
     for j, prior in zip(range(rows.values.shape[1]), SLOPES, strict=False):
@@ -313,27 +320,15 @@ def log_p_values(
     return np.minimum(np.log(least) + np.log(len(tails)), 0.0)
 
 
-def drift_scale(
-    rows: Rows,
-    known: NDArray[Any],
-    at: NDArray[Any],
-    limits: Limits,
-    weights: NDArray[Any] | None = None,
-) -> tuple[float, NDArray[Any]]:
+def drift_scale(healthy: HealthyRows, limits: Limits) -> tuple[float, NDArray[Any]]:
     """Find the scale of the drift at which every left-out speed holds `HELD_RATES`.
 
     Parameters
     ----------
-    rows : Rows
-        Healthy rows.
-    known : ndarray of shape (n_speeds,)
-        Log speeds, ascending; at least two.
-    at : ndarray of int of shape (n_rows,)
-        Speed of each row.
+    healthy : HealthyRows
+        Rows of at least two speeds.
     limits : Limits
         Limits from all rows.
-    weights : ndarray of shape (n_rows,) or None, default=None
-        As in `calibrate`.
 
     Returns
     -------
@@ -343,23 +338,16 @@ def drift_scale(
         Log p-value of each row at that scale, if the means, covariances and slopes are those of
         the other speeds.
     """
-    weights = np.ones(len(at)) if weights is None else weights
-    left_out = []
-    for speed in range(len(known)):
-        own = at == speed
-        others, at_others = np.unique(at[~own], return_inverse=True)
-        part = _expected(rows.take(~own), known[others], at_others, weights[~own])._replace(
-            deviations=limits.deviations,
-            score_mean=limits.score_mean,
-            score_deviation=limits.score_deviation,
-            n_blocks=limits.n_blocks,
-        )
-        left_out.append((part, rows.take(own), own))
+    rows, known, at, weights = healthy
+    left_out = [
+        (limits._replace(**_expected(healthy.take(at != speed))), at == speed)
+        for speed in range(len(known))
+    ]
 
     def found(scale):
         logs = np.empty(len(at))
-        for part, rows_of_speed, own in left_out:
-            logs[own] = log_p_values(part, rows_of_speed, known[at][own], scale)
+        for others, own in left_out:
+            logs[own] = log_p_values(others, rows.take(own), known[at[own]], scale)
         return logs
 
     def holds(scale):
@@ -373,11 +361,7 @@ def drift_scale(
 
 
 def flagged_shares(
-    log_p_values: NDArray[Any],
-    at: NDArray[Any],
-    limit: float,
-    weights: NDArray[Any] | None = None,
+    log_p_values: NDArray[Any], at: NDArray[Any], limit: float, weights: NDArray[Any]
 ) -> NDArray[Any]:
     """Return the share of the rows of each speed whose log p-value is below a limit."""
-    weights = np.ones(len(at)) if weights is None else weights
     return np.bincount(at, weights * (log_p_values < limit)) / np.bincount(at, weights)

@@ -5,6 +5,7 @@ from scipy import stats
 from skarxlag.kernels import healthy_limits
 from skarxlag.kernels.drift import drift_covariance
 from skarxlag.kernels.healthy_limits import (
+    HealthyRows,
     Limits,
     calibrate,
     drift_scale,
@@ -23,6 +24,10 @@ def noise_rows(n_rows, seed=0, n_windows=1):
     # Few features, so that the tests are fast where the loops are not compiled.
     cepstra = np.concatenate([rows.cepstra[..., :8], rows.cepstra[..., 48:51]], axis=-1)
     return Rows(rows.colour[:, :9], rows.steadiness[:, :4], cepstra, rows.values)
+
+
+def healthy(rows, known, at, weights=None):
+    return HealthyRows(rows, known, at, np.ones(len(at)) if weights is None else weights)
 
 
 def test_blocks_of_time_are_equal_and_in_order():
@@ -50,7 +55,7 @@ def test_few_rows_of_many_windows_are_cut():
 def test_p_values_are_those_of_the_equations():
     rows = noise_rows(40)
     known, at = np.log([1000.0, 1200.0]), np.repeat([0, 1], 20)
-    limits = calibrate(rows, known, at)
+    limits = calibrate(healthy(rows, known, at))
     speed, scale = np.log(1500.0), 0.7
     fresh = noise_rows(5, seed=1)
     # One row each that is odd in its colour, too unsteady, too quiet, and too loud.
@@ -93,22 +98,24 @@ def test_blocks_are_compared_with_the_others_only():
     rng = np.random.default_rng(0)
     signals = rng.normal(size=(50, 600))
     rows = measure_rows(signals, 1, with_level=False)
-    usual = calibrate(rows, np.zeros(1), np.zeros(50, int))
+    usual = calibrate(healthy(rows, np.zeros(1), np.zeros(50, int)))
     signals[40:] = np.cumsum(signals[40:], axis=1)
-    odd = calibrate(measure_rows(signals, 1, with_level=False), np.zeros(1), np.zeros(50, int))
+    odd = calibrate(
+        healthy(measure_rows(signals, 1, with_level=False), np.zeros(1), np.zeros(50, int))
+    )
     assert odd.n_blocks == usual.n_blocks == 5
     assert odd.score_deviation > 4 * usual.score_deviation
 
 
 def test_blocks_of_many_speeds_are_told_apart():
     at = np.repeat(np.arange(12), 2)
-    limits = calibrate(noise_rows(24), np.log(500.0 + 50 * np.arange(12)), at)
+    limits = calibrate(healthy(noise_rows(24), np.log(500.0 + 50 * np.arange(12)), at))
     assert limits.n_blocks == 24
 
 
 def test_rows_of_many_windows_scatter_less():
     one, four = (noise_rows(20, n_windows=m) for m in (1, 4))
-    limits = [calibrate(rows, np.zeros(1), np.zeros(20, int)) for rows in (one, four)]
+    limits = [calibrate(healthy(rows, np.zeros(1), np.zeros(20, int))) for rows in (one, four)]
     ratio = limits[1].variances.sum() / limits[0].variances.sum()
     assert 0.75 / 4 < ratio < 1.25 / 4
 
@@ -120,8 +127,8 @@ def shares(logs, at, rate):
 def test_scale_is_twice_the_least_that_holds():
     rows = noise_rows(60)
     known, at = np.log([800.0, 1000.0, 1250.0]), np.repeat([0, 1, 2], 20)
-    limits = calibrate(rows, known, at)
-    scale, logs = drift_scale(rows, known, at, limits)
+    limits = calibrate(healthy(rows, known, at))
+    scale, logs = drift_scale(healthy(rows, known, at), limits)
     assert scale == 2 * healthy_limits.SCALES[0]
     for rate in healthy_limits.HELD_RATES:
         assert shares(logs, at, rate).max() <= rate
@@ -129,12 +136,12 @@ def test_scale_is_twice_the_least_that_holds():
     values = rows.values.copy()
     values[20:40, 1] += 1.5
     moved = rows._replace(values=values)
-    scale, logs = drift_scale(moved, known, at, calibrate(moved, known, at))
+    scale, logs = drift_scale(healthy(moved, known, at), calibrate(healthy(moved, known, at)))
     assert scale > 2 * healthy_limits.SCALES[0]
     for rate in healthy_limits.HELD_RATES:
         assert shares(logs, at, rate).max() <= rate
     values[20:40, 1] += 100
-    scale, logs = drift_scale(moved, known, at, calibrate(moved, known, at))
+    scale, logs = drift_scale(healthy(moved, known, at), calibrate(healthy(moved, known, at)))
     assert scale == 2 * healthy_limits.SCALES[-1]
     assert shares(logs, at, 0.05).max() > 0.05
 
@@ -142,7 +149,7 @@ def test_scale_is_twice_the_least_that_holds():
 def test_a_weight_counts_in_the_covariance_and_in_the_scatter_of_blocks():
     rows, at = noise_rows(40), np.zeros(40, int)
     weights = np.random.default_rng(1).uniform(0.5, 4, 40)
-    limits = calibrate(rows, np.zeros(1), at, weights)
+    limits = calibrate(healthy(rows, np.zeros(1), at, weights))
     back = np.linalg.inv(limits.axes)
     cepstra = rows.cepstra[:, 0]
     own = np.cov(cepstra.T, aweights=weights, bias=True) * 40 / 39
@@ -189,7 +196,7 @@ def test_scores_of_left_out_blocks_are_those_of_the_equations():
     # The second speed has fewer rows than there are blocks, so it has no rows in the last two.
     at, rows = np.repeat([0, 1], [10, 3]), noise_rows(13, n_windows=2)
     weights = np.random.default_rng(1).uniform(0.5, 4, 13)
-    limits = calibrate(rows, np.log([900.0, 1000.0]), at, weights)
+    limits = calibrate(healthy(rows, np.log([900.0, 1000.0]), at, weights))
     means, squares = [], []
     block = np.r_[np.repeat(np.arange(5), 2), 0, 1, 2]
     for speed, number in [(0, number) for number in range(5)] + [(1, 0), (1, 1), (1, 2)]:
@@ -207,14 +214,14 @@ def test_left_out_rates_count_weights():
     rows.values[5, 1] += 1000
     weights = np.where(np.arange(60) == 5, 30.0, 1.0)
     # The limits are those without weights, so that they flag the same row.
-    limits = calibrate(rows, known, at)
-    for weight, rate in ((None, 1 / 30), (weights, 30 / 59)):
-        _, logs = drift_scale(rows, known, at, limits, weight)
+    limits = calibrate(healthy(rows, known, at))
+    for weight, rate in ((np.ones(60), 1 / 30), (weights, 30 / 59)):
+        _, logs = drift_scale(healthy(rows, known, at, weight), limits)
         assert flagged_shares(logs, at, np.log(0.01), weight)[0] == pytest.approx(rate)
 
 
 def test_limits_are_named_arrays():
-    limits = calibrate(noise_rows(10), np.zeros(1), np.zeros(10, int))
+    limits = calibrate(healthy(noise_rows(10), np.zeros(1), np.zeros(10, int)))
     assert isinstance(limits, Limits)
     assert all(np.all(np.isfinite(part)) for part in limits)
 
@@ -222,7 +229,7 @@ def test_limits_are_named_arrays():
 def test_rows_that_are_all_alike_leave_the_least_deviations():
     one = noise_rows(1)
     rows = Rows(*(np.repeat(part, 10, axis=0) for part in one))
-    limits = calibrate(rows, np.zeros(1), np.zeros(10, int))
+    limits = calibrate(healthy(rows, np.zeros(1), np.zeros(10, int)))
     np.testing.assert_allclose(limits.deviations, 0.02)
     assert limits.score_deviation == 0.05
     np.testing.assert_allclose(limits.score_mean, np.log(1e-3), atol=1e-9)
@@ -231,7 +238,7 @@ def test_rows_that_are_all_alike_leave_the_least_deviations():
 
 def test_drift_and_slopes_are_those_that_are_stated():
     rows = noise_rows(10)
-    limits = calibrate(rows, np.zeros(1), np.zeros(10, int))
+    limits = calibrate(healthy(rows, np.zeros(1), np.zeros(10, int)))
     # One speed tells nothing of the slopes: what was assumed beforehand remains.
     np.testing.assert_allclose(limits.slopes, [[-0.7, 0.7**2], [1.5, 0.75**2]])
     stated = {"smooth": 0.1, "rough": 0.01, "frequency": 0.1, "noise": 0.5}
@@ -242,7 +249,7 @@ def test_drift_and_slopes_are_those_that_are_stated():
 
 def test_two_rows_have_the_scatter_of_two_rows():
     rows = noise_rows(2)
-    limits = calibrate(rows, np.zeros(1), np.zeros(2, int))
+    limits = calibrate(healthy(rows, np.zeros(1), np.zeros(2, int)))
     back = np.linalg.inv(limits.axes)
     variances = np.diag(back.T @ np.diag(limits.variances) @ back)
     # The unbiased variance of two values is half the square of their difference.
@@ -252,14 +259,16 @@ def test_two_rows_have_the_scatter_of_two_rows():
 def test_only_ratios_of_weights_count():
     rows, at = noise_rows(20), np.zeros(20, int)
     weights = np.linspace(1, 2, 20)
-    plain, large = (calibrate(rows, np.zeros(1), at, w) for w in (weights, 1e200 * weights))
+    plain, large = (
+        calibrate(healthy(rows, np.zeros(1), at, w)) for w in (weights, 1e200 * weights)
+    )
     np.testing.assert_allclose(large.variances, plain.variances, atol=1e-12)
     np.testing.assert_allclose(large.deviations, plain.deviations)
 
 
 def test_p_values_are_between_the_smallest_number_and_one():
     rows = noise_rows(20)
-    limits = calibrate(rows, np.zeros(1), np.zeros(20, int))
+    limits = calibrate(healthy(rows, np.zeros(1), np.zeros(20, int)))
     usual = Rows(*(np.mean(part, axis=0, keepdims=True) for part in rows))
     assert log_p_values(limits, usual, np.zeros(1), 1.0)[0] == 0
     odd = usual._replace(values=usual.values + 1e150)
@@ -277,9 +286,9 @@ def test_a_scale_at_which_the_rate_is_just_kept_holds(monkeypatch):
     rows, known, at = noise_rows(60), np.log([800.0, 1000.0]), np.repeat([0, 1], 30)
     # One row is flagged at any scale.
     rows.values[5, 1] += 1000
-    limits = calibrate(rows, known, at)
+    limits = calibrate(healthy(rows, known, at))
     for rate, at_end in ((1 / 30, 0), (np.nextafter(1 / 30, 0), -1)):
         monkeypatch.setattr(healthy_limits, "HELD_RATES", (rate,))
-        scale, logs = drift_scale(rows, known, at, limits)
+        scale, logs = drift_scale(healthy(rows, known, at), limits)
         assert scale == 2 * healthy_limits.SCALES[at_end]
         assert shares(logs, at, rate).tolist() == [1 / 30, 0]
