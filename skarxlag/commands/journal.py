@@ -119,7 +119,8 @@ def _opened(path):
     file = os.fdopen(descriptor, "r+b")
     try:
         _lock(file)
-        if file.read(len(_START)) not in (b"", _START):
+        # A full disk may have kept the first bytes only.
+        if not _START.startswith(file.read(len(_START))):
             raise refusal
         file.seek(0)
     except OSError as error:
