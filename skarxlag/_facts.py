@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ._answers import Answers
-from ._state import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, Values
+from ._state import Values
 from .verdicts import check_conditions
 
 _TYPES = (str, int, float, type(None))
@@ -20,12 +20,12 @@ _KNOWN: dict[str, Any] = {
     "healthy": str,
     "conditions": [object],
     "channels": [str | None],
-    "train_rpm": [Values((), POSITIVE)],
-    "sampling_rate": Values((), POSITIVE),
-    "window_length": Values((), AT_LEAST_1, "i"),
-    "n_channels": Values((), AT_LEAST_1, "i"),
-    "n_windows": [Values((), NOT_NEGATIVE, "i")],
-    "n_recordings": [Values((), NOT_NEGATIVE, "i")],
+    "train_rpm": [Values((), "above 0")],
+    "sampling_rate": Values((), "above 0"),
+    "window_length": Values((), "at least 1", "i"),
+    "n_channels": Values((), "at least 1", "i"),
+    "n_windows": [Values((), "at least 0", "i")],
+    "n_recordings": [Values((), "at least 0", "i")],
     "bearing": str,
     "false_alarm_rate": Values((), _SHARE),
 }

@@ -34,13 +34,14 @@ _KINDS: dict[str, tuple[Any, str, tuple[Any, ...], str]] = {
 #: Values, contents of small arrays, and checked copy of each estimator that was used.
 _checked: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
 
-#: Ranges of fitted values: a condition on the value (and the estimator), and its words.
-POSITIVE = (lambda v, e: v > 0, "above 0")
-NOT_NEGATIVE = (lambda v, e: v >= 0, "at least 0")
-NEGATIVE = (lambda v, e: v < 0, "below 0")
-AT_LEAST_1 = (lambda v, e: v >= 1, "at least 1")
-#: Squares of larger values overflow when they are summed.
-MODERATE = (lambda v, e: np.abs(v) < 1e150, "below 1e150")
+#: Ranges of fitted values in words, before a bound.
+_RANGES = {
+    "above": operator.gt,
+    "at least": operator.ge,
+    "below": operator.lt,
+    # Squares of larger values overflow when they are summed.
+    "within": lambda value, bound: np.abs(value) < bound,
+}
 
 
 class Values(NamedTuple):
@@ -48,21 +49,29 @@ class Values(NamedTuple):
 
     `shape` is () for a number, a tuple, or a function of the estimator that returns a tuple, with
     None for any length. The function may use the attributes that stand earlier in the table.
+    `range` is a text such as "at least 1", or a condition on the value and the estimator, and its
+    words.
     """
 
     shape: Any = ()
-    range: tuple[Callable[..., Any], str] | None = None
+    range: str | tuple[Callable[..., Any], str] | None = None
     kind: str = "f"
 
     def check(self, estimator: Any, name: str, value: Any) -> None:
-        """Raise a ValueError that names the attribute if a value is not as the table says."""
+        """Raise a ValueError that names the attribute if a value is not as the table states."""
         shape = self.shape(estimator) if callable(self.shape) else self.shape
         if shape == ():
             _check_number(name, value, self.kind)
         else:
             _check_array(name, value, shape, self.kind)
-        if self.range is not None and not np.all(self.range[0](value, estimator)):
-            raise ValueError(f"{name} == {_short(value)}, expected {self.range[1]}.")
+        if isinstance(self.range, str):
+            phrase, bound = self.range.rsplit(" ", 1)
+            expected, holds = self.range, _RANGES[phrase](value, float(bound))
+        elif self.range is not None:
+            condition, expected = self.range
+            holds = condition(value, estimator)
+        if self.range is not None and not np.all(holds):
+            raise ValueError(f"{name} == {_short(value)}, expected {expected}.")
 
 
 def _check_number(name, value, kind):
@@ -112,7 +121,7 @@ SPEEDS = Values(
     (lambda v, e: np.all(v > 0) and np.all(np.diff(v) > 0), "speeds above 0, ascending"),
 )
 #: Fitted attributes of estimators whose rows are plain.
-TABLE: dict[str, Values | Labels] = {"n_features_in_": Values((), AT_LEAST_1, "i")}
+TABLE: dict[str, Values | Labels] = {"n_features_in_": Values((), "at least 1", "i")}
 #: Fitted attributes of estimators whose rows are windows.
 WINDOWS = TABLE | {
     "window_shape_": Values(

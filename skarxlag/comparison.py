@@ -12,16 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._base import StretchTransformer
 from ._parallel import one_thread
-from ._state import (
-    MODERATE,
-    NOT_NEGATIVE,
-    SPEEDS,
-    WINDOWS,
-    Labels,
-    Values,
-    as_fitted,
-    remember_parameters,
-)
+from ._state import SPEEDS, WINDOWS, Labels, Values, as_fitted, remember_parameters
 from ._validation import ABOVE_0, check_real, validate_signals, weighted_windows
 from .kernels.drift import along_axes, joint_axes, scaled_frequency, smooth_variance
 from .kernels.spectra import cepstrum
@@ -186,10 +177,11 @@ class SpectralDistance(StretchTransformer):
             ),
             "i",
         ),
-        "axes_": Values(lambda e: (e._n_groups(), *2 * [e._n_coefficients()]), MODERATE),
-        "variances_": Values(lambda e: (e._n_groups(), e._n_coefficients()), NOT_NEGATIVE),
+        "axes_": Values(lambda e: (e._n_groups(), *2 * [e._n_coefficients()]), "within 1e150"),
+        "variances_": Values(lambda e: (e._n_groups(), e._n_coefficients()), "at least 0"),
         "references_": Values(
-            lambda e: (e._n_speeds(), len(e.classes_), e._n_groups(), e._n_coefficients()), MODERATE
+            lambda e: (e._n_speeds(), len(e.classes_), e._n_groups(), e._n_coefficients()),
+            "within 1e150",
         ),
     }
 
@@ -418,9 +410,11 @@ class SpectralDistance(StretchTransformer):
         if self._is_joint():
             n = len(self._joint_groups()) * self._n_coefficients()
             shapes = {
-                "joint_axes_": Values((n, n), MODERATE),
-                "joint_variances_": Values((n,), NOT_NEGATIVE),
-                "joint_references_": Values((self._n_speeds(), len(self.classes_), n), MODERATE),
+                "joint_axes_": Values((n, n), "within 1e150"),
+                "joint_variances_": Values((n,), "at least 0"),
+                "joint_references_": Values(
+                    (self._n_speeds(), len(self.classes_), n), "within 1e150"
+                ),
             }
             for name, expected in shapes.items():
                 expected.check(self, name, vars(self).get(name))

@@ -13,17 +13,7 @@ from sklearn.utils import check_scalar
 
 from ._base import SignalEstimator
 from ._parallel import BATCH, map_batches, one_thread
-from ._state import (
-    AT_LEAST_1,
-    INNOVATIONS,
-    NEGATIVE,
-    NOT_NEGATIVE,
-    POSITIVE,
-    SPEEDS,
-    Values,
-    remember_parameters,
-    uses_fitted,
-)
+from ._state import INNOVATIONS, SPEEDS, Values, remember_parameters, uses_fitted
 from ._validation import check_rate, validate_innovations, weighted_windows
 from .kernels.healthy_limits import (
     HealthyRows,
@@ -294,26 +284,26 @@ class FaultDetector(RowOutlierDetector):
     variances_: NDArray[Any]
 
     _state = INNOVATIONS | {
-        "n_rows_": Values((), (lambda n, e: n >= 2, "at least 2"), "i"),
-        "n_windows_": Values((), AT_LEAST_1, "i"),
-        "n_blocks_": Values((), (lambda n, e: n >= 2, "at least 2"), "i"),
+        "n_rows_": Values((), "at least 2", "i"),
+        "n_windows_": Values((), "at least 1", "i"),
+        "n_blocks_": Values((), "at least 2", "i"),
         "speeds_": SPEEDS,
-        "deviations_": Values((None,), POSITIVE),
+        "deviations_": Values((None,), "above 0"),
         "references_": Values(lambda e: (_n_references(e), _n_cepstra(e))),
         "axes_": Values(lambda e: 2 * (_n_cepstra(e),)),
         "means_": Values(lambda e: (_n_references(e), len(e.deviations_))),
-        "variances_": Values(lambda e: (_n_cepstra(e),), NOT_NEGATIVE),
+        "variances_": Values(lambda e: (_n_cepstra(e),), "at least 0"),
         "left_out_rates_": Values(
-            lambda e: (len(e.speeds_) if len(e.speeds_) > 1 else 0,), NOT_NEGATIVE
+            lambda e: (len(e.speeds_) if len(e.speeds_) > 1 else 0,), "at least 0"
         ),
         "slopes_": Values(
             lambda e: (len(e.deviations_), 2),
             (lambda v, e: v[:, 1] >= 0, "variances of at least 0 in the second column"),
         ),
-        "drift_scale_": Values((), POSITIVE),
-        "score_deviation_": Values((), POSITIVE),
+        "drift_scale_": Values((), "above 0"),
+        "score_deviation_": Values((), "above 0"),
         "score_mean_": Values(),
-        "offset_": Values((), NEGATIVE),
+        "offset_": Values((), "below 0"),
     }
 
     def __init__(

@@ -12,7 +12,7 @@ from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils import Bunch
 
 from ._base import SignalEstimator
-from ._state import INNOVATIONS, POSITIVE, Labels, Values, remember_parameters, uses_fitted
+from ._state import INNOVATIONS, Labels, Values, remember_parameters, uses_fitted
 from ._validation import check_rate, check_real, validate_innovations
 from .bearings import BearingLike, bearing_orders
 from .envelope_spectra import match_faults, turns_of_rows
@@ -172,12 +172,12 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             lambda e: (len(e._bearings()), 4), (lambda o, e: (o > 0) & (o < 1e6), "in (0, 1e6)")
         ),
         "reference_": Values((len(FAULTS),)),
-        "healthy_speeds_": Values((None,), POSITIVE),
+        "healthy_speeds_": Values((None,), "above 0"),
         "healthy_scores_": Values(
             lambda e: e.healthy_speeds_.shape, (lambda s, e: np.all(np.diff(s) >= 0), "ascending")
         ),
         "limit_": Values(),
-        "tail_scale_": Values((), POSITIVE),
+        "tail_scale_": Values((), "above 0"),
     }
 
     #: Metadata routing passes `rpm` without `set_fit_request` and its siblings.

@@ -13,16 +13,7 @@ from sklearn.utils import Bunch, check_scalar
 
 from ._base import ArrayTransformer, SignalEstimator
 from ._parallel import map_batches
-from ._state import (
-    AT_LEAST_1,
-    MODERATE,
-    NOT_NEGATIVE,
-    WINDOWS,
-    Labels,
-    Values,
-    remember_parameters,
-    uses_fitted,
-)
+from ._state import WINDOWS, Labels, Values, remember_parameters, uses_fitted
 from ._validation import (
     UP_TO_1,
     check_input_names,
@@ -160,12 +151,12 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     n_jobs: int | None = None
 
     _state = WINDOWS | {
-        "orders_": Values(_per_channel, AT_LEAST_1, "i"),
+        "orders_": Values(_per_channel, "at least 1", "i"),
         "poles_": Values(_per_channel, (lambda p, e: np.abs(p) < 1, "in (-1, 1)")),
         "classes_": Labels(),
-        "noise_level_": Values(_per_model, NOT_NEGATIVE),
-        "weights_": Values(_per_model, NOT_NEGATIVE),
-        "coef_": Values(lambda e: (len(e.classes_), e.orders_.sum()), MODERATE),
+        "noise_level_": Values(_per_model, "at least 0"),
+        "weights_": Values(_per_model, "at least 0"),
+        "coef_": Values(lambda e: (len(e.classes_), e.orders_.sum()), "within 1e150"),
         "sums_": Values(
             lambda e: (len(e.classes_), e.orders_.sum() + 1, e.orders_.sum() + 1),
             (

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_scalar
 
-from ._state import INNOVATIONS, NEGATIVE, Labels, Values, check_state, remember_parameters
+from ._state import INNOVATIONS, Labels, Values, check_state, remember_parameters
 from ._validation import check_rate, validate_innovations, weighted_windows
 from .detection import (
     UNKNOWN_SPEED,
@@ -110,7 +110,7 @@ class KnownConditions(RowOutlierDetector):
     detectors_: list[FaultDetector]
     offset_: float
 
-    _state = INNOVATIONS | {"offset_": Values((), NEGATIVE), "classes_": Labels()}
+    _state = INNOVATIONS | {"offset_": Values((), "below 0"), "classes_": Labels()}
 
     def __init__(
         self,

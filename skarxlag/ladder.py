@@ -12,16 +12,7 @@ from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import validate_data
 
 from ._base import DocumentedEstimator
-from ._state import (
-    NOT_NEGATIVE,
-    POSITIVE,
-    TABLE,
-    CheckedEstimator,
-    Labels,
-    Values,
-    remember_parameters,
-    uses_fitted,
-)
+from ._state import TABLE, CheckedEstimator, Labels, Values, remember_parameters, uses_fitted
 from ._validation import check_labels, check_rate, check_real, weighted_windows
 from .kernels.ladder import (
     confidence_scale,
@@ -125,8 +116,8 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         "healthy_index_": Values(
             (), (lambda i, e: 0 <= i < len(e.classes_), "an index of classes_"), "i"
         ),
-        "detection_threshold_": Values((), NOT_NEGATIVE),
-        "confidence_scale_": Values((), POSITIVE),
+        "detection_threshold_": Values((), "at least 0"),
+        "confidence_scale_": Values((), "above 0"),
         "priors_": Values(
             lambda e: (len(e.classes_),),
             (

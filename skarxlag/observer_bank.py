@@ -12,7 +12,7 @@ from sklearn.utils import check_scalar
 
 from ._base import GroupTransformer
 from ._parallel import map_batches
-from ._state import INNOVATIONS, MODERATE, NOT_NEGATIVE, Values, remember_parameters, uses_fitted
+from ._state import INNOVATIONS, Values, remember_parameters, uses_fitted
 from ._validation import ABOVE_0, UP_TO_1, WITHIN_1, check_real, validate_innovations
 from .kernels import observer
 from .kernels.observer_bank import bank_levels, centre_frequencies, member_gains
@@ -118,9 +118,9 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
     n_jobs: int | None = None
 
     _state: ClassVar = INNOVATIONS | {
-        "kp_": Values(lambda e: (e.n_members,), MODERATE),
-        "ki_": Values(lambda e: (e.n_members,), MODERATE),
-        "bounds_": Values(lambda e: (e.n_members,), NOT_NEGATIVE),
+        "kp_": Values(lambda e: (e.n_members,), "within 1e150"),
+        "ki_": Values(lambda e: (e.n_members,), "within 1e150"),
+        "bounds_": Values(lambda e: (e.n_members,), "at least 0"),
         "lyapunov_": Values(lambda e: (e.n_members, 2, 2)),
     }
 

@@ -12,17 +12,7 @@ from sklearn.utils import Bunch, check_scalar
 
 from ._base import StretchTransformer
 from ._parallel import map_batches
-from ._state import (
-    INNOVATIONS,
-    MODERATE,
-    NOT_NEGATIVE,
-    POSITIVE,
-    SPEEDS,
-    Labels,
-    Values,
-    remember_parameters,
-    uses_fitted,
-)
+from ._state import INNOVATIONS, SPEEDS, Labels, Values, remember_parameters, uses_fitted
 from ._validation import ABOVE_0, check_real, validate_innovations, weighted_windows
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
 from .kernels.speed_references import drift_factor, group_means, group_speeds, speed_distance
@@ -171,10 +161,12 @@ class OrderResidual(StretchTransformer):
 
     _state = INNOVATIONS | {
         "classes_": Labels(),
-        "orders_": Values(lambda e: (e._n_orders(),), POSITIVE),
-        "variances_": Values(lambda e: (e.n_bands, e._n_orders()), NOT_NEGATIVE),
-        "references_": Values(lambda e: (len(e.classes_), e.n_bands, e._n_orders()), MODERATE),
-        "samples_a_turn_": Values((), POSITIVE),
+        "orders_": Values(lambda e: (e._n_orders(),), "above 0"),
+        "variances_": Values(lambda e: (e.n_bands, e._n_orders()), "at least 0"),
+        "references_": Values(
+            lambda e: (len(e.classes_), e.n_bands, e._n_orders()), "within 1e150"
+        ),
+        "samples_a_turn_": Values((), "above 0"),
         "speeds_": SPEEDS,
     }
 
