@@ -51,13 +51,9 @@ from contextlib import nullcontext
 import numpy as np
 
 from ._arrays import NamedArrays
+from ._contents import Format
 
-TITLE = "Marked numbers"
-SUFFIXES = (".marked",)
-LIBRARY = EXTRA = None
-ISOLATED = False
-IN_PARTS = False
-STATES = "neither"
+FORMAT = Format("Marked numbers", (".marked",), "neither", in_parts=False)
 
 
 def contents(path):

@@ -16,15 +16,15 @@ def formats_table():
     """Markdown table of all formats."""
     rows = [
         {
-            "format": module.TITLE,
-            "file names": " ".join(f"`{suffix}`" for suffix in module.SUFFIXES),
-            "library": module.LIBRARY or "",
-            "extra": f"`{module.EXTRA}`" if module.EXTRA else "",
-            "in parts": "yes" if module.IN_PARTS else "no",
-            "own process": "yes" if module.ISOLATED else "no",
-            "states": module.STATES,
+            "format": each.title,
+            "file names": " ".join(f"`{suffix}`" for suffix in each.suffixes),
+            "library": each.library or "",
+            "extra": f"`{each.extra}`" if each.library else "",
+            "in parts": "yes" if each.in_parts else "no",
+            "own process": "yes" if each.isolated else "no",
+            "states": each.states,
         }
-        for module in FORMATS
+        for each in (module.FORMAT for module in FORMATS)
     ]
     return markdown(pd.DataFrame(rows))
 

@@ -21,7 +21,7 @@ from sklearn.datasets import fetch_file, get_data_home
 from sklearn.utils import Bunch
 
 from skarxlag.bearings import BearingGeometry
-from skarxlag.recordings.windows import stack_windows
+from skarxlag.recordings.windows import block_length, cut_blocks
 
 #: The array of samples in the converted files that a data home may hold.
 CONVERTED = "acceleration"
@@ -164,13 +164,14 @@ def fetch_rig(
         If there is no such part of the rig, or if `window_length` is below 1 or longer than a
         recording.
     """
+    block_length(window_length)  # Checks it before a file is downloaded.
     # A given folder is not created if no file is stored there in the end.
     home = Path(get_data_home() if data_home is None else data_home).expanduser()
-    names, signals = [], []
+    names, windows = [], []
     for recording in source.recordings:
         path = home / (recording.converted or "")
         if path.is_file():
-            signals.append(_read_converted(path))
+            signal = _read_converted(path)
         else:
             path = home / source.folder / recording.path
             if download_if_missing:
@@ -181,12 +182,15 @@ def fetch_rig(
                     "is not the original (its SHA-256 differs)" if path.exists() else "is missing"
                 )
                 raise OSError(f"{path} {state} and download_if_missing is False")
-            signals.append(np.ravel(source.read_signal(path)))
+            signal = np.ravel(source.read_signal(path))
         names.append(str(path))
-    data, row, start = stack_windows(signals, names, window_length)
+        windows.append(np.concatenate([*cut_blocks([signal], str(path), window_length)]))
+    counts = [len(each) for each in windows]
+    row = np.repeat(np.arange(len(counts)), counts)
+    start = np.concatenate([np.arange(count) * window_length for count in counts])
     recordings = pd.DataFrame(source.recordings)
     rig = Bunch(
-        data=data,
+        data=np.concatenate(windows),
         target=recordings["condition"].to_numpy(dtype=str)[row],
         target_names=recordings["condition"].unique().tolist(),
         rpm=recordings["rpm"].to_numpy(dtype=float)[row],

@@ -202,7 +202,7 @@ def _read(function, path, dtype, *arguments):
     module, _ = find_format(path, dtype)
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
-    read = isolated if module.ISOLATED else lambda function, *arguments: function(*arguments)
+    read = isolated if module.FORMAT.isolated else lambda function, *arguments: function(*arguments)
     return read(function, path, dtype, *arguments)
 
 

@@ -206,7 +206,7 @@ def _found(source):
 
 def _files_below(folder):
     """Files with a known suffix, also in folders behind links; each folder once."""
-    suffixes = tuple(suffix for module in FORMATS for suffix in module.SUFFIXES)
+    suffixes = tuple(suffix for module in FORMATS for suffix in module.FORMAT.suffixes)
     seen = {folder.resolve()}
     for parent, folders, names in os.walk(folder, followlinks=True):
         inner = [Path(parent, name) for name in sorted(folders)]

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 _NUMBER = r"\s*(\d+(?:\.\d+)?)\s*"
-_RANGE = re.compile(rf"{_NUMBER}\.\.{_NUMBER}")
-_TOLERANCE = re.compile(rf"{_NUMBER}(?:\+-|\+/-|±){_NUMBER}(%?)\s*")
+_SPEED = re.compile(rf"{_NUMBER}(?:\.\.{_NUMBER}|(?:\+-|\+/-|±){_NUMBER}(%?)\s*)?")
 
 
 @dataclass(frozen=True)
@@ -54,16 +53,11 @@ class SpeedRange:
         ValueError
             If the text is nothing of this, or the range is empty or holds no speed above 0.
         """
-        if match := _RANGE.fullmatch(text):
-            low, high = float(match[1]), float(match[2])
-        elif match := _TOLERANCE.fullmatch(text):
-            speed, width = float(match[1]), float(match[2])
-            width *= speed / 100 if match[3] else 1
-            low, high = speed - width, speed + width
-        elif re.fullmatch(_NUMBER, text):
-            low = high = float(text)
-        else:
-            low = high = np.nan
+        low = high = np.nan
+        if match := _SPEED.fullmatch(text):
+            speed, width = float(match[1]), float(match[3] or 0)
+            width *= speed / 100 if match[4] else 1
+            low, high = speed - width, float(match[2] or speed + width)
         if not (np.isfinite(high) and high > 0 and low <= high):
             raise ValueError(f"{text!r}, expected a speed such as 1797, 1797+-30 or 1700..1800")
         return cls(max(low, 0.0), high)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from numbers import Integral
 from typing import Any
 
@@ -77,57 +77,6 @@ def make_windows(
     windows = np.lib.stride_tricks.sliding_window_view(signal, window_length, axis=-1)
     # Windows become the rows; without the copy they would be a read-only view of the recording.
     return np.moveaxis(windows[..., ::hop, :], -2, 0).copy(order="C")
-
-
-def stack_windows(
-    recordings: Sequence[Any],
-    names: Sequence[str],
-    window_length: int = 1200,
-    *,
-    hop: int | None = None,
-) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Cut several recordings and stack their windows, one recording after another.
-
-    Parameters
-    ----------
-    recordings : sequence of arrays
-        As in :func:`make_windows`, all with the same number of channels.
-    names : sequence of str
-        Names for error messages.
-    window_length, hop : int
-        As in :func:`make_windows`.
-
-    Returns
-    -------
-    windows : ndarray
-        The windows of all recordings, in time order within each.
-    source : ndarray of int, shape (n_windows,)
-        Which recording each window was cut from.
-    start : ndarray of int, shape (n_windows,)
-        Index of the window's first sample in its recording.
-
-    Raises
-    ------
-    ValueError, TypeError
-        As in :func:`make_windows`, with the name of the recording in front.
-
-    Examples
-    --------
-    >>> from skarxlag.recordings.windows import stack_windows
-    >>> windows, source, start = stack_windows([[1, 2, 3, 4], [5, 6, 7]], ["a", "b"], 2)
-    >>> source, start
-    (array([0, 0, 1]), array([0, 2, 0]))
-    """
-    stacked = []
-    for recording, name in zip(recordings, names, strict=True):
-        try:
-            stacked.append(make_windows(recording, window_length, hop=hop))
-        except (TypeError, ValueError) as error:
-            raise type(error)(f"{name}: {error}") from error
-    counts = [len(windows) for windows in stacked]
-    step = window_length if hop is None else hop
-    start = np.concatenate([np.arange(count) * step for count in counts])
-    return np.concatenate(stacked), np.repeat(np.arange(len(counts)), counts), start
 
 
 def block_length(window_length: int) -> int:

@@ -72,7 +72,7 @@ def write_recordings(folder):
 def unwritten():
     """Formats of which no file can be written here, for the report."""
     written = {".npy", ".npz", ".csv", ".parquet", ".mat", ".wav", ".flac", ".h5", ".tdms", ".uff"}
-    return [module.TITLE for module in FORMATS if not written & set(module.SUFFIXES)]
+    return [each.FORMAT.title for each in FORMATS if not written & set(each.FORMAT.suffixes)]
 
 
 def write_models(folder):

@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from skarxlag.recordings.windows import cut_blocks, make_windows, stack_windows, thin_windows
+from skarxlag.recordings.windows import cut_blocks, make_windows, thin_windows
 
 
 @pytest.mark.parametrize("n_samples", [6, 7, 11, 12])
@@ -100,23 +100,6 @@ def test_a_single_number_is_no_recording():
 def test_bad_lengths_are_refused_by_name(name, value, error):
     with pytest.raises(error, match=name):
         make_windows(np.zeros(10), **{"window_length": 2, name: value})
-
-
-@pytest.mark.parametrize("hop", [None, 2])
-def test_stacked_windows_know_where_they_were_cut(hop):
-    rng = np.random.default_rng(0)
-    recordings = [rng.normal(size=(2, n)) for n in (10, 3, 8)]
-    windows, source, start = stack_windows(recordings, ["a", "b", "c"], 3, hop=hop)
-    for window, i, k in zip(windows, source, start, strict=True):
-        np.testing.assert_array_equal(window, recordings[i][:, k : k + 3])
-    expected = [(i, k) for i, n in enumerate((10, 3, 8)) for k in range(0, n - 2, hop or 3)]
-    assert list(zip(source.tolist(), start.tolist(), strict=True)) == expected
-
-
-@pytest.mark.parametrize(("length", "error"), [(5, ValueError), (1.5, TypeError)])
-def test_stacking_names_the_recording(length, error):
-    with pytest.raises(error, match="short one: "):
-        stack_windows([[1, 2, 3]], ["short one"], length)
 
 
 @pytest.mark.parametrize("hop", [None, 1, 3, 7, 10, 40, 200])

@@ -2,14 +2,7 @@
 
 A format is a module with these names:
 
-- ``TITLE``: its name in the documentation.
-- ``SUFFIXES``: endings of file names, in lower case.
-- ``LIBRARY``, ``EXTRA``: the library that reads it and the extra of this package that installs
-  it; None if no further library is needed.
-- ``ISOLATED``: whether files are read in another process. It must be true if the reader may crash
-  or hang on a damaged file.
-- ``IN_PARTS``: whether a long file is read block by block, and is never in memory whole.
-- ``STATES``: a phrase of the documentation about sampling rates and units.
+- ``FORMAT``: its name, file names and library, see :class:`Format`.
 - ``contents(path)``: the :class:`Contents` of a file. It may raise anything on a damaged file, and
   raises `ContentError` if an intact file does not hold what is asked for.
 
@@ -52,9 +45,9 @@ def find_format(
         return raw, partial(raw.contents, dtype=dtype)
     name = path.name.lower()
     for module in FORMATS:
-        if name.endswith(module.SUFFIXES):
+        if name.endswith(module.FORMAT.suffixes):
             return module, module.contents
-    known = ", ".join(suffix for module in FORMATS for suffix in module.SUFFIXES)
+    known = ", ".join(suffix for module in FORMATS for suffix in module.FORMAT.suffixes)
     raise ValueError(f"{path}: unknown suffix {path.suffix!r}; expected one of {known}")
 
 
@@ -97,8 +90,8 @@ def _error_of(path, error, module):
         return ValueError(f"{path}: cannot be read ({error})")
     if isinstance(error, ImportError):
         return ImportError(
-            f"{path}: reading this format needs {module.LIBRARY or error.name}: "
-            f"pip install 'skarxlag[{module.EXTRA or 'formats'}]'"
+            f"{path}: reading this format needs {module.FORMAT.library or error.name}: "
+            f"pip install 'skarxlag[{module.FORMAT.extra}]'"
         )
     if isinstance(error, MemoryError):
         return ValueError(f"{path}: needs more memory than a file of its size may, damaged?")

@@ -3,15 +3,17 @@
 from contextlib import contextmanager
 from pathlib import Path
 
-from ._contents import Channel, Contents, check_unpacked
+from ._contents import Channel, Contents, Format, check_unpacked
 from ._facts import names_times
 
-TITLE = "Parquet, Feather"
-SUFFIXES = (".parquet", ".feather", ".arrow")
-LIBRARY, EXTRA = "pyarrow", "io"
-ISOLATED = True
-IN_PARTS = True
-STATES = "the rate, by a time column"
+FORMAT = Format(
+    "Parquet, Feather",
+    (".parquet", ".feather", ".arrow"),
+    library="pyarrow",
+    extra="io",
+    isolated=True,
+    states="the rate, by a time column",
+)
 
 #: Bytes of a column that are read at a time.
 _BUFFER_BYTES = 2**20

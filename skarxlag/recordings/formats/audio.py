@@ -3,14 +3,15 @@
 import re
 from pathlib import Path
 
-from ._contents import Channel, Contents
+from ._contents import Channel, Contents, Format
 
-TITLE = "FLAC, W64, RF64, AIFF, CAF, AU"
-SUFFIXES = (".flac", ".w64", ".rf64", ".aif", ".aiff", ".caf", ".au")
-LIBRARY, EXTRA = "soundfile", "formats"
-ISOLATED = True
-IN_PARTS = True
-STATES = "the rate"
+FORMAT = Format(
+    "FLAC, W64, RF64, AIFF, CAF, AU",
+    (".flac", ".w64", ".rf64", ".aif", ".aiff", ".caf", ".au"),
+    library="soundfile",
+    isolated=True,
+    states="the rate",
+)
 
 
 def contents(path: Path) -> Contents:

@@ -6,15 +6,16 @@ from pathlib import Path
 import numpy as np
 
 from ._arrays import NamedArrays
-from ._contents import ContentError, Contents, is_numeric
+from ._contents import ContentError, Contents, Format, is_numeric
 from ._facts import letters
 
-TITLE = "HDF5, MATLAB 7.3"
-SUFFIXES = (".h5", ".hdf5", ".hdf")
-LIBRARY, EXTRA = "h5py", "formats"
-ISOLATED = True
-IN_PARTS = True
-STATES = "rate and unit, in attributes named `fs`, `units` or alike, or in single numbers"
+FORMAT = Format(
+    "HDF5, MATLAB 7.3",
+    (".h5", ".hdf5", ".hdf"),
+    library="h5py",
+    isolated=True,
+    states="rate and unit, in attributes named `fs`, `units` or alike, or in single numbers",
+)
 
 #: Groups in which MATLAB stores the elements of cell arrays and of arrays of structs.
 _INTERNAL = ("#refs#", "#subsystem#")

@@ -12,14 +12,17 @@ from scipy.io.matlab import mat_struct
 
 from . import hdf5
 from ._arrays import NamedArrays
-from ._contents import Contents, check_unpacked, is_numeric
+from ._contents import Contents, Format, check_unpacked, is_numeric
 
-TITLE = "MATLAB up to version 7"
-SUFFIXES = (".mat",)
-LIBRARY = EXTRA = None
-ISOLATED = True  # SciPy's compiled parser can crash or hang on a damaged file.
-IN_PARTS = False  # Version 7.3 is read in parts.
-STATES = "the rate, in a number named `fs` or alike"
+# SciPy's compiled parser can crash or hang on a damaged file.
+# Version 7.3 is read in parts.
+FORMAT = Format(
+    "MATLAB up to version 7",
+    (".mat",),
+    isolated=True,
+    in_parts=False,
+    states="the rate, in a number named `fs` or alike",
+)
 
 _COMPRESSED = 15
 _HDF5 = b"\x89HDF\r\n\x1a\n"

@@ -6,14 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from ._arrays import NamedArrays
-from ._contents import Contents
+from ._contents import Contents, Format
 
-TITLE = "NumPy array"
-SUFFIXES = (".npy",)
-LIBRARY = EXTRA = None
-ISOLATED = False
-IN_PARTS = True
-STATES = "nothing"
+FORMAT = Format("NumPy array", (".npy",), states="nothing")
 
 
 def contents(path: Path) -> Contents:

@@ -7,14 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from ._arrays import NamedArrays
-from ._contents import Contents, check_unpacked, is_numeric
+from ._contents import Contents, Format, check_unpacked, is_numeric
 
-TITLE = "NumPy archive"
-SUFFIXES = (".npz",)
-LIBRARY = EXTRA = None
-ISOLATED = False
-IN_PARTS = False
-STATES = "the rate, in a number named `fs` or alike"
+FORMAT = Format(
+    "NumPy archive", (".npz",), in_parts=False, states="the rate, in a number named `fs` or alike"
+)
 
 _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,

@@ -5,14 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from ._contents import Channel, ContentError, Contents, is_numeric, slices
+from ._contents import Channel, ContentError, Contents, Format, is_numeric, slices
 
-TITLE = "raw binary, with a stated `dtype`"
-SUFFIXES = (".bin", ".raw")
-LIBRARY = EXTRA = None
-ISOLATED = False
-IN_PARTS = True
-STATES = "nothing"
+FORMAT = Format("raw binary, with a stated `dtype`", (".bin", ".raw"), states="nothing")
 
 _MOST_CHANNELS = 4096
 

@@ -6,17 +6,16 @@ from pathlib import Path
 import numpy as np
 
 from ._arrays import NamedArrays
-from ._contents import ContentError, Contents, is_numeric
+from ._contents import ContentError, Contents, Format, is_numeric
 from ._facts import letters
 
-TITLE = "NI TDMS"
-SUFFIXES = (".tdms",)
-LIBRARY, EXTRA = "nptdms", "formats"
-ISOLATED = True
-IN_PARTS = True
-STATES = (
-    "rate (`wf_increment`, or a number named `fs` or alike), unit (`unit_string`) and date "
-    "(`wf_start_time`)"
+FORMAT = Format(
+    "NI TDMS",
+    (".tdms",),
+    library="nptdms",
+    isolated=True,
+    states="rate (`wf_increment`, or a number named `fs` or alike), unit (`unit_string`) and date "
+    "(`wf_start_time`)",
 )
 
 #: LabVIEW counts from 1904, and writes this if no date was set. NaT is not later either.

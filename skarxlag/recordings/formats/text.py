@@ -15,15 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from ._contents import Channel, ContentError, Contents, check_unpacked
+from ._contents import Channel, ContentError, Contents, Format, check_unpacked
 from ._facts import SECONDS, names_times, seconds_of_dates
 
-TITLE = "text, also packed by gzip"
-SUFFIXES = (".csv", ".txt", ".tsv", ".csv.gz", ".txt.gz", ".tsv.gz")
-LIBRARY = EXTRA = None
-ISOLATED = False
-IN_PARTS = True
-STATES = "the rate, by a time column; units, in a second line or in brackets"
+FORMAT = Format(
+    "text, also packed by gzip",
+    (".csv", ".txt", ".tsv", ".csv.gz", ".txt.gz", ".tsv.gz"),
+    states="the rate, by a time column; units, in a second line or in brackets",
+)
 
 _HEAD = 2**16
 #: Lines from which the layout is inferred, and rows that are parsed at a time.

@@ -3,15 +3,17 @@
 import warnings
 from pathlib import Path
 
-from ._contents import Channel, Contents, slices
+from ._contents import Channel, Contents, Format, slices
 from ._facts import is_rate, rounded
 
-TITLE = "Universal file (UFF 58)"
-SUFFIXES = (".uff", ".unv")
-LIBRARY, EXTRA = "pyuff", "formats"
-ISOLATED = True
-IN_PARTS = False
-STATES = "rate and unit"
+FORMAT = Format(
+    "Universal file (UFF 58)",
+    (".uff", ".unv"),
+    library="pyuff",
+    isolated=True,
+    in_parts=False,
+    states="rate and unit",
+)
 
 _TIME_RESPONSE = (0, 1)
 _DIRECTIONS = {0: "", 1: "+X", 2: "+Y", 3: "+Z", 4: "+RX", 5: "+RY", 6: "+RZ"}

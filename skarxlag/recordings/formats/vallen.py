@@ -4,14 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ._contents import Channel, ContentError, Contents
+from ._contents import Channel, ContentError, Contents, Format
 
-TITLE = "Vallen tradb"
-SUFFIXES = (".tradb",)
-LIBRARY, EXTRA = "vallenae", "formats"
-ISOLATED = True
-IN_PARTS = True
-STATES = "rate and unit (V)"
+FORMAT = Format(
+    "Vallen tradb", (".tradb",), library="vallenae", isolated=True, states="rate and unit (V)"
+)
 
 _SUMMARY = """
 SELECT Chan, SUM(Samples), MIN(SampleRate), MAX(SampleRate) FROM tr_data

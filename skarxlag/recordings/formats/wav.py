@@ -7,14 +7,9 @@ from pathlib import Path
 import numpy as np
 from scipy.io import wavfile
 
-from ._contents import Channel, Contents, slices
+from ._contents import Channel, Contents, Format, slices
 
-TITLE = "WAV"
-SUFFIXES = (".wav",)
-LIBRARY = EXTRA = None
-ISOLATED = False
-IN_PARTS = True
-STATES = "the rate"
+FORMAT = Format("WAV", (".wav",), states="the rate")
 
 
 def contents(path: Path) -> Contents:

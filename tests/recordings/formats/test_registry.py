@@ -18,16 +18,16 @@ def test_the_page_lists_all_formats():
 
 @pytest.mark.parametrize("module", FORMATS, ids=lambda module: module.__name__.split(".")[-1])
 def test_a_format_is_complete(module):
-    assert module.TITLE and module.SUFFIXES and module.STATES
-    assert {module.ISOLATED, module.IN_PARTS} <= {True, False}
-    for suffix in module.SUFFIXES:
+    about = module.FORMAT
+    assert about.title and about.suffixes and about.states
+    for suffix in about.suffixes:
         assert find_format(Path("run" + suffix.upper()))[0] is module
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    if module.LIBRARY is not None:
-        declared = " ".join(extras["optional-dependencies"][module.EXTRA]).lower()
-        assert module.LIBRARY in declared
+    if about.library is not None:
+        declared = " ".join(extras["optional-dependencies"][about.extra]).lower()
+        assert about.library in declared
         # What other people's parsers do on damaged files is not known.
-        assert module.ISOLATED
+        assert about.isolated
     name = module.__name__.rpartition(".")[2]
     assert (ROOT / "tests" / "recordings" / "formats" / f"test_{name}.py").exists() or name in (
         "npy",
@@ -37,5 +37,5 @@ def test_a_format_is_complete(module):
 
 
 def test_no_ending_belongs_to_two_formats():
-    suffixes = [suffix for module in FORMATS for suffix in module.SUFFIXES]
+    suffixes = [suffix for module in FORMATS for suffix in module.FORMAT.suffixes]
     assert len(set(suffixes)) == len(suffixes)
