@@ -22,7 +22,7 @@ from .kernels.speed_references import (
     group_means,
     group_speeds,
     mean_by_speed,
-    references_at,
+    reference_weights,
     speeds_to_try,
 )
 from .speeds import log_speeds
@@ -300,12 +300,14 @@ class SpectralDistance(StretchTransformer):
         self._check_rpm_is_taken(rpm)
         log_speed, known = log_speeds(rpm, len(X)), self._known_log_speeds()
         at = np.full(len(X), known.mean()) if log_speed is None else log_speed
+        weights, variance = reference_weights(at, known, self.recorded_ > 0)
+        factor = np.ones(len(X)) if log_speed is None else drift_factor(variance)
+        factor, weights = factor[:, np.newaxis], weights[np.arange(len(X)), :, own]
         moved = []
-        for chosen, axes, variances, references in self._parts():
-            expected, variance = references_at(at, known, references, self.recorded_ > 0)
-            factor = np.ones(len(X)) if log_speed is None else drift_factor(variance)
-            rows = along_axes(_joined(cepstra[:, chosen]), axes) - expected[np.arange(len(X)), own]
-            share = np.mean(rows * (factor / (variances + factor[:, np.newaxis]).T).T, axis=0)
+        for chosen, axes, variances, references, _ in self._parts():
+            expected = np.einsum("wk,wkf->wf", weights, references[:, own].swapaxes(0, 1))
+            rows = along_axes(_joined(cepstra[:, chosen]), axes) - expected
+            share = np.mean(rows * (factor / (variances + factor)), axis=0)
             smooth = self._smooth_variance(len(chosen), 0.0)
             moved.append(axes.T @ (smooth * (axes @ share)))
         n_groups = len(self.axes_)
@@ -316,44 +318,37 @@ class SpectralDistance(StretchTransformer):
 
     @one_thread
     def _residuals(self, X, rpm):
-        log_speed, cepstra = log_speeds(rpm, len(X)), _cepstra(X)
-        parts = [
-            (along_axes(_joined(cepstra[:, chosen]), axes), variances, references)
-            for chosen, axes, variances, references in self._parts()
-        ]
-        known = self._known_log_speeds()
-        if log_speed is not None:
-            return self._residuals_at(parts, log_speed, known)
-        at_speeds = [
-            self._residuals_at(parts, np.full(len(X), tried), known, factor=1.0)
-            for tried in speeds_to_try(known)
-        ]
-        return np.min(at_speeds, axis=0)
-
-    def _residuals_at(self, parts, log_speed, known, factor=None):
-        """Residuals at given speeds; the factor on the drift follows from them if it is None."""
-        joint = self.joint_weight if self._is_joint() else 0.0
-        n_groups = len(self.axes_)
-        speeds, place = np.unique(log_speed, return_inverse=True)
-        residuals = np.ones((len(log_speed), len(self.classes_)))
-        for number, (rows, variances, references) in enumerate(parts):
-            weight = (1 - joint) / n_groups if number < n_groups else joint
-            expected, variance = references_at(speeds, known, references, self.recorded_ > 0)
-            of_speed = drift_factor(variance) if factor is None else np.full(len(speeds), factor)
-            total = (variances + of_speed[:, np.newaxis])[place]
-            for c in range(len(self.classes_)):
-                squares = (rows - expected[place, c]) ** 2 / total
-                mean = squares.sum(axis=1) / max(squares.shape[1], 1)
-                residuals[:, c] *= (mean + _LEAST) ** (weight / 2)
-        return residuals
+        cepstra, known = _cepstra(X), self._known_log_speeds()
+        if rpm is None:
+            speeds = speeds_to_try(known)
+            places = [np.full(len(X), number) for number in range(len(speeds))]
+        else:
+            speeds, place = np.unique(log_speeds(rpm, len(X)), return_inverse=True)
+            places = [place]
+        weights, variance = reference_weights(speeds, known, self.recorded_ > 0)
+        factor = np.ones(len(speeds)) if rpm is None else drift_factor(variance)
+        residuals = np.ones((len(places), len(X), len(self.classes_)))
+        for chosen, axes, variances, references, weight in self._parts():
+            rows = along_axes(_joined(cepstra[:, chosen]), axes)
+            expected = np.einsum("skc,kcf->scf", weights, references)
+            total = variances + factor[:, np.newaxis]
+            for residual, place in zip(residuals, places, strict=True):
+                of_rows = total[place]
+                for c in range(len(self.classes_)):
+                    squares = (rows - expected[place, c]) ** 2 / of_rows
+                    mean = squares.sum(axis=1) / max(squares.shape[1], 1)
+                    residual[:, c] *= (mean + _LEAST) ** (weight / 2)
+        return residuals.min(axis=0)
 
     def _parts(self):
-        """Groups, axes, variances and references of each group, then of the joined ones."""
+        """Yield the groups, axes, variances, references and weight of each distance."""
+        joint, n_groups = self.joint_weight if self._is_joint() else 0.0, len(self.axes_)
         for g, axes in enumerate(self.axes_):
-            yield [g], axes, self.variances_[g], self.references_[:, :, g]
+            own = self.variances_[g], self.references_[:, :, g]
+            yield [g], axes, *own, (1 - joint) / n_groups
         if self._is_joint():
-            chosen = self._joint_groups()
-            yield chosen, self.joint_axes_, self.joint_variances_, self.joint_references_
+            own = self.joint_axes_, self.joint_variances_, self.joint_references_
+            yield self._joint_groups(), *own, joint
 
     def _known_log_speeds(self):
         return np.log(self.speeds_) if len(self.speeds_) > 0 else np.zeros(1)

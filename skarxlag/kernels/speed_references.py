@@ -247,16 +247,13 @@ def mean_by_speed(
     return means.reshape(n_speeds, n_groups, *values.shape[1:]), recorded
 
 
-def references_at(
-    log_speed: NDArray[Any],
-    known: NDArray[Any],
-    means: NDArray[Any],
-    recorded: NDArray[Any],
+def reference_weights(
+    log_speed: NDArray[Any], known: NDArray[Any], recorded: NDArray[Any]
 ) -> tuple[NDArray[Any], NDArray[Any]]:
-    r"""Interpolate the mean of each condition at speeds, and state the variance of its drift.
+    r"""Compute the weights that interpolate the means of each condition at speeds.
 
-    The mean is linear in the logarithm of the speed between two speeds at which the condition was
-    recorded, and constant outside. The variance is that of
+    The mean of a condition is linear in the logarithm of the speed between two speeds at which the
+    condition was recorded, and constant outside. The variance of its drift is that of
     :func:`speed_distance`.
 
     Parameters
@@ -265,34 +262,33 @@ def references_at(
         Logarithms of speeds.
     known : ndarray of shape (n_speeds,)
         Logarithms of the training speeds, ascending.
-    means : ndarray of shape (n_speeds, n_conditions, ...)
-        Mean of each condition at each training speed.
     recorded : ndarray of bool of shape (n_speeds, n_conditions)
         Means that count. Every condition has one.
 
     Returns
     -------
-    references : ndarray of shape (n_rows, n_conditions, ...)
-        Means at the speeds.
+    weights : ndarray of shape (n_rows, n_speeds, n_conditions)
+        Weight of the mean of each condition at each training speed.
     variance : ndarray of shape (n_rows,)
         Largest variance of the drift over the conditions.
 
     Examples
     --------
-    >>> means = np.array([[1.0, 5.0], [3.0, 0.0]])
     >>> recorded = np.array([[True, True], [True, False]])
-    >>> references, _ = references_at(np.array([0.5]), np.array([0.0, 1.0]), means, recorded)
-    >>> references
-    array([[2., 5.]])
+    >>> weights, _ = reference_weights(np.array([0.5]), np.array([0.0, 1.0]), recorded)
+    >>> weights
+    array([[[0.5, 1. ],
+            [0.5, 0. ]]])
     """
-    references = np.empty((len(log_speed), *means.shape[1:]))
-    variance = np.zeros(len(log_speed))
-    for pattern in np.unique(recorded, axis=1).T:
-        own = np.flatnonzero((recorded == pattern[:, np.newaxis]).all(axis=0))
+    weights, variance = np.zeros((len(log_speed), *recorded.shape)), np.zeros(len(log_speed))
+    for pattern in map(np.array, set(map(tuple, recorded.T.tolist()))):
+        own = (recorded == pattern[:, np.newaxis]).all(axis=0)
         at = speed_distance(log_speed, known[pattern])
-        references[:, own] = at.interpolate(means[pattern][:, own])
+        of_speed = np.zeros((len(log_speed), len(known)))
+        of_speed[:, pattern] = at.interpolate(np.eye(pattern.sum()))
+        weights[..., own] = of_speed[..., np.newaxis]
         variance = np.maximum(variance, at.variance)
-    return references, variance
+    return weights, variance
 
 
 def drift_learned(known: NDArray[Any], means: NDArray[Any], recorded: NDArray[Any]) -> NDArray[Any]:
@@ -303,8 +299,10 @@ def drift_learned(known: NDArray[Any], means: NDArray[Any], recorded: NDArray[An
 
     Parameters
     ----------
-    known, means, recorded
-        As in :func:`references_at`.
+    known, recorded
+        As in :func:`reference_weights`.
+    means : ndarray of shape (n_speeds, n_conditions, ...)
+        Mean of each condition at each training speed.
 
     Returns
     -------
