@@ -9,10 +9,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from .arguments import positive_number
-from .messages import as_command_error
-from .models import SavedModel
+from .messages import CommandError, UsageError, as_command_error
+from .models import SavedModel, is_model_file
 from .watch_stream import SensorStream, say
+
+_NEEDED, _FURTHER = ["name", "source", "model"], ["channel", "rpm"]
 
 _DESCRIPTION = """\
 Diagnose a running sensor with a diagnoser that `fit` saved. SOURCE is - for standard input, a file
@@ -20,7 +24,8 @@ that grows, a named pipe or serial device, or a folder into which a logger drops
 growing files hold csv lines, or raw samples with --dtype; files in a folder are of any format that
 diagnose reads. Writes one line of JSON for each window to standard output, or fewer with --every,
 and a summary to standard error. The alarm takes the healthy limits that `fit` saved in the model.
-Ends with the input, or on Ctrl-C.
+Ends with the input, or on Ctrl-C. Instead of MODEL.skops and SOURCE, a csv table names several
+sensors in the columns name, source and model, and optionally channel and rpm.
 """
 
 
@@ -28,8 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
     add, seconds = parser.add_argument, {"type": positive_number, "metavar": "SECONDS"}
-    add("model", type=Path, metavar="MODEL.skops", help="file that fit has saved")
-    add("source", metavar="SOURCE", help="-, a file or a folder")
+    add("model", type=Path, metavar="MODEL.skops", help="file that fit has saved, or a csv table")
+    add("source", nargs="?", metavar="SOURCE", help="-, a file or a folder; none with a table")
     add("--dtype", help="of raw samples: <i2, or '(4,)<f4' for four interleaved channels")
     add(
         "--channel",
@@ -58,7 +63,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "states, or else its time of modification is that of its last sample",
     )
     add("--gap-tolerance", help="lateness that is no gap; default: half a window", **seconds)
-    add("--state", type=Path, metavar="FILE.json", help="continue from here; save every minute")
+    state = "continue from here, and save every minute; with a table, a folder"
+    add("--state", type=Path, metavar="FILE.json", help=state)
     add("--idle", help="end after so long without anything new; default: never", **seconds)
     add("--poll", default=0.2, help="pause between looks; default: %(default)g", **seconds)
     finished = "pause after which a file in a folder is finished; default: %(default)g"
@@ -73,16 +79,55 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
-    model = SavedModel(args.model)
-    stream = SensorStream(args, model)
-    say(model.heading)
+    sensors = [args] if args.source is not None else _listed_sensors(args)
+    models = {path: SavedModel(path) for path in dict.fromkeys(each.model for each in sensors)}
+    streams = [SensorStream(each, models[each.model]) for each in sensors]
+    for model in models.values():
+        say(model.heading)
     with as_command_error(), _stop_signals() as signals:
         try:
-            _follow([stream], args, signals)
+            failed = _follow(streams, args, signals)
         finally:
-            stream.save()
-    say(stream.summary())
-    return 0
+            for stream in streams:
+                stream.save()
+    for stream in streams:
+        stream.say(stream.summary())
+    return int(failed)
+
+
+def _listed_sensors(args):
+    """Arguments of each sensor in a table."""
+    path = args.model
+    if is_model_file(path):
+        raise UsageError("argument SOURCE: needed, expected -, a file or a folder")
+    with as_command_error():
+        table = pd.read_csv(path, dtype=str, keep_default_na=False)
+    columns, sensors = list(table.columns), []
+    if not set(_NEEDED) <= set(columns) <= {*_NEEDED, *_FURTHER} or table.empty:
+        raise CommandError(
+            f"{path}: {len(table)} sensors with the columns {', '.join(columns)}; expected "
+            f"{', '.join(_NEEDED)}, and if needed {', '.join(_FURTHER)}"
+        )
+    if args.state is not None:
+        with as_command_error():
+            args.state.mkdir(parents=True, exist_ok=True)
+    for line, row in enumerate(table.to_dict("records"), start=2):
+        name, where = row["name"], f"{path}, line {line}"
+        if not name or Path(name).name != name or (table["name"] == name).sum() > 1:
+            raise CommandError(f"{where}: name {name!r}, expected a unique name without slashes")
+        if row["source"] in ("", "-"):
+            raise CommandError(f"{where}: source {row['source']!r}, expected a file or a folder")
+        own = {"sensor": name, "channel": row.get("channel") or args.channel}
+        own |= {"source": str(path.parent / row["source"]), "model": path.parent / row["model"]}
+        if row.get("rpm"):
+            try:
+                own["rpm"] = positive_number(row["rpm"])
+            except argparse.ArgumentTypeError as error:
+                raise CommandError(f"{where}: rpm {error}") from error
+        if args.state is not None:
+            own["state"] = args.state / f"{name}.json"
+        sensors.append(argparse.Namespace(**vars(args) | own))
+    return sensors
 
 
 @contextmanager
@@ -102,14 +147,27 @@ def _stop_signals() -> Iterator[list[Any]]:
 
 
 def _follow(streams, args, signals):
-    """Process blocks until all sources have ended, or nothing comes, or a signal requests it."""
-    since = time.monotonic()
+    """Process blocks until all sources have ended, or nothing comes, or a signal requests it.
+
+    Return whether one of several sources could not be read to its end.
+    """
+    since, has_failed, is_alone = time.monotonic(), False, len(streams) == 1
     while streams:
-        found = [stream.step() for stream in streams]
+        found = []
+        for stream in streams:
+            try:
+                with as_command_error():
+                    found.append(stream.step())
+            except CommandError as error:
+                if is_alone:
+                    raise
+                stream.say(f"error: {error}; the other sensors are watched on")
+                has_failed = True
+                found.append(None)
         if any(found):
             since = time.monotonic()
         elif args.idle is not None and time.monotonic() - since >= args.idle:
-            return
+            break
         elif None not in found and not signals:
             time.sleep(args.poll)
         streams = [
@@ -117,3 +175,4 @@ def _follow(streams, args, signals):
             for stream, new in zip(streams, found, strict=True)
             if new is not None and not (signals and stream.is_at_place)
         ]
+    return has_failed

@@ -93,6 +93,10 @@ class SensorStream:
             self.save()
             self.blocks = self._source()
 
+    def say(self, text: str) -> None:
+        """Print a line to standard error, after the name of the sensor if the user stated one."""
+        say(text if self._args.sensor is None else f"{self._args.sensor}: {text}")
+
     def _restored(self):
         """Place from which the source continues; None for its beginning."""
         path = self._args.state
@@ -135,7 +139,7 @@ class SensorStream:
                 "settle": args.settle,
                 "has_times": args.timed_files,
             }
-            return from_folder(path, options, say, self._place)
+            return from_folder(path, options, self.say, self._place)
         if args.dtype is None:
             tolerance = args.gap_tolerance or 0.5 * length / self._rate
             times = StreamTimes(args.time_column, self._rate, tolerance, length)
@@ -152,7 +156,7 @@ class SensorStream:
             return from_stream(lambda: path.open("rb", buffering=0), parser)
         if not path.is_file():
             raise FileNotFoundError(f"{printable(path)}: no such file or folder")
-        return from_growing_file(path, parser, say, self._place)
+        return from_growing_file(path, parser, self.say, self._place)
 
     def _refuse_columns(self, source):
         for name in ("time_column", "rpm_column"):
@@ -203,10 +207,10 @@ class SensorStream:
         for verdict in verdicts:
             if verdict.limits not in (HOLD, self._limits):
                 self._limits = verdict.limits
-                say(f"No alarm: {self._limits}.")
+                self.say(f"No alarm: {self._limits}.")
         if verdicts and self._args.verbose and time.monotonic() - self._said >= 1.0:
             self._said = time.monotonic()
-            say(sentence(verdicts[-1]))
+            self.say(sentence(verdicts[-1]))
 
     def summary(self) -> str:
         """Return the counts of the run and its last verdict."""

@@ -1,5 +1,6 @@
 """From the bytes of a running source to samples."""
 
+import csv
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -217,7 +218,10 @@ class TextSamples:
         lines = lines[: telling[:_HEAD_LINES][-1] + 1]
         whole = _AT_LINE_END.sub(b"\n", b"\n".join([*lines, b""]))
         # A stream that is already running begins with the end of a line.
-        self._layout = text_layout(whole, True, may_be_cut=True)
+        try:
+            self._layout = text_layout(whole, True, may_be_cut=True)
+        except csv.Error as error:
+            raise ContentError(f"{error}, expected csv lines") from error
         if self._layout.encoding == "utf-16":
             raise ContentError("the text is UTF-16, expected UTF-8")
         self.unread[_BAD_LINES] += self._layout.n_ignored

@@ -1,0 +1,101 @@
+"""Several sensors in one process, from a table."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from skarxlag.commands import watch
+from tests.commands.watching import IDLE, expected, lines_of, sound, verdicts_of
+
+pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
+
+
+@pytest.fixture
+def plant(models, tmp_path):
+    """A table of two logs and of a folder, each of another signal."""
+    signals = {"pump 1": sound("good", 700, 3), "pump 2": sound("worn", 900, 4)}
+    rows = []
+    for number, (name, signal) in enumerate(signals.items()):
+        path = tmp_path / f"{number}.csv"
+        path.write_bytes(b"other,acc\n" + lines_of(np.stack([-signal, signal])))
+        rows.append((name, path.name, models[0], "acc", 900 + number))
+    (tmp_path / "fan").mkdir()
+    signals["fan"] = sound("good", 450, 5)
+    np.save(tmp_path / "fan" / "a.npy", signals["fan"])
+    rows.append(("fan", "fan", models[0], "", ""))
+    columns = ["name", "source", "model", "channel", "rpm"]
+    pd.DataFrame(rows, columns=columns).to_csv(tmp_path / "plant.csv", index=False)
+    return tmp_path / "plant.csv", signals
+
+
+def test_each_sensor_has_its_own_verdicts_and_the_model_is_loaded_once(
+    run, plant, fitted, monkeypatch
+):
+    table, signals = plant
+    loaded, saved_model = [], watch.SavedModel
+    monkeypatch.setattr(watch, "SavedModel", lambda path: loaded.append(path) or saved_model(path))
+    code, out, err = run("watch", table, *IDLE)
+    assert code == 0 and len(loaded) == 1
+    assert err.splitlines()[1].startswith("pump 1: 700 samples; windows: 3 good; ")
+    lines = out.splitlines()
+    for (name, signal), speed in zip(signals.items(), (900.0, 901.0, None), strict=True):
+        own = [line for line in lines if json.loads(line)["sensor"] == name]
+        found = verdicts_of("\n".join(own))
+        assert {verdict.pop("rpm") for verdict in found} == {speed}
+        for verdict in found:
+            assert verdict.pop("source", "a.npy") == "a.npy"
+        told = expected(fitted, signal)
+        assert found == [{k: v for k, v in each.items() if k != "rpm"} for each in told]
+
+
+def test_a_later_run_continues_each_sensor(run, plant):
+    table, signals = plant
+    options = (*IDLE, "--state", table.parent / "states")
+    assert len(run("watch", table, *options)[1].splitlines()) == 9
+    assert {path.stem for path in (table.parent / "states").iterdir()} == set(signals)
+    with (table.parent / "0.csv").open("ab") as file:
+        file.write(lines_of(np.stack([np.zeros(150), sound("good", 150, 6)])))
+    (line,) = map(json.loads, run("watch", table, *options)[1].splitlines())
+    assert (line["sensor"], line["start"]) == ("pump 1", 600)
+
+
+def test_a_source_that_fails_does_not_end_the_others(run, plant):
+    table, _ = plant
+    (table.parent / "0.csv").write_bytes(b"acc\n" + b"1" * 2**20 + b"\n" * 9 + b"x\n" * 9)
+    code, out, err = run("watch", table, *IDLE)
+    assert code == 1 and {json.loads(line)["sensor"] for line in out.splitlines()} == {
+        "pump 2",
+        "fan",
+    }
+    (line,) = (line for line in err.splitlines() if "error" in line)
+    assert line.startswith("pump 1: error: ") and "0.csv: " in line
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            lambda t: t.drop(columns="model"),
+            "3 sensors with the columns name, source, channel, rpm",
+        ),
+        (lambda t: t.assign(speed=1), "expected name, source, model, and if needed channel, rpm"),
+        (lambda t: t[:0], "0 sensors with the columns"),
+        (lambda t: t.assign(name="a"), "line 2: name 'a', expected a unique name"),
+        (lambda t: t.assign(name=["a", "b/c", "d"]), "line 3: name 'b/c', expected a unique name"),
+        (lambda t: t.assign(source="-"), "line 2: source '-', expected a file or a folder"),
+        (lambda t: t.assign(rpm=[1, "fast", 3]), "line 3: rpm 'fast', expected a number above 0"),
+        (lambda t: t.assign(source="gone"), "gone: no such file or folder"),
+    ],
+)
+def test_mistakes_in_a_table_are_named(run, plant, change, message):
+    table, _ = plant
+    change(pd.read_csv(table)).to_csv(table, index=False)
+    code, out, err = run("watch", table, *IDLE)
+    assert code == 1 and out == "" and message in err and "Traceback" not in err
+
+
+def test_a_model_alone_needs_a_source(run, models):
+    code, _, err = run("watch", models[0])
+    assert code == 2 and "argument SOURCE: needed" in err
