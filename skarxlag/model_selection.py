@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from numbers import Integral, Real
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -14,31 +14,7 @@ from sklearn.base import clone
 from sklearn.model_selection import BaseCrossValidator
 from sklearn.utils import check_array, check_consistent_length, check_scalar, column_or_1d
 
-#: Speeds that differ by less than this share may be one nominal speed, measured with jitter.
-_CLOSE = 0.01
-
-
-def _nominal_speeds(rpm, train_rpm, tolerance):
-    """Replace the speeds, and the training speed, by the median of the group they belong to."""
-    speeds = np.unique(rpm)
-    shares = np.diff(speeds) / np.abs(speeds[1:])
-    if tolerance is None:
-        if np.any(shares < _CLOSE):
-            i = int(shares.argmin())
-            raise ValueError(
-                f"groups has {len(speeds)} speeds, and some differ by less than {_CLOSE:.0%}, such "
-                f"as {speeds[i]:g} and {speeds[i + 1]:g}. State how far speeds that count as one "
-                "may differ, such as tolerance=0.02."
-            )
-        return rpm, train_rpm
-    check_scalar(tolerance, "tolerance", Real, min_val=0)
-    group = np.concatenate([[0], np.cumsum(shares > tolerance)])
-    nominal = np.array([np.median(speeds[group == g]) for g in range(group[-1] + 1)])
-    if train_rpm is not None:
-        nearest = nominal[np.abs(nominal - train_rpm).argmin()]
-        if abs(nearest - train_rpm) <= tolerance * abs(nearest):
-            train_rpm = nearest
-    return nominal[group[np.searchsorted(speeds, rpm)]], train_rpm
+from .kernels.speed_references import SAME_LOG_SPEED, group_speeds
 
 
 def first_and_second_half(
@@ -104,9 +80,6 @@ class SpeedSplit(BaseCrossValidator):
         without halves, a window would be on both sides.
     window_length : int or None, default=None
         Samples in a window. It is needed if `groups` has the starts of windows.
-    tolerance : float or None, default=None
-        Neighbouring speeds that differ by at most this share, at least 0, count as one speed. None:
-        all speeds are different, and speeds that differ by less than 1 % raise an error.
 
     See Also
     --------
@@ -116,7 +89,7 @@ class SpeedSplit(BaseCrossValidator):
     -----
     `groups` holds the speed of each window, and in further columns its recording and the index of
     its first sample there. It is an array, a list of rows or a table; the order of its columns
-    counts.
+    counts. Speeds that differ by at most 2 % are one speed, as in all estimators.
 
     With recordings, the first half of every recording is used for training and the second half for
     testing. The middle window of an odd number belongs to neither. Windows that overlap need their
@@ -151,13 +124,11 @@ class SpeedSplit(BaseCrossValidator):
         leave_out: bool = False,
         same_speed: bool = False,
         window_length: int | None = None,
-        tolerance: float | None = None,
     ) -> None:
         self.train_rpm = train_rpm
         self.leave_out = leave_out
         self.same_speed = same_speed
         self.window_length = window_length
-        self.tolerance = tolerance
 
     def split(
         self, X: ArrayLike, y: Any = None, groups: ArrayLike | None = None
@@ -181,21 +152,20 @@ class SpeedSplit(BaseCrossValidator):
         Raises
         ------
         ValueError
-            If `groups` is missing or has another shape, the speeds are not two numbers or more,
-            `train_rpm` is not among them, `tolerance` is None and speeds differ by less than 1 %,
-            halves leave no window at a speed, or settings contradict each other.
+            If `groups` is missing or has another shape, the speeds are not two numbers above 0 or
+            more, `train_rpm` is not among them, halves leave no window at a speed, or settings
+            contradict each other.
         """
         rpm, recording, start = self._columns(X, groups)
-        rpm, train_rpm = _nominal_speeds(rpm, self.train_rpm, self.tolerance)
-        speeds = np.unique(rpm)
-        self._check_settings(speeds, train_rpm, recording)
+        known, at = group_speeds(np.log(rpm))
+        self._check_settings(known, recording)
         if self.leave_out:
-            sides = [(rpm != speed, rpm == speed) for speed in speeds]
+            sides = [(at != speed, at == speed) for speed in range(len(known))]
         else:
             sides = [
-                (rpm == train, rpm == test)
-                for train in (speeds if train_rpm is None else [train_rpm])
-                for test in speeds
+                (at == train, at == test)
+                for train in self._training_speeds(known)
+                for test in range(len(known))
                 if self.same_speed or test != train
             ]
         first, second = self._halves(recording, start)
@@ -209,19 +179,26 @@ class SpeedSplit(BaseCrossValidator):
             )
         yield from splits
 
-    def _check_settings(self, speeds, train_rpm, recording):
+    def _check_settings(self, known, recording):
         if self.leave_out and (self.train_rpm is not None or self.same_speed):
             raise ValueError("leave_out=True goes with neither `train_rpm` nor `same_speed`.")
         if self.same_speed and recording is None:
             raise ValueError(
                 "same_speed=True needs a second column in groups, the recording of each window."
             )
-        if len(speeds) < 2 and not self.same_speed:
-            raise ValueError(f"groups has one speed, {speeds.tolist()}, expected at least two.")
-        if train_rpm is not None and train_rpm not in speeds:
+        if len(known) < 2 and not self.same_speed:
+            raise ValueError(f"groups has one speed, {np.exp(known)} rpm, expected at least two.")
+
+    def _training_speeds(self, known):
+        if self.train_rpm is None:
+            return range(len(known))
+        distance = np.abs(known - np.log(self.train_rpm))
+        if distance.min() > SAME_LOG_SPEED:
             raise ValueError(
-                f"train_rpm={train_rpm!r} is not in groups, which has {speeds.tolist()}."
+                f"train_rpm={self.train_rpm!r} is not in groups, which has the speeds "
+                f"{np.exp(known).round(3).tolist()}."
             )
+        return [distance.argmin()]
 
     def _halves(self, recording, start):
         if recording is None:
@@ -268,6 +245,8 @@ class SpeedSplit(BaseCrossValidator):
         columns = [table.iloc[:, i].to_numpy() for i in range(table.shape[1])]
         try:
             columns[0] = check_array(columns[0], dtype=np.float64, ensure_2d=False)
+            if columns[0].min() <= 0:
+                raise ValueError(f"{columns[0].min():g} is not above 0")
         except (TypeError, ValueError) as error:
             raise ValueError(f"groups: the first column is no speed ({error}).") from error
         if len(columns) == 3:

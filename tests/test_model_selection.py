@@ -64,7 +64,7 @@ def test_one_speed_against_itself():
 
 def test_nothing_is_on_both_sides():
     rng = np.random.default_rng(0)
-    rpm, recording = rng.integers(3, size=90), rng.integers(9, size=90)
+    rpm, recording = 1 + rng.integers(3, size=90), rng.integers(9, size=90)
     for train, test in speed_splits(rpm, rpm * 10 + recording, same_speed=True):
         assert len(train) and len(test)
         assert not set(train) & set(test)
@@ -177,6 +177,7 @@ def test_metadata_of_windows_reach_fit_and_predict():
         (SpeedSplit(), SPEED[:5], "groups has shape"),
         (SpeedSplit(), np.ones((60, 4)), "groups has shape"),
         (SpeedSplit(), ["fast"] * 60, "the first column is no speed"),
+        (SpeedSplit(), SPEED - 300, "the first column is no speed .0 is not above 0"),
         (SpeedSplit(), np.ones(60), "one speed"),
         (SpeedSplit(leave_out=True), np.ones(60), "one speed"),
         (SpeedSplit(leave_out=True, train_rpm=300), SPEED, "leave_out=True goes with neither"),
@@ -203,29 +204,18 @@ def test_diagnosers_are_cross_validated_at_other_speeds():
     assert scores["test_score"].tolist() == [1.0, 1.0]
 
 
-def test_speeds_with_jitter_ask_for_a_tolerance():
+@pytest.mark.parametrize("leave_out", [False, True])
+def test_speeds_with_jitter_are_one_speed(leave_out):
     rng = np.random.default_rng(0)
-    rpm = np.repeat([600.0, 900.0], 200) + rng.uniform(-0.1, 0.1, 400)
-    for splitter in (SpeedSplit(), SpeedSplit(leave_out=True)):
-        with pytest.raises(
-            ValueError, match=r"groups has 400 speeds, and some differ by less than 1%"
-        ):
-            splitter.get_n_splits(rpm, None, rpm)
-    nominal = np.round(rpm)
-    for train_rpm in (None, 600.2):
-        found = speed_splits(rpm, tolerance=0.01, train_rpm=train_rpm)
-        expected = speed_splits(nominal, train_rpm=train_rpm and 600)
-        for pair, same in zip(found, expected, strict=True):
-            np.testing.assert_array_equal(pair, same)
-    splitter = SpeedSplit(leave_out=True, tolerance=0.01)
-    assert [len(test) for _, test in splitter.split(rpm, None, rpm)] == [200, 200]
-    assert SpeedSplit(tolerance=0.01).get_n_splits(rpm, None, rpm) == 2
+    rpm = np.repeat([600.0, 900.0], 200) * rng.uniform(0.991, 1.009, 400)
+    splitter = SpeedSplit(leave_out=leave_out)
+    expected = as_lists(splitter.split(None, groups=np.repeat([600.0, 900.0], 200)))
+    assert len(expected) == 2
+    assert as_lists(splitter.split(None, groups=rpm)) == expected
 
 
-def test_tolerance_of_zero_takes_every_speed_for_another():
-    assert len(speed_splits([600, 601, 602], tolerance=0)) == 6
-    assert len(speed_splits([600, 601, 700], tolerance=0.01)) == 2
-    with pytest.raises(ValueError, match="tolerance == -1, must be >= 0"):
-        speed_splits([600, 700], tolerance=-1)
-    with pytest.raises(ValueError, match=r"train_rpm=650 is not in groups, which has \[600.5, 700"):
-        speed_splits([600, 601, 700], tolerance=0.01, train_rpm=650)
+def test_training_speed_may_have_jitter():
+    assert as_lists(speed_splits([600, 605, 700], train_rpm=610)) == [([0, 1], [2])]
+    assert len(speed_splits([600, 613, 700])) == 6
+    with pytest.raises(ValueError, match=r"train_rpm=650 is not in groups, .* \[602.495, 700.0\]"):
+        speed_splits([600, 605, 700], train_rpm=650)
