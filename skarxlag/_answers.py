@@ -56,6 +56,8 @@ class Answers:
         Whether a row holds several windows.
     sampling_rate : float or None, default=None
         In Hz. None if it is not known.
+    places : tuple of int or None, default=None
+        Place of each condition, if the combs of a bearing name places beside the conditions.
     """
 
     conditions: tuple[Any, ...] | None = None
@@ -72,6 +74,7 @@ class Answers:
     n_channels: int = 1
     is_stretch: bool = False
     sampling_rate: float | None = None
+    places: tuple[int, ...] | None = None
 
 
 def answers(model: Any) -> Answers:

@@ -308,7 +308,30 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         levels, routed = self._before_last_step(X, params)
         return self.steps[-1][1].p_values(levels, **routed)
 
-    @available_if(lambda pipeline: pipeline._adapting() is not None)
+    @available_if(lambda pipeline: pipeline._step_with("place_probability") is not None)
+    def place_probability(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
+        """Compute the probability of the place of each condition by combs of the bearing alone.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
+            Windows.
+        **params : dict of str to object
+            ``rpm``, as in `predict`.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_conditions)
+            As `StretchResidual.place_probability` returns it.
+        """
+        return self._in_batches(self._place_probability, X, params)
+
+    def _place_probability(self, X, **params):
+        at = self._step_with("place_probability")
+        levels = self[:at].transform(X) if at > 0 else X
+        return self.steps[at][1].place_probability(levels, **params)
+
+    @available_if(lambda pipeline: pipeline._step_with("adapt") is not None)
     def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
         """Adapt the references to windows of a new speed, which commonly are healthy.
 
@@ -327,14 +350,14 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         DiagnosisPipeline
             This pipeline, for use at the new speed.
         """
-        adapting = self._adapting()
-        levels = self[:adapting].transform(X) if adapting > 0 else X
-        self.steps[adapting][1].adapt(levels, y)
+        at = self._step_with("adapt")
+        levels = self[:at].transform(X) if at > 0 else X
+        self.steps[at][1].adapt(levels, y)
         return self
 
-    def _adapting(self):
-        """Index of the first step that can be adapted, or None."""
-        return next((i for i, (_, step) in enumerate(self.steps) if offers(step, "adapt")), None)
+    def _step_with(self, method):
+        """Index of the first step with a method, or None."""
+        return next((i for i, (_, step) in enumerate(self.steps) if offers(step, method)), None)
 
     @_if_last_step_offers("score")
     def score(

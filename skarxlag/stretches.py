@@ -13,7 +13,7 @@ from sklearn.utils import check_scalar
 
 from ._answers import answers, requests
 from ._base import StretchTransformer
-from ._state import INNOVATIONS, Labels, Values, remember_parameters
+from ._state import INNOVATIONS, Labels, Values, remember_parameters, uses_fitted
 from ._validation import check_real, validate_innovations, weighted_windows
 from .comparison import SpectralDistance
 from .fault_classifier import FaultOrderClassifier
@@ -21,7 +21,7 @@ from .fault_places import RESIDUAL_ODDS, WITHOUT_COMB, comb_evidence, joint_resi
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
 from .spectra import LogSpectra
-from .speeds import LEAST_TURNS, log_speeds, speeds_of_rows
+from .speeds import LEAST_TURNS, log_speeds, speeds_of_rows, with_plausible_speeds
 
 #: Constants of the recommended diagnoser, see ``python -m benchmarks.recipe constants``: order of
 #: the model; settings of `SpectralDistance`, whose joint distance is that of colour and steadiness;
@@ -275,21 +275,44 @@ class StretchResidual(StretchTransformer):
                 own = None if rpm is None else speeds_of_rows(rpm, len(X))[rows]
                 of_orders = self.order_residual_.transform(X[rows], rpm=own)
                 residuals[rows] *= np.asarray(of_orders) ** self.order_weight
-        if self.uses_combs_ and rpm is not None:
-            turns = _turns(X, rpm, self.fault_orders_.sampling_rate)
-            rows = np.flatnonzero(turns >= LEAST_TURNS)
-            if len(rows) > 0:
-                own = speeds_of_rows(rpm, len(X))[rows]
-                residuals[rows] = self._with_combs(residuals[rows], X[rows], own)
+        evidence = self._evidence(X, rpm)
+        rows = ~np.isnan(evidence[:, 0])
+        residuals[rows] = joint_residuals(residuals[rows], evidence[rows])
         return residuals
 
-    def _with_combs(self, residuals, X, rpm):
-        """Residuals after the evidence of the combs."""
+    def _evidence(self, X, rpm):
+        """Log probability of the place of each condition by combs alone, NaN if they are unused."""
+        evidence = np.full((len(X), len(self.classes_)), np.nan)
+        if not self.uses_combs_ or rpm is None:
+            return evidence
         classifier = self.fault_orders_
-        knows_healthy = len(classifier.healthy_scores_) > 0
-        without = classifier.reference_ if knows_healthy else WITHOUT_COMB
-        scores = classifier.match(X, rpm).scores - without
-        return joint_residuals(residuals, comb_evidence(scores, classifier.class_places_))
+        rows = np.flatnonzero(_turns(X, rpm, classifier.sampling_rate) >= LEAST_TURNS)
+        if len(rows) > 0:
+            knows_healthy = len(classifier.healthy_scores_) > 0
+            without = classifier.reference_ if knows_healthy else WITHOUT_COMB
+            scores = classifier.match(X[rows], speeds_of_rows(rpm, len(X))[rows]).scores - without
+            evidence[rows] = comb_evidence(scores, classifier.class_places_)
+        return evidence
+
+    @uses_fitted
+    def place_probability(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
+        """Compute the probability of the place of each condition by combs alone.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
+            Rows as in `transform`.
+        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
+            Nominal speed in revolutions per minute.
+
+        Returns
+        -------
+        ndarray of shape (n_rows, n_classes)
+            The same for all conditions of a place. NaN for rows whose combs are not used.
+        """
+        X = self._checked_rows(X)
+        rpm, _ = with_plausible_speeds(rpm, len(X), self._trained_speeds() or ())
+        return np.exp(self._evidence(X, rpm))
 
     def _trained_speeds(self):
         if not self.speed_known_:
@@ -343,7 +366,9 @@ class StretchResidual(StretchTransformer):
 
     def _answers(self):
         rate = self.order_residual.sampling_rate if self.order_residual else None
-        return super()._answers() | {"is_stretch": self.compares_orders_, "sampling_rate": rate}
+        places = tuple(self.fault_orders_.class_places_.tolist()) if self.uses_combs_ else None
+        own = {"is_stretch": self.compares_orders_, "sampling_rate": rate, "places": places}
+        return super()._answers() | own
 
     def _check_relations(self):
         wanted = {

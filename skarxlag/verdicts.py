@@ -9,12 +9,19 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import softmax
-from scipy.stats import norm
 from sklearn.pipeline import Pipeline
 from sklearn.utils import Bunch, check_consistent_length
 
 from ._answers import answers
 from ._validation import check_real
+from .evidence import (
+    NEAREST_CORRELATION,
+    P_VALUE_CORRELATION,
+    SMALLEST_PROBABILITY,
+    combined_p_value,
+    effective_number,
+)
+from .fault_places import HEALTHY, PLACES
 from .kernels.speed_references import SAME_LOG_SPEED, UNIT_DISTANCE
 from .pipelines import in_one_pass
 from .quality import signal_quality
@@ -30,22 +37,9 @@ NO_SIGNAL = "no signal"
 NO_VERDICT = "no verdict"
 #: Entry of the column ``limits`` if healthy limits hold. Other entries are reasons.
 HOLD = "hold"
-#: Smallest probability of a condition in a window. Without it, a single window could veto a
-#: condition for the whole recording.
-SMALLEST_PROBABILITY = 1e-6
-#: Correlation of the evidence of two windows of one recording, chosen by
-#: ``python -m benchmarks.recipe recording-evidence``: they share specimen, mounting, load and the
-#: error of the model at this speed.
-CORRELATION = 0.7
-#: Correlation of the p-values of two windows of one recording: they share the error of the limits
-#: at this speed. Of 0.5, 0.8 and 1, it had the fewest false alarms and missed no fault on UESTC and
-#: both HIT-SM rigs, with limits from rows of 1 s at one speed, asked at the others.
-P_VALUE_CORRELATION = 0.8
-#: The same for the p-values of the nearest condition, whose limits move less with the speed: most
-#: unknown conditions are rejected at training speeds only.
-NEAREST_CORRELATION = 0.5
-#: Range of the p-values that are combined: beyond it they are not accurate.
-_LEAST_P, _LARGEST_P = 1e-300, 0.999
+#: Probability of a fault by combs above which a condition is named although spectra resemble none.
+_CLEAR_COMB = 0.9
+_NOTHING = pd.Series(dtype=float)
 #: Without p-values, a recording exceeds the limits if more than this share of its windows does.
 _MOST_WINDOWS = 0.5
 
@@ -113,80 +107,6 @@ def check_conditions(conditions: Sequence[Any], known: Sequence[Any] | None) -> 
     if not fits:
         raise ValueError(f"conditions={conditions!r}, expected {expected}")
     check_condition_names(conditions)
-
-
-def effective_number(n_windows: ArrayLike, correlation: float = CORRELATION) -> NDArray[Any]:
-    r"""Return the number of independent windows with as much evidence as correlated ones.
-
-    .. math:: n / (1 + (n - 1) \varrho)
-
-    with the correlation :math:`\varrho` of two windows of a recording.
-
-    Parameters
-    ----------
-    n_windows : array-like
-        Numbers of windows n, above 0.
-    correlation : float, default=0.7
-        :math:`\varrho`, from 0 to 1.
-
-    Returns
-    -------
-    ndarray
-        Effective numbers, at most :math:`1 / \varrho`.
-
-    Examples
-    --------
-    >>> effective_number([1, 3], correlation=0.5).tolist()
-    [1.0, 1.5]
-    """
-    n = np.asarray(n_windows, dtype=np.float64)
-    # Fading evidence may weigh less than one window.
-    return n / (1 + np.maximum(n - 1, 0) * correlation)
-
-
-def combined_p_value(p_values: ArrayLike, correlation: float = P_VALUE_CORRELATION) -> float:
-    r"""Combine the p-values of the windows of a recording, which depend on each other.
-
-    Stouffer's method for correlated tests:
-    :math:`p = \Phi(\sqrt{n_e}\; \overline{\Phi^{-1}(p_w)})` with the effective number
-    :math:`n_e` of windows, see `effective_number`.
-
-    Parameters
-    ----------
-    p_values : array-like of shape (n_windows,)
-        Values in (0, 1].
-    correlation : float, default=0.8
-        Correlation of two windows of a recording, from 0 to 1.
-
-    Returns
-    -------
-    float
-        The p-value of the recording.
-
-    References
-    ----------
-    M. J. Strube (1985), "Combining and comparing significance levels from nonindependent hypothesis
-    tests", Psychological Bulletin 97(2), 334-341.
-
-    Examples
-    --------
-    >>> round(combined_p_value([0.01]), 4), round(combined_p_value([0.01] * 100), 4)
-    (0.01, 0.0047)
-    """
-    scores = p_value_score(p_values)
-    return combined_score(scores.mean(), len(scores), correlation)
-
-
-def p_value_score(p_values: ArrayLike) -> NDArray[Any]:
-    """Return standard normal quantiles of p-values, which are limited to the accurate range."""
-    return norm.ppf(np.clip(p_values, _LEAST_P, _LARGEST_P))
-
-
-def combined_score(
-    mean: float, n_windows: float, correlation: float = P_VALUE_CORRELATION
-) -> float:
-    """Return the p-value of `n_windows` correlated windows with this mean of `p_value_score`."""
-    return float(norm.cdf(np.sqrt(effective_number(n_windows, correlation)) * mean))
 
 
 class Judge:
@@ -266,33 +186,33 @@ class Judge:
         self._models = {name: in_one_pass(model) for name, model in models.items()}
         self.conditions, self.healthy = self._ordered(conditions)
         limits = self._can.get("detector", self._can.get("diagnoser"))
-        if "detector" in models and not limits.alarm:
+        if detector is not None and not limits.alarm:
             raise ValueError(
                 f"detector: {type(detector).__name__} flags no rows, expected an outlier detector"
             )
         self.detects, self.alarm_rate = limits.alarm, limits.stated_rate
-        self.train_rpm, self.sampling_rate = list(train_rpm), sampling_rate
-        for can in self._can.values():
-            self.train_rpm = self.train_rpm or list(can.speeds)
-            self.sampling_rate = self.sampling_rate or can.sampling_rate
+        stated = [train_rpm, *(can.speeds for can in self._can.values())]
+        self.train_rpm = list(next(filter(len, stated), ()))
+        rates = [sampling_rate, *(can.sampling_rate for can in self._can.values())]
+        self.sampling_rate = next(filter(None, rates), None)
         check_real(speed_factor, "speed_factor", min_val=1)
         self.speed_factor, self.same_speed = speed_factor, same_speed
 
     def _ordered(self, chosen):
         """Conditions in the order asked for, and the healthy one."""
-        can, healthy = self._can.get("diagnoser"), None if chosen is None else [*chosen, None][0]
+        can = self._can.get("diagnoser")
+        if can is not None and not can.states_probabilities:
+            raise ValueError(
+                "diagnoser states no probabilities, expected a classifier with predict_proba"
+            )
+        if chosen is not None:
+            chosen = list(chosen)
+            check_conditions(chosen, None if can is None else can.conditions)
+            return chosen, chosen[0]
         if can is None:
-            chosen = ["healthy"] if chosen is None else list(chosen)
-            healthy = healthy or "healthy"
-        else:
-            if not can.states_probabilities:
-                raise ValueError(
-                    "diagnoser states no probabilities, expected a classifier with predict_proba"
-                )
-            healthy = can.healthy if chosen is None else healthy
-            chosen = list(can.conditions if chosen is None else chosen)
-        check_conditions(chosen, None if can is None else can.conditions)
-        return chosen, healthy
+            return ["healthy"], "healthy"
+        check_condition_names(can.conditions)
+        return list(can.conditions), can.healthy
 
     def opinions(self, X: NDArray[Any], rpm: ArrayLike | None = None) -> Bunch:
         """Ask all models about windows.
@@ -312,7 +232,8 @@ class Judge:
             ``"hold"`` or why healthy limits do not hold at this speed; ``probability`` of each
             condition, of shape (n_windows, n_conditions); ``exceeds``, 1 if the healthy limits are
             exceeded, else 0; ``score``, ``p_value`` (healthy) and ``nearest`` (p-value of the
-            nearest condition). Numbers are NaN if they are not known.
+            nearest condition); ``comb``, the probability of a fault by combs, of windows that
+            resemble no condition. Numbers are NaN if they are not known.
         """
         n = len(X)
         speed_error = np.full(n, "")
@@ -330,7 +251,7 @@ class Judge:
         usable = np.flatnonzero((quality == "good") & (refusal == ""))
         found = Bunch(quality=quality, quality_share=share, refusal=refusal, limits=limits)
         found.probability = np.full((n, len(self.conditions)), np.nan)
-        for name in ("exceeds", "score", "p_value", "nearest"):
+        for name in ("exceeds", "score", "p_value", "nearest", "comb"):
             found[name] = np.full(n, np.nan)
         X = X if len(usable) == n else np.asarray(X)[usable]
         self._ask_diagnoser(found, X, rpm, usable)
@@ -344,6 +265,7 @@ class Judge:
                 found.p_value[some] = np.exp(said.score) * self.alarm_rate
         if "known" in self._can and len(usable) > 0:
             found.nearest[usable] = np.exp(self._asked("known", "score_samples", X, rpm, usable))
+            self._ask_combs(found, X, rpm, usable)
         found.exceeds[limits != HOLD] = np.nan
         return found
 
@@ -355,6 +277,16 @@ class Judge:
         found.probability[usable] = said.probability[:, list(map(classes.index, self.conditions))]
         if self.detects and "detector" not in self._can:
             found.exceeds[usable] = said.alarm
+
+    def _ask_combs(self, found, X, rpm, usable):
+        """Ask combs about windows that resemble no condition."""
+        places = self._can["diagnoser"].places if "diagnoser" in self._can else None
+        unlike = found.nearest[usable] < self._can["known"].stated_rate
+        if places is not None and unlike.any():
+            rows = usable[unlike]
+            by_class = self._asked("diagnoser", "place_probability", X[unlike], rpm, rows)
+            is_fault = np.array(places) != PLACES.index(HEALTHY)
+            found.comb[rows] = by_class.max(axis=1, where=is_fault, initial=0.0)
 
     def _asked(self, name, method, X, rpm, rows):
         params = {} if rpm is None or not self._can[name].takes_rpm else {"rpm": rpm[rows]}
@@ -408,6 +340,8 @@ class Judge:
                 columns[f"probability of {name}"] = values
         if "known" in self._can:
             columns["p-value of nearest"] = found.nearest
+        if not np.isnan(found.comb).all():
+            columns["probability of a comb"] = found.comb
         return pd.DataFrame(columns)
 
     def recording(self, windows: pd.DataFrame) -> dict[str, Any]:
@@ -460,20 +394,19 @@ class Judge:
 
     def _recording_condition(self, usable, answer):
         """Verdict and its probability."""
-        if answer.get("p-value of nearest", 1.0) < self._rejection_rate():
-            return NONE_OF_THESE, np.nan
+        nearest = answer.get("p-value of nearest", 1.0)
+        is_unknown = "known" in self._can and nearest < self._can["known"].stated_rate
         verdict, probability = self.healthy, np.nan
         if "diagnoser" in self._can:
             columns = [f"probability of {name}" for name in self.conditions]
             logs = np.log(usable[columns].clip(lower=SMALLEST_PROBABILITY)).mean().to_numpy()
             every = softmax(effective_number(len(usable)) * logs)
             verdict, probability = self.conditions[every.argmax()], float(every.max())
+        if is_unknown and not usable.get("probability of a comb", _NOTHING).median() > _CLEAR_COMB:
+            return NONE_OF_THESE, np.nan
         if verdict == self.healthy and answer["alarm"] == "yes":
             return CHANGED, np.nan
         return verdict, probability
-
-    def _rejection_rate(self):
-        return self._can["known"].stated_rate if "known" in self._can else 0.0
 
 
 def _combined(p_values, correlation):
@@ -486,12 +419,7 @@ def window_verdicts(
     X: NDArray[Any],
     conditions: list[str] | None = None,
     rpm: ArrayLike | None = None,
-    known: Pipeline | None = None,
-    *,
-    detector: Pipeline | None = None,
-    train_rpm: Sequence[float] = (),
-    speed_factor: float = SPEED_FACTOR,
-    sampling_rate: float | None = None,
+    **options: Any,
 ) -> pd.DataFrame:
     """Return the verdict of a diagnoser on each window.
 
@@ -509,18 +437,14 @@ def window_verdicts(
         a detector alone, the name of the healthy condition. None: sorted, or ``["healthy"]``.
     rpm : float, array-like of shape (n_windows,) or None, default=None
         Speed of each window. None: it is not known.
-    known : estimator or None, default=None
-        What :func:`skarxlag.make_known_conditions` made, fitted on windows of the same shape.
-    detector : estimator or None, default=None
-        What :func:`skarxlag.make_detector` made, fitted on windows of the same shape. Its healthy
-        limits replace the detection threshold of the diagnoser.
-    train_rpm : sequence of float, default=()
-        Training speeds. Empty: those that the models state.
-    speed_factor : float, default=5.0
-        Windows whose stated speed lies farther than this factor, at least 1, outside the training
-        speeds get no verdict.
-    sampling_rate : float, default=None
-        In Hz, to find mains hum. None: that of the models, if they state it.
+    **options
+        ``known``: what :func:`skarxlag.make_known_conditions` made, fitted on windows of the same
+        shape. ``detector``: what :func:`skarxlag.make_detector` made, fitted on windows of the same
+        shape; its healthy limits replace the detection threshold of the diagnoser. ``train_rpm``:
+        training speeds, by default those that the models state. ``speed_factor``, 5 by default:
+        windows whose stated speed lies farther than this factor, at least 1, outside the training
+        speeds get no verdict. ``sampling_rate`` in Hz, to find mains hum, by default that of the
+        models.
 
     Returns
     -------
@@ -532,7 +456,8 @@ def window_verdicts(
         or why the healthy limits do not hold at this speed. With a detector, ``score``, the
         logarithm of the p-value over the false-alarm rate, and ``p-value``, the probability that a
         healthy window deviates as much. Of a classifier, ``probability of`` each condition. With
-        `known`, ``p-value of nearest`` condition.
+        `known`, ``p-value of nearest`` condition, and of windows that resemble none, if the
+        diagnoser has a bearing, ``probability of a comb``: that of a fault by combs alone.
 
     Raises
     ------
@@ -551,16 +476,7 @@ def window_verdicts(
     >>> window_verdicts(detector, new)["verdict"].tolist()
     ['healthy', 'changed', 'no signal']
     """
-    judge = Judge(
-        diagnoser,
-        conditions=conditions,
-        known=known,
-        detector=detector,
-        train_rpm=train_rpm,
-        speed_factor=speed_factor,
-        sampling_rate=sampling_rate,
-    )
-    return judge.windows(X, rpm)
+    return Judge(diagnoser, conditions=conditions, **options).windows(X, rpm)
 
 
 def recording_verdicts(
@@ -570,11 +486,7 @@ def recording_verdicts(
     conditions: list[str] | None = None,
     *,
     rpm: ArrayLike | None = None,
-    known: Pipeline | None = None,
-    detector: Pipeline | None = None,
-    train_rpm: Sequence[float] = (),
-    speed_factor: float = SPEED_FACTOR,
-    sampling_rate: float | None = None,
+    **options: Any,
 ) -> pd.DataFrame:
     r"""Return one answer for each recording, from its windows.
 
@@ -582,7 +494,8 @@ def recording_verdicts(
 
     - ``"no signal"`` if no window carries a signal, or ``"no verdict: ..."`` with the reason, such
       as an implausible speed;
-    - ``"none of these"`` if the recording resembles no condition (with `known`);
+    - ``"none of these"`` if the recording resembles no condition (with `known`), and combs of the
+      bearing, if the diagnoser uses them, show no place of a fault;
     - the most probable condition;
     - but ``"changed"`` instead of the healthy condition if the healthy limits are exceeded.
 
@@ -600,7 +513,7 @@ def recording_verdicts(
         Windows.
     recording : array-like of shape (n_windows,)
         Identifier of the recording of each window.
-    conditions, rpm, known, detector, train_rpm, speed_factor, sampling_rate
+    conditions, rpm, **options
         As in `window_verdicts`.
 
     Returns
@@ -641,15 +554,7 @@ def recording_verdicts(
             f"recording[{missing[0]}] is {recording[missing[0]]}, expected an identifier of the "
             "recording for each window"
         )
-    judge = Judge(
-        diagnoser,
-        conditions=conditions,
-        known=known,
-        detector=detector,
-        train_rpm=train_rpm,
-        speed_factor=speed_factor,
-        sampling_rate=sampling_rate,
-    )
+    judge = Judge(diagnoser, conditions=conditions, **options)
     groups = judge.windows(X, rpm).groupby(recording, sort=False)
     rows = {name: judge.recording(windows) for name, windows in groups}
     return pd.DataFrame.from_dict(rows, orient="index")

@@ -328,8 +328,8 @@ def test_searches_and_cross_validation_route_speeds(speed_aware):
 
 
 def test_metadata_that_no_step_requests_are_refused(data):
-    with pytest.raises(TypeError, match="rpm"):
-        make_alpio().fit(*data, rpm=300)
+    with pytest.raises(TypeError, match="turns"):
+        make_alpio().fit(*data, turns=300)
     with pytest.raises(TypeError, match="rpm"):
         make_alpio().fit(*data).predict(data[0], rpm=300)
 

@@ -3,6 +3,7 @@ import warnings
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.signal import lfilter
 from scipy.special import softmax
 from scipy.stats import norm
 
@@ -14,16 +15,20 @@ from skarxlag import (
     recording_verdicts,
     window_verdicts,
 )
-from skarxlag.verdicts import (
+from skarxlag.evidence import (
     CORRELATION,
     NEAREST_CORRELATION,
     P_VALUE_CORRELATION,
-    Judge,
-    check_condition_names,
     combined_p_value,
     effective_number,
+)
+from skarxlag.verdicts import (
+    Judge,
+    check_condition_names,
     no_verdict,
 )
+
+from .test_orders import ORDERS, RATE, stretches
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 SPEEDS = np.repeat([900.0, 1200.0], 100)
@@ -292,3 +297,23 @@ def test_nothing_warns_of_windows_without_numbers(diagnoser):
         Judge(make_diagnoser(healthy="a").fit(
             np.random.default_rng(0).normal(size=(8, 400)), list("aaaabbbb")
         )).windows(np.full((2, 400), np.nan))  # fmt: skip
+
+
+def test_combs_name_a_place_although_spectra_resemble_no_condition():
+    X, y = stretches(900)
+    new, _ = stretches(1100, seed=3)
+    # Another mounting, and the same without impacts.
+    remounted = lfilter([1], [1, -0.9], new) + 4 * np.random.default_rng(8).normal(size=new.shape)
+    quiet = lfilter([1], [1, -0.9], np.random.default_rng(9).normal(size=(4, RATE)))
+    rows, recording = np.concatenate([remounted, quiet]), np.repeat(["a", "b", "c"], 4)
+    with_combs, without = (
+        make_diagnoser(sampling_rate=RATE, bearing=bearing).fit(X, y, rpm=900)
+        for bearing in (ORDERS, None)
+    )
+    known = make_known_conditions(false_rejection_rate=0.3).fit(X, y, rpm=900)
+    verdicts = [
+        recording_verdicts(model, rows, recording, rpm=1100, known=known)["verdict"].tolist()
+        for model in (with_combs, without)
+    ]
+    assert verdicts[0] == ["inner", "outer", "none of these"]
+    assert verdicts[1][1:] == ["none of these"] * 2

@@ -4,7 +4,7 @@ Run ``python -m benchmarks.recipe recording-evidence`` from the root of the repo
 of the rigs is ``$SKARXLAG_DATA``.
 
 `make_diagnoser` is fitted on the first halves at one speed, or at all speeds but one, and predicts
-the second halves at the others. Each correlation of `skarxlag.verdicts.effective_number` gives
+the second halves at the others. Each correlation of `skarxlag.evidence.effective_number` gives
 every recording a probability. Only real rigs choose: the correlation is the one with the least
 expected calibration error on all rigs and kinds of rows but one rig, and it is reported for that
 rig.
@@ -22,7 +22,7 @@ from benchmarks.recipe.calibration import expected_calibration_error
 from benchmarks.recipe.rigs import real_rigs
 from benchmarks.recipe.targets import ROWS, folds, rows_of
 from skarxlag import make_diagnoser
-from skarxlag.verdicts import SMALLEST_PROBABILITY, effective_number
+from skarxlag.evidence import SMALLEST_PROBABILITY, effective_number
 
 CORRELATIONS = (0.05, 0.07, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0)
 

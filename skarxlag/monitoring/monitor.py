@@ -15,17 +15,14 @@ from sklearn.utils import check_scalar
 
 from .._answers import answers
 from .._validation import check_real
-from ..speeds import SPEED_FACTOR
-from ..verdicts import (
-    CHANGED,
-    NO_VERDICT,
+from ..evidence import (
     SMALLEST_PROBABILITY,
-    Judge,
     combined_score,
     effective_number,
-    no_verdict,
     p_value_score,
 )
+from ..speeds import SPEED_FACTOR
+from ..verdicts import CHANGED, NO_VERDICT, Judge, no_verdict
 from .memory import CumulativeSumAlarm, FadingEvidence, healthy_shares, runs_of
 from .windowing import WindowStream, check_count
 

@@ -18,7 +18,7 @@ from skarxlag import (
     save_monitor_state,
     window_verdicts,
 )
-from skarxlag.verdicts import P_VALUE_CORRELATION, effective_number
+from skarxlag.evidence import P_VALUE_CORRELATION, effective_number
 
 from .conftest import RATE, WINDOW, sound
 
