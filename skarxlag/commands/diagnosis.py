@@ -52,14 +52,10 @@ class Diagnosis:
         """Return details for --verbose."""
         if self.error is not None:
             return ""
-        verdict, rate = self.verdict, self.sampling_rate
-        parts = [f"{verdict['windows']} windows"]
-        parts += [f"{verdict['no signal']} without a signal"] if verdict["no signal"] else []
-        if not math.isnan(verdict["probability"]):
-            parts.append(f"probability {verdict['probability']:.0%}")
-        parts.append(f"alarm {verdict['alarm']}")
-        parts.append("no sampling rate stated" if rate is None else f"{rate:g} Hz")
-        return ", ".join(parts)
+        verdict = self.verdict
+        chance = verdict["probability"]
+        shown = "" if math.isnan(chance) else f", probability {chance:.0%}"
+        return f"{verdict['windows']} windows{shown}, alarm {verdict['alarm']}"
 
 
 @dataclass(frozen=True)

@@ -23,13 +23,12 @@ from ..diagnosers import (
     make_fault_order_classifier,
     make_known_conditions,
 )
-from ..fault_classifier import FaultOrderClassifier
 from ..fault_places import HEALTHY
 from ..persistence import save_diagnoser
 from ..verdicts import check_condition_names
 from . import arguments
 from .arguments import flag, option
-from .info import calibration_basis, too_few_rows
+from .info import limits_basis, too_few_rows
 from .messages import (
     CommandError,
     UsageError,
@@ -154,7 +153,8 @@ def run(args: argparse.Namespace) -> int:
     print(f"Healthy: {healthy or 'none'} ({reason})", *notes, *lines, sep="\n")
     if healthy is not None:
         decide = companions.get("detector", diagnoser)[-1]
-        print(_limits_line(decide, args.false_alarm_rate, rows))
+        basis = limits_basis(decide, rows)
+        print(f"Limits for a false-alarm rate of {args.false_alarm_rate:g} from {basis}")
         if "detector" not in companions and kind != "detector":
             print(*too_few_rows(n_windows[0], args.false_alarm_rate, rows))
     print(f"Saved {kind} to {args.output}")
@@ -225,16 +225,6 @@ def _companions(args, kind, X, y, rpm, healthy):
             f"Recordings {at} are rarely rejected"
         )
     return fitted, lines
-
-
-def _limits_line(decide, rate, rows):
-    """Describe the basis of the alarm."""
-    if answers(decide).healthy_p_value:
-        return f"Limits for a false-alarm rate of {rate:g} from {calibration_basis(decide, rows)}"
-    at = f"at a false-alarm rate of {rate:g}"
-    if isinstance(decide, FaultOrderClassifier):
-        return f"Limit of combs {decide.limit_:.2f} nepers above the healthy {rows} {at}"
-    return f"Detection threshold {decide.detection_threshold_:.4g} {at}"
 
 
 def _length_line(kind, rows, X, sampling_rate, rpm):

@@ -9,9 +9,10 @@ from typing import Any
 
 from sklearn.pipeline import Pipeline
 
-from .._answers import answers
+from .._answers import answers, unfolded_steps
 from .._state import estimators_within
 from .._version import __version__
+from ..fault_classifier import FaultOrderClassifier
 from ..kernels.ladder import rows_that_hold
 from .messages import counted
 from .models import SavedModel
@@ -46,8 +47,9 @@ def run(args: argparse.Namespace) -> int:
 
 def model_card(model: SavedModel) -> dict[str, str]:
     """Return names and texts of all that is known of a model."""
-    facts, decide, rate = model.facts, model.diagnoser[-1], model.sampling_rate
-    steps, rows = _steps(model.diagnoser), facts.get("rows", "windows")
+    facts, rate, steps = model.facts, model.sampling_rate, _steps(model.diagnoser)
+    rows = facts.get("rows") or "windows"
+    decide = unfolded_steps(model.detector or model.diagnoser)[-1][1]
     conditions = list(map(str, model.conditions))
     if facts.get("n_windows"):
         counts = zip(conditions, facts["n_recordings"], facts["n_windows"], strict=True)
@@ -57,7 +59,6 @@ def model_card(model: SavedModel) -> dict[str, str]:
         ]
     channels = f" ({', '.join(facts['channels'])})" if facts.get("channels") else ""
     seconds = "" if rate is None else f", {model.window_length / rate:.3g} s"
-    versions = [f"{name} {facts[name]}" for name in ("skarxlag", "scikit-learn") if name in facts]
     card = {
         "Model": str(model.path),
         "Diagnoser": steps if steps.startswith(f"{model.kind} ") else f"{model.kind}: {steps}",
@@ -67,22 +68,17 @@ def model_card(model: SavedModel) -> dict[str, str]:
         "Window": f"{model.window_length} samples{seconds}",
         "Sampling rate": _UNKNOWN if rate is None else f"{rate:g} Hz",
         "Channels": f"{model.n_channels}{', the output first' * (model.n_channels > 1)}{channels}",
-        "False alarms": "",
-        "p-values": "",
-        "Calibration": "",
-        "Threshold": "",
-        "Saved by": ", ".join(versions) + (f" on {facts['saved']}" if "saved" in facts else ""),
     }
     if facts.get("false_alarm_rate"):
         card["False alarms"] = f"a rate of {facts['false_alarm_rate']:g} was asked for"
     if model.known is not None:
         rejected = answers(model.known).stated_rate
         card["p-values"] = f"a recording is none of its conditions if they are below {rejected:g}"
-    if answers(decide).healthy_p_value:
-        card["Calibration"] = calibration_basis(decide, rows)
-    elif answers(decide).alarm and model.healthy is not None:
-        card["Threshold"] = f"{decide.detection_threshold_:.4g}"
-    return {name: text for name, text in card.items() if text}
+    if model.healthy is not None and answers(decide).alarm:
+        card["Healthy limits"] = limits_basis(decide, rows)
+    versions = [f"{name} {facts[name]}" for name in ("skarxlag", "scikit-learn") if name in facts]
+    saved = f" on {facts['saved']}" if facts.get("saved") else ""
+    return card | {"Saved by": ", ".join(versions) + saved}
 
 
 def limits(model: SavedModel) -> Iterator[str]:
@@ -141,12 +137,16 @@ def too_few_rows(n_rows: int, rate: float, rows: str = "windows") -> Iterator[st
         )
 
 
-def calibration_basis(decide: Any, rows: str) -> str:
-    """Describe the rows that the limits of a fitted detector rest on."""
-    text = f"{decide.n_rows_} healthy {rows}"
+def limits_basis(decide: Any, rows: str) -> str:
+    """Describe the basis of an alarm: the last step of a detector or of a diagnoser."""
+    if isinstance(decide, FaultOrderClassifier):
+        return f"combs {decide.limit_:.2f} nepers above the healthy {rows}"
+    if not answers(decide).healthy_p_value:
+        return f"the detection threshold {decide.detection_threshold_:.4g}"
     shares = zip(decide.speeds_, decide.left_out_rates_, strict=False)
     listed = ", ".join(f"{share:.1%} at {speed:g} rpm" for speed, share in shares)
-    return f"{text}; false alarms at speeds that were left out: {listed}" if listed else text
+    left_out = f"; false alarms at speeds that were left out: {listed}" if listed else ""
+    return f"{decide.n_rows_} healthy {rows}{left_out}"
 
 
 def _steps(diagnoser):

@@ -73,7 +73,6 @@ class SavedModel:
         self.n_channels = facts.get("n_channels") or can.n_channels
         self.sampling_rate = facts.get("sampling_rate")
         self.train_rpm = facts.get("train_rpm")
-        self.rows = "stretches" if can.is_stretch else "windows"
         self.healthy = "healthy" if can.conditions is None else can.healthy
         names = can.conditions or [self.healthy]
         self.conditions = facts.get("conditions") or sorted(
@@ -104,17 +103,16 @@ class SavedModel:
     @property
     def heading(self) -> str:
         """Description in one line."""
-        speeds = at = seconds = ""
-        if self.train_rpm is not None:
-            speeds = f" at {', '.join(f'{speed:g}' for speed in self.train_rpm)} rpm"
-        if self.sampling_rate is not None:
-            at = f" at {self.sampling_rate:g} Hz"
-            if self.can.is_stretch:
-                seconds = f", {self.window_length / self.sampling_rate:.3g} s,"
+        conditions, rate = ", ".join(map(str, self.conditions)), self.sampling_rate
+        speeds = ", ".join(f"{speed:g}" for speed in self.train_rpm or ())
+        seconds = f", {self.window_length / rate:.3g} s" if rate and self.can.is_stretch else ""
         return (
-            f"{self.path}: {self.kind} calibrated on {', '.join(map(str, self.conditions))}"
-            f"{speeds}, {self.rows} of {self.window_length} samples{seconds}{at}. "
-            f"Healthy: {'not known' if self.healthy is None else self.healthy}"
+            f"{self.path}: {self.kind} calibrated on {conditions}"
+            + (f" at {speeds} rpm" if speeds else "")
+            + f", {'stretches' if self.can.is_stretch else 'windows'} of {self.window_length} "
+            + f"samples{seconds}"
+            + (f" at {rate:g} Hz" if rate else "")
+            + f". Healthy: {'not known' if self.healthy is None else self.healthy}"
         )
 
     @property

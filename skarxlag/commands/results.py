@@ -3,8 +3,6 @@
 import io
 import json
 import os
-import shutil
-import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -24,7 +22,6 @@ _FIRST = ["recording", "verdict", "probability", "alarm", "p-value", "windows", 
 _FIRST_OF_WINDOWS = ["recording", "start", "verdict", "alarm", "quality"]
 #: First characters of a text that a spreadsheet would run as a formula.
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
-_SHORTEST_NAME = 12
 
 
 def result_paths(output: Path) -> list[Path]:
@@ -164,36 +161,21 @@ def _parquet(frame):
     return file.getvalue()
 
 
-def verdict_table(rows: pd.DataFrame, *, width: int | None = None) -> str:
-    """Return a line for each recording: verdict, probability, alarm.
-
-    Names of recordings are cut at the front if the lines are longer than `width`. None: the width
-    of the terminal, or no limit.
+def verdict_table(rows: pd.DataFrame) -> str:
+    """Return a line of text for each recording: stated facts, verdict, probability, alarm.
 
     >>> rows = pd.DataFrame({
-    ...     "recording": ["a/long/path/to/run_1.npy"], "verdict": ["good"], "probability": [0.5],
+    ...     "recording": ["run_1.npy"], "verdict": ["good"], "probability": [0.5],
     ...     "alarm": ["no"], "p_value": [0.25],
     ... })
-    >>> print(verdict_table(rows, width=54))
-                          verdict probability        alarm
-    …ng/path/to/run_1.npy    good       50.0%  no (p 0.25)
+    >>> print(verdict_table(rows))
+              verdict probability        alarm
+    run_1.npy    good       50.0%  no (p 0.25)
     """
-    if width is None:
-        width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 10**6
     table = rows.set_index("recording").rename_axis(None)
     table["alarm"] += table["p_value"].map(" (p {:.2g})".format, na_action="ignore").fillna("")
-    optional = ["condition", "rpm", "probability"]
-    empty = [name for name in optional if name in table and table[name].isna().all()]
-    shown = ["condition", "rpm", "verdict", "probability", "alarm"]
-    table = table[[name for name in shown if name in table and name not in empty]]
-    forms = {"rpm": "{:g}", "probability": "{:.1%}"}
-    for name in table.columns.intersection(list(forms)):
-        table[name] = table[name].map(forms[name].format, na_action="ignore")
-    table = table.astype(object).where(table.notna(), "-")
-    excess = max(map(len, table.to_string().splitlines())) - width
-    if excess > 0:
-        longest = max(max(map(len, table.index)) - excess, _SHORTEST_NAME)
-        table.index = [
-            name if len(name) <= longest else "…" + name[1 - longest :] for name in table.index
-        ]
-    return table.to_string()
+    forms = {"condition": "{}", "rpm": "{:g}", "verdict": "{}", "probability": "{:.1%}"}
+    is_known = table.notna().any()
+    shown = [name for name in [*forms, "alarm"] if name in table and is_known[name]]
+    texts = [table[name].map(forms.get(name, "{}").format, na_action="ignore") for name in shown]
+    return pd.concat(texts, axis=1).astype(object).fillna("-").to_string()

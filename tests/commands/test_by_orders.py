@@ -112,6 +112,8 @@ def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
     code, out, err = run("fit", plant / "table.csv", "-o", model, "--bearing", "6205")
     assert code == 0, err
     assert "healthy: 3 recordings" in out and "Saved orders to" in out
+    code, out, _ = run("info", model)
+    assert code == 0 and "Healthy limits  " in out and "healthy stretches" in out
     rough = np.repeat(rng.normal(size=int(3 * RATE)), 2)[: int(3 * RATE)]
     np.save(plant / "rough.npy", rough)
     files = [plant / "inner.npy", plant / "good0.npy", plant / "rough.npy"]
@@ -159,6 +161,6 @@ def test_fit_by_orders_needs_bearing_and_speed(run, plant):
     code, _, err = run("fit", table, *output, "--diagnoser", "orders")
     assert code == 2 and "argument --bearing: none given" in err
     code, _, err = run("fit", table, *output, "--diagnoser", "alpio", "--bearing", "6205")
-    assert code == 2 and "argument --bearing: belongs to --diagnoser orders or" in err
+    assert code == 2 and "argument --bearing: belongs to --diagnoser orders or stretches" in err
     code, _, err = run("fit", table, *output, "--bearing", "6205", "--window-length", "10000")
     assert code == 1 and "no speed is stated" in err

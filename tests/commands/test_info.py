@@ -73,7 +73,7 @@ def test_what_save_diagnoser_saved_is_told_as_far_as_it_is_known(run, tmp_path, 
     detector.fit(X[:20], rpm=np.repeat([300.0, 600.0], 10))
     save_diagnoser(detector, tmp_path / "d.skops")
     rows, limits = card(run("info", tmp_path / "d.skops")[1])
-    assert rows["Calibration"].startswith("20 healthy windows; false alarms at speeds that were")
+    assert rows["Healthy limits"].startswith("20 healthy windows; false alarms at speeds that were")
     assert "or without speeds" not in limits
 
 

@@ -10,7 +10,6 @@ from scipy.signal import lfilter
 from skarxlag import make_alpio, save_diagnoser
 from skarxlag.commands.journal import Journal
 from skarxlag.commands.models import SavedModel
-from skarxlag.commands.results import verdict_table
 
 WINDOW = 200
 
@@ -152,8 +151,8 @@ def test_progress_is_told_and_can_be_silenced(run, plant):
     code, more_out, err = run(*arguments, plant / "dead.npy", "-v", "--n-jobs", "1")
     assert more_out.startswith(out.splitlines()[0])
     lines = err.splitlines()
-    assert re.search(r"good \(\d+ windows, probability \d+%, alarm \S+, ", lines[0])
-    assert re.search(r"no signal \((\d+) windows, \1 without a signal, ", lines[2])
+    assert re.search(r"good \(\d+ windows, probability \d+%, alarm \S+", lines[0])
+    assert re.search(r"no signal \(\d+ windows, alarm -\)", lines[2])
     assert re.fullmatch(r"3 recordings in \d+\.\d s", lines[3])
     assert run(*arguments, "-v", "-q")[0] == 2
 
@@ -165,20 +164,6 @@ def test_names_that_are_no_utf8_reach_every_format(run, plant):
         output = plant / f"out{suffix}"
         code, out, _ = run("diagnose", plant / "bearing.skops", odd, "-o", output)
         assert code == 0 and "caf\\udce9.npy" in out and b"udce9" in output.read_bytes()
-
-
-def test_the_table_fits_the_width_of_a_terminal():
-    rows = pd.DataFrame({
-        "recording": ["hall 7/gear box 3/non-drive end/run_0001.npy", "b.npy"],
-        "verdict": ["inner race", "good"], "probability": [0.5, 0.9], "alarm": ["yes", "-"],
-        "p_value": [0.002, np.nan], "share_of_good": [0.1, 0.9], "condition": ["good", "good"],
-    })  # fmt: skip
-    wide = verdict_table(rows, width=200)
-    assert "hall 7" in wide and "share" not in wide and "yes (p 0.002)" in wide
-    for width in (80, 72, 64):
-        text = verdict_table(rows, width=width)
-        assert max(map(len, text.splitlines())) <= width
-        assert "run_0001.npy" in text and "inner race" in text and "yes (p 0.002)" in text
 
 
 def test_a_spreadsheet_runs_no_text_of_a_csv(run, plant):

@@ -45,7 +45,7 @@ def test_long_recordings_are_compared_by_stretches_and_speeds(run, workshop):
     assert diagnoser["compare"].order_residual_.n_jobs is None
     assert diagnoser["compare"].order_residual_.samples_a_turn_ == pytest.approx(60 * RATE / 900)
     code, out, _ = run("diagnose", model, "--table", workshop / "600.csv", "-o", workshop / "v.csv")
-    assert code == 0 and "stretches of 7200 samples, 0.9 s, at 8000 Hz" in out
+    assert code == 0 and "stretches of 7200 samples, 0.9 s at 8000 Hz" in out
     verdicts = pd.read_csv(workshop / "v.csv")
     assert verdicts["verdict"].tolist() == list(ORDERS) and verdicts["rpm"].tolist() == [600, 600]
     by_hand = diagnoser.predict_proba(
