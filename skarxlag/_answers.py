@@ -16,7 +16,7 @@ from sklearn.frozen import FrozenEstimator
 from sklearn.pipeline import Pipeline
 from sklearn.utils.metadata_routing import get_routing_for_object
 
-from ._state import as_fitted, estimators_within, is_fitted
+from ._state import CheckedEstimator, as_fitted, estimators_within, is_fitted
 
 #: Fields that describe the last step; other fields may come from any step.
 _OF_THE_DECISION = {"alarm", "healthy_p_value", "none_of_these", "stated_rate"}
@@ -104,7 +104,7 @@ def answers(model: Any) -> Answers:
     ) and all(fields.get("takes_rpm", True) for fields in declared)
     if is_classifier(decision):
         found["conditions"] = tuple(np.asarray(decision.classes_).tolist())
-        found["states_probabilities"] = hasattr(decision, "predict_proba")
+        found["states_probabilities"] = offers(decision, "predict_proba")
         # Bagging and voting number the conditions before their members see them.
         if found.get("healthy") not in found["conditions"]:
             found["healthy"] = None
@@ -138,7 +138,7 @@ def unfolded_steps(model: Any) -> list[tuple[str, Any]]:
     """
     if isinstance(model, FrozenEstimator):
         return unfolded_steps(model.estimator)
-    if hasattr(model, "best_estimator_"):
+    if "best_estimator_" in vars(model):
         return unfolded_steps(model.best_estimator_)
     if not isinstance(model, Pipeline):
         return [("decide", model)]
@@ -154,12 +154,12 @@ def unfolded_steps(model: Any) -> list[tuple[str, Any]]:
 
 
 def _declared(step):
-    return as_fitted(step)._answers() if hasattr(step, "_answers") else {}
+    return as_fitted(step)._answers() if isinstance(step, CheckedEstimator) else {}
 
 
 def _steps_within(decision):
     """Steps of the pipeline that a meta-estimator has fitted; or the decision itself."""
-    if not hasattr(decision, "_answers"):
+    if not isinstance(decision, CheckedEstimator):
         for part in estimators_within(decision):
             if isinstance(part, Pipeline) and is_fitted(part):
                 return [step for _, step in unfolded_steps(part)]
@@ -168,11 +168,8 @@ def _steps_within(decision):
 
 def _rows_of(first):
     """Length and channels of the rows that a step was fitted on."""
-    shape = getattr(first, "window_shape_", None)
-    if shape is not None:
-        return {
-            "window_length": int(shape[-1]),
-            "n_channels": 1 if len(shape) == 1 else int(shape[0]),
-        }
-    length = getattr(first, "n_features_in_", None)
-    return {"window_length": None if length is None else int(length)}
+    shape = vars(first).get("window_shape_")
+    if shape is None:
+        shape = [getattr(first, "n_features_in_", None)]
+    length = None if shape[-1] is None else int(shape[-1])
+    return {"window_length": length, "n_channels": int(shape[0]) if len(shape) == 2 else 1}

@@ -157,6 +157,10 @@ class CheckedEstimator:
     def _check_relations(self):
         """Raise a ValueError if fitted attributes contradict each other."""
 
+    def _answers(self):
+        """Return fields of `Answers` by name."""
+        return {}
+
 
 def check_state(estimator: CheckedEstimator) -> None:
     """Raise a ValueError that names the fitted attribute or parameter that `fit` cannot have set.

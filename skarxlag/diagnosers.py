@@ -20,21 +20,20 @@ from .stretches import CONFIDENCE_SCALE, MODEL_ORDER, StretchResidual, window_co
 _DETECTOR_ORDER = 8
 
 
-def _observing(observer, healthy, memory, verbose):
+def _observing(observer, healthy, pipeline):
     steps = [
         ("identify", ARXLaguerre(n_jobs=observer.n_jobs)),
         ("observe", observer),
         ("decide", ThresholdLadder(healthy=healthy)),
     ]
-    return DiagnosisPipeline(steps, memory=memory, n_jobs=observer.n_jobs, verbose=verbose)
+    return DiagnosisPipeline(steps, n_jobs=observer.n_jobs, **pipeline)
 
 
 def make_alpio(
     *,
     healthy: Any = None,
-    memory: Any = None,
     n_jobs: int | None = None,
-    verbose: bool = False,
+    **pipeline: Any,
 ) -> DiagnosisPipeline:
     """The paper's baseline: ARX-Laguerre bank, linear observer, power of the error.
 
@@ -42,13 +41,10 @@ def make_alpio(
     ----------
     healthy : label or None, default=None
         The healthy condition, for the detection threshold.
-    memory : str, joblib.Memory or None, default=None
-        Where a search over observer gains keeps the identification, as in
-        `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on windows.
-    verbose : bool, default=False
-        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
+    **pipeline
+        Other parameters of `DiagnosisPipeline`: `memory` and `verbose`.
 
     Returns
     -------
@@ -60,15 +56,14 @@ def make_alpio(
     >>> [name for name, _ in make_alpio().steps]
     ['identify', 'observe', 'decide']
     """
-    return _observing(PIObserver(n_jobs=n_jobs), healthy, memory, verbose)
+    return _observing(PIObserver(n_jobs=n_jobs), healthy, pipeline)
 
 
 def make_extended_state_pio(
     *,
     healthy: Any = None,
-    memory: Any = None,
     n_jobs: int | None = None,
-    verbose: bool = False,
+    **pipeline: Any,
 ) -> DiagnosisPipeline:
     """The paper's proposal, repaired: a bank of extended-state observers over frequency.
 
@@ -81,13 +76,10 @@ def make_extended_state_pio(
     ----------
     healthy : label or None, default=None
         The healthy condition, for the detection threshold.
-    memory : str, joblib.Memory or None, default=None
-        Where a search over later steps keeps the identification, as in
-        `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on windows.
-    verbose : bool, default=False
-        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
+    **pipeline
+        Other parameters of `DiagnosisPipeline`: `memory` and `verbose`.
 
     Returns
     -------
@@ -109,15 +101,14 @@ def make_extended_state_pio(
         ("compare", SpectralDistance()),
         ("decide", ThresholdLadder(healthy=healthy)),
     ]
-    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)
+    return DiagnosisPipeline(steps, n_jobs=n_jobs, **pipeline)
 
 
 def make_single_observer_pio(
     *,
     healthy: Any = None,
-    memory: Any = None,
     n_jobs: int | None = None,
-    verbose: bool = False,
+    **pipeline: Any,
 ) -> DiagnosisPipeline:
     """The paper's proposal with one observer, as the printed equations suggest.
 
@@ -130,13 +121,10 @@ def make_single_observer_pio(
     ----------
     healthy : label or None, default=None
         The healthy condition, for the detection threshold.
-    memory : str, joblib.Memory or None, default=None
-        Where a search over observer gains keeps the identification, as in
-        `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on windows.
-    verbose : bool, default=False
-        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
+    **pipeline
+        Other parameters of `DiagnosisPipeline`: `memory` and `verbose`.
 
     Returns
     -------
@@ -148,7 +136,7 @@ def make_single_observer_pio(
     >>> make_single_observer_pio()["observe"].evaluation
     'switching_gain'
     """
-    return _observing(ExtendedStatePIObserver(n_jobs=n_jobs), healthy, memory, verbose)
+    return _observing(ExtendedStatePIObserver(n_jobs=n_jobs), healthy, pipeline)
 
 
 def make_diagnoser(
@@ -157,9 +145,8 @@ def make_diagnoser(
     bearing: BearingLike | Sequence[BearingLike] | None = None,
     places: Mapping[Any, str] | None = None,
     healthy: Any = None,
-    memory: Any = None,
     n_jobs: int | None = None,
-    verbose: bool = False,
+    **pipeline: Any,
 ) -> DiagnosisPipeline:
     """The recommended diagnoser, for windows and for stretches of a second.
 
@@ -196,13 +183,10 @@ def make_diagnoser(
         Place of each condition, if its name does not say it: "healthy", "inner", "outer" or "ball".
     healthy : label or None, default=None
         The healthy condition, for the detection threshold.
-    memory : str, joblib.Memory or None, default=None
-        Where a search over later steps keeps the identification, as in
-        `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on rows.
-    verbose : bool, default=False
-        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
+    **pipeline
+        Other parameters of `DiagnosisPipeline`: `memory` and `verbose`.
 
     Returns
     -------
@@ -252,16 +236,15 @@ def make_diagnoser(
         *compare,
         ("decide", ThresholdLadder(healthy=healthy, confidence_scale=CONFIDENCE_SCALE)),
     ]
-    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)
+    return DiagnosisPipeline(steps, n_jobs=n_jobs, **pipeline)
 
 
 def make_detector(
     *,
     false_alarm_rate: float = 0.01,
     fixed_gain: bool = False,
-    memory: Any = None,
     n_jobs: int | None = None,
-    verbose: bool = False,
+    **pipeline: Any,
 ) -> DiagnosisPipeline:
     """Detection at any speed from healthy recordings alone.
 
@@ -276,13 +259,10 @@ def make_detector(
     fixed_gain : bool, default=False
         Whether all recordings have the same sensor, mounting and amplification, so that the level
         tells something.
-    memory : str, joblib.Memory or None, default=None
-        Where a search over settings of the detector keeps the identification, as in
-        `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on windows.
-    verbose : bool, default=False
-        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
+    **pipeline
+        Other parameters of `DiagnosisPipeline`: `memory` and `verbose`.
 
     Returns
     -------
@@ -310,15 +290,14 @@ def make_detector(
             FaultDetector(false_alarm_rate=false_alarm_rate, fixed_gain=fixed_gain, n_jobs=n_jobs),
         ),
     ]
-    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)
+    return DiagnosisPipeline(steps, n_jobs=n_jobs, **pipeline)
 
 
 def make_known_conditions(
     *,
     false_rejection_rate: float = 0.01,
-    memory: Any = None,
     n_jobs: int | None = None,
-    verbose: bool = False,
+    **pipeline: Any,
 ) -> DiagnosisPipeline:
     """Whether windows are of any known condition, to stand beside a diagnoser.
 
@@ -330,12 +309,10 @@ def make_known_conditions(
     ----------
     false_rejection_rate : float, default=0.01
         Share in (0, 1) of windows of a known condition that may be rejected.
-    memory : str, joblib.Memory or None, default=None
-        Where a search over settings keeps the identification, as in `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on windows.
-    verbose : bool, default=False
-        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
+    **pipeline
+        Other parameters of `DiagnosisPipeline`: `memory` and `verbose`.
 
     Returns
     -------
@@ -363,16 +340,14 @@ def make_known_conditions(
         ("identify", ARXLaguerre(order=_DETECTOR_ORDER, bank=False, n_jobs=n_jobs)),
         ("decide", decide),
     ]
-    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)
+    return DiagnosisPipeline(steps, n_jobs=n_jobs, **pipeline)
 
 
 def make_fault_order_classifier(
     *,
     bearing: BearingLike | Sequence[BearingLike],
     sampling_rate: float,
-    memory: Any = None,
     n_jobs: int | None = None,
-    verbose: bool = False,
     **options: Any,
 ) -> DiagnosisPipeline:
     """Make a classifier that names faults that nobody recorded, behind a model of the signal.
@@ -386,12 +361,8 @@ def make_fault_order_classifier(
         The bearing, as in `FaultOrderClassifier`.
     sampling_rate : float
         In Hz.
-    memory : str, joblib.Memory or None, default=None
-        Cache of the fitted model, as in `sklearn.pipeline.Pipeline`.
     n_jobs : int or None, default=None
         Threads that work on rows.
-    verbose : bool, default=False
-        Whether `fit` prints the time that each step takes, as in `sklearn.pipeline.Pipeline`.
     **options
         Other parameters of `FaultOrderClassifier`.
 
@@ -418,4 +389,4 @@ def make_fault_order_classifier(
         ("identify", ARXLaguerre(order=_DETECTOR_ORDER, bank=False, n_jobs=n_jobs)),
         ("decide", decide),
     ]
-    return DiagnosisPipeline(steps, memory=memory, n_jobs=n_jobs, verbose=verbose)
+    return DiagnosisPipeline(steps, n_jobs=n_jobs)

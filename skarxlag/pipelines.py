@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any, Self
 
 import numpy as np
@@ -280,11 +281,11 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows,)
             Scores of the last step.
         """
-        return self._in_batches(self._score_samples, X, params)
+        return self._in_batches(partial(self._of_last_step, "score_samples"), X, params)
 
-    def _score_samples(self, X, **params):
+    def _of_last_step(self, method, X, **params):
         levels, routed = self._before_last_step(X, params)
-        return self.steps[-1][1].score_samples(levels, **routed)
+        return getattr(self.steps[-1][1], method)(levels, **routed)
 
     @_if_last_step_offers("p_values")
     def p_values(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -302,11 +303,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows,) or (n_windows, n_conditions)
             Probabilities in (0, 1].
         """
-        return self._in_batches(self._p_values, X, params)
-
-    def _p_values(self, X, **params):
-        levels, routed = self._before_last_step(X, params)
-        return self.steps[-1][1].p_values(levels, **routed)
+        return self._in_batches(partial(self._of_last_step, "p_values"), X, params)
 
     @available_if(lambda pipeline: pipeline._step_with("place_probability") is not None)
     def place_probability(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
