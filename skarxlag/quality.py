@@ -1,4 +1,4 @@
-"""Whether a window carries a signal at all."""
+"""Find windows that carry no signal."""
 
 from __future__ import annotations
 
@@ -50,10 +50,9 @@ def signal_quality(
 ) -> Any:
     """Return whether each window carries a signal, and if not, why.
 
-    An estimator must answer for every row, even for the row of a sensor that was unplugged. This
-    function finds such rows, so that nobody trusts their verdicts. It looks at every window by
-    itself and needs no calibration. No criterion depends on the unit of the signal. In this order,
-    a window is
+    An estimator returns a prediction for every row, even for that of an unplugged sensor. This
+    function finds such rows. It tests each window separately and needs no calibration. No criterion
+    depends on the unit of the signal. The criteria are, in this order:
 
     - ``"not finite"``: some sample is NaN or infinite, in any channel. All estimators refuse such a
       window. Its share counts these samples.
@@ -167,7 +166,7 @@ def signal_quality(
 
 
 def _quality_of_batch(windows, sampling_rate, shaft_frequency):
-    """Name of the first criterion that each window fails, and the share to which it applies."""
+    """Return the first criterion that each window fails, and the share of the window affected."""
     output = windows if windows.ndim == 2 else windows[:, 0]
     # NaN and infinity show in the extremes, which are needed anyway.
     highest, lowest = output.max(axis=1), output.min(axis=1)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 from itertools import product
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +14,7 @@ from skarxlag.datasets._repository import description
 from skarxlag.datasets.rig import DEFAULT_RIG, LOCATIONS, Rig, background, defect_emission
 
 # The conditions of the bearing, with the paper's names, and the locations of their defects.
-CONDITIONS: dict[str, Any] = {
+CONDITIONS: dict[str, tuple[str, ...]] = {
     "Normal": (),
     "IR": ("inner",),
     "OR": ("outer",),
@@ -70,8 +69,7 @@ def simulate_rig(
     rig: Rig = DEFAULT_RIG,
     random_state: int | np.random.RandomState | None = 0,
     return_fault: bool = False,
-    return_X_y: bool = False,
-) -> Any:
+) -> Bunch:
     r"""Simulate the acoustic emission and the drive torque of a bearing rig.
 
     The output of a recording is
@@ -134,9 +132,7 @@ def simulate_rig(
         Seed or generator of the random numbers.
     return_fault : bool, default=False
         If True, also return the known fault signal, which takes half the memory of `data`. This
-        does not change `data`, and requires ``return_X_y=False``.
-    return_X_y : bool, default=False
-        If True, return ``(data, target)`` instead of a Bunch.
+        does not change `data`.
 
     Returns
     -------
@@ -161,8 +157,7 @@ def simulate_rig(
     Raises
     ------
     ValueError, TypeError
-        If a parameter is out of its range or of another type, or if both `return_fault` and
-        `return_X_y` are True.
+        If a parameter is out of its range or of another type.
 
     References
     ----------
@@ -185,10 +180,6 @@ def simulate_rig(
     >>> rig.fault.shape, float(abs(rig.fault[rig.target == "Normal"]).max())
     ((20, 1200), 0.0)
     """
-    if return_fault and return_X_y:
-        raise ValueError(
-            "return_fault=True adds to the Bunch, which return_X_y=True does not return."
-        )
     speeds = _positive_numbers("rpm", rpm)
     cracks = _positive_numbers("crack_mm", crack_mm)
     names = _check_conditions(conditions)
@@ -258,4 +249,4 @@ def simulate_rig(
     )
     if return_fault:
         found.fault = fault.reshape(-1, window_length)
-    return (found.data, found.target) if return_X_y else found
+    return found

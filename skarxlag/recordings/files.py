@@ -1,4 +1,4 @@
-"""Recordings in files: one file, the channels asked for, all at once or block after block."""
+"""Read recordings from files, whole or block by block."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -22,7 +22,7 @@ def read_recording(
     channel: str | int | Sequence[Any] | None = None,
     dtype: str | None = None,
 ) -> tuple[NDArray[Any], float | None]:
-    """Read one recording, one channel of it or several.
+    """Read one or several channels of a recording.
 
     The end of the file's name, in any case, determines its format. The page "Recordings" of the
     documentation lists the formats, the libraries that they need and the facts that they state.
@@ -209,8 +209,9 @@ def _read(function, path, dtype, *arguments):
 def recording_speed(path: Any, *, channel: Any = None, dtype: Any = None) -> float | None:
     """Return the shaft speed that the file states.
 
-    It is a number such as ``rpm`` or ``X105RPM``: a variable, an attribute or a property. Or it is
-    the mean of a channel that is called ``rpm`` or has the unit rpm.
+    A file states it in a number such as ``rpm`` or ``X105RPM``: a variable, an attribute or a
+    property. Otherwise, the mean of a channel that is called ``rpm`` or has the unit rpm is
+    returned.
 
     Parameters
     ----------
@@ -264,7 +265,7 @@ def recording_start(path: Any, *, channel: Any = None, dtype: Any = None) -> flo
 
 
 def _first(rows, channel):
-    """The descriptions of the first of the channels, or of all if none is chosen."""
+    """Return the descriptions of the first chosen channel, or of all if none is chosen."""
     if channel is None:
         return list(rows.values())
     first = channel if isinstance(channel, str | Integral) else channel[0]
@@ -278,7 +279,7 @@ def recording_blocks(
     channel: str | int | Sequence[str | int] | None = None,
     dtype: str | None = None,
 ) -> Iterator[tuple[NDArray[Any], float | None]]:
-    """Yield one recording block by block.
+    """Yield a recording block by block.
 
     Parameters
     ----------

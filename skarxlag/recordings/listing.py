@@ -1,4 +1,4 @@
-"""Lists of recordings: tables, folders and globs. Nothing of the recordings is read."""
+"""List recordings from tables, folders and globs, without reading them."""
 
 import difflib
 import os
@@ -25,7 +25,7 @@ _COLUMNS = ("path", *FACTS)
 
 @dataclass(frozen=True)
 class ListedRecording:
-    """One recording that can be read.
+    """Recording in a list: its file, and the facts that are stated outside the file.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ class ListedRecording:
 
     @contextmanager
     def named(self) -> Iterator[None]:
-        """Name the entry in the messages of errors, unless they do."""
+        """Put the entry at the beginning of error messages."""
         where = self.where or str(self.path)
         try:
             yield
@@ -169,7 +169,7 @@ def list_files(
 
 
 def _parsed(where, facts):
-    """Fields of `ListedRecording` from texts by the name of the fact."""
+    """Convert texts, by the name of the fact, to the fields of `ListedRecording`."""
     known = {name: text or None for name, text in facts.items() if name in FACTS}
     for name in ("rpm", "sampling_rate"):
         if known.get(name):
@@ -178,7 +178,7 @@ def _parsed(where, facts):
 
 
 def positive(where: str, name: str, text: str) -> float:
-    """Return a number above zero from a text, or raise an error that names the place."""
+    """Return a positive number from a text, or raise an error that names the place."""
     try:
         value = float(text.replace(",", "."))
     except ValueError:
@@ -205,7 +205,7 @@ def _found(source):
 
 
 def _files_below(folder):
-    """Files with a known suffix, also in folders behind links; each folder once."""
+    """Yield the files with a known suffix. Links are followed; each folder is visited once."""
     suffixes = tuple(suffix for module in FORMATS for suffix in module.FORMAT.suffixes)
     seen = {folder.resolve()}
     for parent, folders, names in os.walk(folder, followlinks=True):
@@ -287,7 +287,7 @@ def _read_table(path):
         raise ValueError(f"{path}: cannot be read as a csv table ({error})") from error
     table = table.rename(columns=_column_name).apply(lambda column: column.str.strip())
     _check_columns(path, list(table.columns))
-    # Rows bear the number of their line, the header being the first, for error messages.
+    # The index is the line in the file, where the header is line 1.
     table.index += 2
     table = table[(table != "").any(axis=1)]
     if table.empty:
@@ -303,7 +303,7 @@ def _read_table(path):
 
 
 def _column_name(name):
-    """Name of a known column, however it is spelt; any other as it is."""
+    """Return the name of a known column in any spelling, and any other name as it is."""
     plain = re.sub(r"[\s_-]+", "_", name.strip().lower())
     return plain if plain in _COLUMNS else name.strip()
 
@@ -314,7 +314,7 @@ def _check_columns(path, names):
         raise ValueError(listed)
     missing = [each for each in _COLUMNS if each not in names]
     for name in names:
-        # pandas numbers a name that stands a second time.
+        # pandas appends a number to a repeated name.
         first = _column_name(name.rpartition(".")[0] if name[-1:].isdigit() else name)
         if first in _COLUMNS and (name != first or names.count(name) > 1):
             raise ValueError(f"{listed}; {first!r} is there twice")

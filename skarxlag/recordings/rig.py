@@ -1,4 +1,4 @@
-"""The signals or the windows of all recordings of a table, a folder or a glob."""
+"""Read the signals or the windows of all recordings of a table, a folder or a glob."""
 
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -141,11 +141,10 @@ def load_recordings(
     resample: float | None = None,
     memory_map: str | os.PathLike[str] | None = None,
 ) -> Bunch:
-    r"""Load a user's own recordings as a rig: the windows of all recordings of a table.
+    r"""Load the windows of all recordings of a table, a folder or a glob, as a rig.
 
-    Recordings are read block after block, so that never more than the windows are in memory. Where
-    those are too many, take fewer of them by `hop` or `max_windows`, or keep them on disk by
-    `memory_map`.
+    Recordings are read block by block, so that memory holds no more than the windows. If these are
+    too many, reduce their number by `hop` or `max_windows`, or keep them on disk by `memory_map`.
 
     Parameters
     ----------
@@ -237,7 +236,7 @@ def cut_recordings(
     memory_map: str | os.PathLike[str] | None = None,
     note: Callable[[Any, int], None] | None = None,
 ) -> Bunch:
-    """Windows of listed recordings.
+    """Cut listed recordings into windows.
 
     Parameters
     ----------
@@ -316,7 +315,7 @@ def cut_recordings(
 
 
 class _Reader:
-    """Reads the recordings of a list, which must have one sampling rate and number of channels."""
+    """Reader of recordings that must agree in sampling rate and number of channels."""
 
     def __init__(self, resample: float | None) -> None:
         self._resample, self._common, self._resampled = resample, {}, {}
@@ -336,11 +335,11 @@ class _Reader:
                 yield signal
 
     def facts(self, listed: list[ListedRecording]) -> Bunch:
-        """Return all that is known of the recordings except for their samples."""
+        """Return the facts of the recordings."""
         names = [entry.name for entry in listed]
         conditions = [entry.condition for entry in listed]
         speeds = []
-        # If one speed is unknown, none is returned, and no other file need be opened.
+        # If one speed is unknown, none is returned, and the other files are not opened.
         while len(speeds) < len(listed) and None not in speeds:
             speeds.append(listed[len(speeds)].with_speed().rpm)
         return Bunch(
@@ -360,7 +359,7 @@ class _Reader:
 
 
 class _WindowStore:
-    """Windows of all recordings, in memory or in a file that is mapped."""
+    """Windows of all recordings, in memory or in a memory-mapped file."""
 
     def __init__(self, path: Any) -> None:
         self._path, self._parts, self._shape = path, [], (0,)
@@ -380,7 +379,7 @@ class _WindowStore:
     def windows(self) -> NDArray[Any]:
         if self._path is None:
             windows, place = np.empty(self._shape), 0
-            # Each part is let go as soon as it is copied, or all windows would be there twice.
+            # Each part is freed as soon as it is copied, or memory would hold all windows twice.
             while self._parts:
                 part = self._parts.pop(0)
                 windows[place : place + len(part)] = part

@@ -1,4 +1,4 @@
-"""Shaft speeds that a user states with a tolerance or as a range."""
+"""Parse shaft speeds with a tolerance or as a range."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SPEED = re.compile(rf"{_NUMBER}(?:\.\.{_NUMBER}|(?:\+-|\+/-|±){_NUMBER}(%?)\s*
 
 @dataclass(frozen=True)
 class SpeedRange:
-    """A range of shaft speeds.
+    """Range of shaft speeds.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class SpeedRange:
         return cls(max(low, 0.0), high)
 
     def contains(self, rpm: ArrayLike) -> NDArray[Any]:
-        """Which speeds lie in the range.
+        """Return which speeds lie in the range.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Windows of a recording: the rows that every estimator of the package works on."""
+"""Cut recordings into windows, the rows of X for every estimator of the package."""
 
 from __future__ import annotations
 
@@ -75,12 +75,12 @@ def make_windows(
             f"its shape is {signal.shape}, expected (n_samples,) or (n_channels, n_samples)"
         )
     windows = np.lib.stride_tricks.sliding_window_view(signal, window_length, axis=-1)
-    # Windows become the rows; without the copy they would be a read-only view of the recording.
+    # Without the copy, the windows would be a read-only view of the recording.
     return np.moveaxis(windows[..., ::hop, :], -2, 0).copy(order="C")
 
 
 def block_length(window_length: int) -> int:
-    """Samples of a channel to read at a time: whole windows, about a million samples.
+    """Return the samples of a channel to read at a time: whole windows, about a million samples.
 
     Examples
     --------
@@ -95,7 +95,7 @@ def block_length(window_length: int) -> int:
 def cut_blocks(
     blocks: Iterable[Any], name: str, window_length: int, hop: int | None = None
 ) -> Iterator[NDArray[Any]]:
-    """Cut a recording that arrives block after block into windows.
+    """Cut a recording that arrives block by block into windows.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def cut_blocks(
     at_a_time = max(_BLOCK // window_length, 1)
     rest, n_windows, n_skipped = None, 0, 0
     for block in blocks:
-        # A hop beyond the end of the last block leaves out the start of this one.
+        # If the hop reaches beyond the last block, the start of this one is left out.
         signal = block[..., n_skipped:]
         n_skipped = max(n_skipped - block.shape[-1], 0)
         if rest is not None:
@@ -141,7 +141,7 @@ def cut_blocks(
             yield make_windows(part, window_length, hop=hop)
         n_windows += n_fitting
         n_skipped += max(n_fitting * hop - signal.shape[-1], 0)
-        # A copy, or a few samples would keep the whole block in memory.
+        # Without the copy, a few samples would keep the whole block in memory.
         rest = signal[..., n_fitting * hop :].copy()
     if n_windows == 0:
         raise ValueError(

@@ -132,13 +132,6 @@ def test_output_keeps_its_values():
     assert np.sum(torque**3) == pytest.approx(2888208.545562112, rel=1e-9)
 
 
-def test_return_X_y():
-    data, target = simulate_rig(**SMALL, conditions=["Normal", "IR"], return_X_y=True)
-    rig = simulate_rig(**SMALL, conditions=["Normal", "IR"])
-    np.testing.assert_array_equal(data, rig.data)
-    np.testing.assert_array_equal(target, rig.target)
-
-
 def test_random_state_decides_everything_random():
     draws = [simulate_rig(**SMALL, conditions="Ball", random_state=seed).data for seed in (1, 1, 2)]
     np.testing.assert_array_equal(draws[0], draws[1])
@@ -200,11 +193,6 @@ def test_compound_faults_are_superpositions():
         ({"rig": Rig(sampling_rate=100e3)}, ValueError, "sampling_rate / 2 = 50000 Hz"),
         ({"rig": {"slip": 0.02}}, TypeError, "rig must be a Rig, got {'slip': 0.02}"),
         ({"random_state": "seed"}, ValueError, "seed"),
-        (
-            {"return_fault": True, "return_X_y": True},
-            ValueError,
-            "return_fault=True .* return_X_y=True",
-        ),
     ],
 )
 def test_bad_input_is_refused_by_name_and_value(parameters, error, message):

@@ -78,7 +78,7 @@ def _rescued(path, dtype, read):
 
 
 def _error_of(path, error, module):
-    """The exception that reports a failure to read a file.
+    """Return the exception that reports a failure to read a file.
 
     Parsers raise all kinds of exceptions on damaged input, and few of them name the file.
     """

@@ -1,4 +1,4 @@
-"""Files of named arrays: which arrays are channels, and how these are read."""
+"""Find the channels in files of named arrays, and read them."""
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
@@ -71,12 +71,12 @@ class NamedArrays:
             index[time] = None
             self._channels[channel] = Channel(shape[time], **facts)
             self._parts[channel] = (name if key is None else key, index)
-            # A number with the name of the array in front comes before all others.
+            # Numbers below the name of the array take precedence.
             own = name if place is None else place
             self._places[channel] = f"{own}{self._separator}{channel}"
 
     def refuse(self, name: str, reason: str) -> None:
-        """Note why an array is not a channel."""
+        """Record why an array is not a channel."""
         self._refused[name] = reason
 
     def contents(

@@ -15,11 +15,11 @@ _ALWAYS_ALLOWED, _RATIO = 2**28, 100
 
 
 class ContentError(ValueError):
-    """An intact file does not hold what is asked for."""
+    """Error of an intact file that does not hold the requested data."""
 
 
 class Format(NamedTuple):
-    """What a module of a format states.
+    """Description of a file format.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Format(NamedTuple):
 
 @dataclass
 class Channel:
-    """Facts that a file states about a channel; None if it does not.
+    """Facts that a file states about a channel. Facts that it does not state are None.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class Channel:
 
 @dataclass
 class Contents:
-    """The channels of one file.
+    """Channels of a file.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Facts that files state under many names: sampling rates, shaft speeds, times and dates."""
+"""Find sampling rates, shaft speeds, times and dates under the many names that files use."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ._contents import Channel, ContentError, Contents
 
-#: Names in lower case with nothing but letters, and the unit at their end.
+#: Letters of a name in lower case, with the unit at the end.
 _RATE_NAME = re.compile(
     r"(?:fs|sr|fsampl(?:e|ing)|sampl(?:e|ing)(?:rate|freq|frequency))(hz|inhz|khz)?"
 )
@@ -38,7 +38,7 @@ _DAY_FIRST = re.compile(r"\s*(\d{1,2})([./])(\d{1,2})\2(\d{4})[ T,]*")
 
 
 def letters(name: str) -> str:
-    """Return a name in lower case without units in brackets and all that is not a letter."""
+    """Return the letters of a name in lower case, without units in brackets."""
     return "".join(c for c in re.split(r"[(\[]", name)[0].lower() if c.isalpha())
 
 
@@ -112,7 +112,7 @@ def state_facts(
 
 
 def _nearest(place, by_place, separator):
-    """Place and value of the nearest fact; values that disagree do not count."""
+    """Return place and value of the nearest fact. Contradictory values do not count."""
     last = place.rpartition(separator)[2]
     while place:
         place = place.rpartition(separator)[0]
@@ -186,7 +186,7 @@ def _seconds_of_date(text):
 
 @dataclass
 class TimeAxis:
-    """A channel of evenly spaced times.
+    """Channel of evenly spaced times.
 
     Attributes
     ----------
@@ -266,7 +266,7 @@ def find_time_axis(contents: Contents) -> TimeAxis | None:
 
 
 def _rate_of_times(times):
-    """Sampling rate of times that never fall, None if unknown; and whether more would not help."""
+    """Return the sampling rate of times or None, and whether more times cannot improve it."""
     changes = 1 + np.flatnonzero(np.diff(times))
     if len(changes) == len(times) - 1:
         duration = times[-1] - times[0]
@@ -285,7 +285,7 @@ def _rate_of_times(times):
 
 
 def _in_seconds(values, unit):
-    """Times in seconds, None if the values are not times."""
+    """Return times in seconds, or None if the values are not times."""
     values = np.asarray(values)
     if values.dtype.kind in "mM":
         return values.astype(f"{values.dtype.kind}8[ns]").astype(np.int64) / 1e9

@@ -1,9 +1,9 @@
-"""Files read in another process, in which a crash, a hang or a lack of memory costs one file.
+"""Read files in another process, so that a crash, a hang or a lack of memory costs one file.
 
-Compiled parsers of complicated formats can crash on a damaged file, and the whole run with them. So
-they work in a child process, which reads one file after another, sends the samples through a pipe,
-and is replaced if it dies or does not reply. It starts with the first such file, which takes some
-tenths of a second.
+Compiled parsers of complicated formats can crash on a damaged file and take the whole run with
+them. Therefore they run in a child process, which reads one file after another and sends the
+samples through a pipe. A process that dies or does not reply is replaced. The first one starts with
+the first such file, which takes some tenths of a second.
 """
 
 import atexit
@@ -19,10 +19,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-#: A reply may take so many seconds, and one more for so many bytes of the file.
+#: Seconds that a reply may take, and bytes of the file that allow one more second.
 _PATIENCE = 60.0
 _BYTES_PER_SECOND = 5e6
-#: A process may grow by so many bytes, and by so many for each byte of its file.
+#: Bytes by which a process may grow, and bytes for each byte of its file.
 _MEMORY, _MEMORY_PER_BYTE = 2**32, 200
 
 _PROGRAM = "from skarxlag.recordings.formats._isolation import serve; serve()"

@@ -1,4 +1,4 @@
-"""From the channels of a file to the signal that was asked for, block after block."""
+"""Read the chosen channels of a file block by block."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
@@ -116,7 +116,7 @@ def _as_signal(name, values, start):
 
 
 def _from_column(where, values, start):
-    """Array of a column of a table; a column of text is refused with its first such field."""
+    """Return a column of a table as an array. An error names the first field that is text."""
     import pandas as pd
     from pandas.api.types import is_numeric_dtype
 

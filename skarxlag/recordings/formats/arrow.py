@@ -1,4 +1,4 @@
-"""Tables of Apache Arrow: Parquet and Feather files, which are read in parts."""
+"""Parquet and Feather files, which are read in parts by pyarrow."""
 
 from contextlib import contextmanager
 from pathlib import Path
@@ -51,18 +51,18 @@ def _columns(schema):
 def _open_parquet(path):
     from pyarrow.parquet import ParquetFile
 
-    # Otherwise a group of rows is loaded whole before the first of them is returned.
+    # With the defaults, a whole row group is loaded before its first rows are returned.
     with ParquetFile(path, pre_buffer=False, buffer_size=_BUFFER_BYTES) as file:
         yield file
 
 
 def _parquet_batches(path, file, columns, n_samples):
     if n_samples is None:
-        # Blocks are bounded by themselves, but constants take no space in a file.
+        # Constants take no space in a file, so a small file can hold any number of samples.
         check_unpacked(path.stat().st_size, file.metadata.num_rows * 8 * len(columns))
         yield file.read(columns, use_threads=False)
         return
-    # Over several groups of rows pyarrow keeps all of them until the last is read.
+    # In one call, pyarrow would keep all row groups until the last is read.
     for group in range(file.num_row_groups):
         yield from file.iter_batches(
             n_samples, row_groups=[group], columns=columns, use_threads=False

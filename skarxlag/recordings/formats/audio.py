@@ -1,4 +1,4 @@
-"""Formats of sound that libsndfile reads, without those that lose something."""
+"""Lossless audio formats that libsndfile reads."""
 
 import re
 from pathlib import Path
@@ -39,8 +39,8 @@ def contents(path: Path) -> Contents:
 
 
 def _check_whole(log):
-    """Refuse a file that is shorter than it states, which libsndfile only notes in its log."""
+    """Refuse a truncated file, which libsndfile only reports in its log."""
     for stated, found in re.findall(r": (\d+) \(should be (\d+)\)", log):
-        # Writers to a pipe do not know the length and state the largest.
+        # Writers to a pipe state the largest length, because they do not know it.
         if int(found) < int(stated) < 0xFFFF_FFFF:
             raise ValueError(f"{found} bytes of {stated}")

@@ -1,4 +1,4 @@
-"""NumPy's files of one array, which are mapped and read in parts."""
+"""NumPy files of one array, which are mapped and read in parts."""
 
 from contextlib import nullcontext
 from pathlib import Path

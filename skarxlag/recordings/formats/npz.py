@@ -1,4 +1,4 @@
-"""NumPy's archives of arrays, of which those asked for are read whole."""
+"""NumPy archives. The chosen arrays are read whole."""
 
 from contextlib import contextmanager
 from functools import cache

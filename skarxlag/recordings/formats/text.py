@@ -230,17 +230,18 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     decimal = "."
     if separator != "," and any(_WITH_COMMA.fullmatch(f) for fields in rows for f in fields):
         decimal = ","
-    n_fields, n_filled, first = _first_sample(rows, decimal, may_be_cut)
-    above = [fields for fields in rows[:first] if fields]
-    names, unit_line, n_ignored = None, [], 0
+    kinds = [[_kind(field, decimal) for field in fields] for fields in rows]
+    n_fields, n_filled, first = _first_sample(kinds, may_be_cut)
+    above = [i for i in range(first) if rows[i]]
+    names, unit_line = None, []
     if above:
-        names, unit_line = _names_and_units(above, n_fields, n_filled, decimal)
-        n_ignored = len(above) - (names is not None) - bool(unit_line)
+        names, unit_line = _names_and_units([rows[i] for i in above], n_fields, n_filled, decimal)
     elif n_comments:
         ((_, last),) = _rows([lines[n_comments - 1].lstrip("#% ")], separator)
         if len(last) == n_fields and not all(is_number(field, decimal) for field in last):
             names = last
     has_header = names is not None
+    n_ignored = max(len(above) - has_header - bool(unit_line), 0)
     names = _distinct(names) if has_header else [str(i) for i in range(n_fields)]
     units = dict(zip(names, unit_line, strict=False))
     for name in names:
@@ -251,34 +252,29 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     return TextLayout(encoding, separator, decimal, has_header, n_head, n_ignored, names, units)
 
 
-def _first_sample(rows, decimal, may_be_cut):
+def _first_sample(kinds, may_be_cut):
     """Fields of a sample, those before the empty ones at its end, and rows above the samples."""
-    tail = [fields for fields in rows[len(rows) // 2 :] if fields]
+    tail = [row for row in kinds[len(kinds) // 2 :] if row]
     n_fields = Counter(map(len, tail)).most_common(1)[0][0]
-    columns = list(zip(*(fields for fields in tail if len(fields) == n_fields), strict=True))
-    kinds = []
-    for column in columns:
-        found = Counter(_kind(field, decimal) for field in column if field) or Counter(["text"])
-        kinds.append(found.most_common(1)[0][0])
+    columns = list(zip(*(row for row in tail if len(row) == n_fields), strict=True))
+    usual = [Counter(filter(None, column)) or Counter(["text"]) for column in columns]
+    usual = [counted.most_common(1)[0][0] for counted in usual]
 
-    def is_like_the_tail(fields):
-        return len(fields) == n_fields and all(
-            kind == "text" or not field or _kind(field, decimal) == kind
-            for field, kind in zip(fields, kinds, strict=True)
+    def is_usual(row):
+        return len(row) == n_fields and all(
+            expected == "text" or kind in ("", expected)
+            for kind, expected in zip(row, usual, strict=True)
         )
 
-    first = next(i for i, fields in enumerate(rows) if is_like_the_tail(fields))
-    above = [_is_text(fields, decimal) for fields in rows[:first] if len(fields) == n_fields]
-    is_damaged = above and not above[-1] and any(above)
-    is_damaged = is_damaged or any(_is_sample(fields, decimal) for fields in rows[may_be_cut:first])
-    if set(kinds) == {"text"} or is_damaged:
+    first = next(i for i, row in enumerate(kinds) if is_usual(row))
+    above = [_is_text(row) for row in kinds[:first] if len(row) == n_fields]
+    is_damaged = any(map(_is_sample, kinds[may_be_cut:first])) or (any(above) and not above[-1])
+    if set(usual) == {"text"} or is_damaged:
         # Damaged samples are not taken for a preamble: the reader refuses them.
-        top = next(i for i, fields in enumerate(rows) if fields)
-        head, second, third = [*rows[top:], [], []][:3]
-        has_units = _is_unit_line(second, decimal) and any(
-            field and is_number(field, decimal) for field in third
-        )
-        first = top if _is_sample(head, decimal) else top + 1 + has_units
+        top = next(i for i, row in enumerate(kinds) if row)
+        head, second, third = [*kinds[top:], [], []][:3]
+        has_units = _is_unit_line(second) and "number" in third
+        first = top if _is_sample(head) else top + 1 + has_units
         return len(head), len(head), first
     n_filled = max(i + 1 for i, column in enumerate(columns) if any(column))
     return n_fields, n_filled, first
@@ -295,21 +291,36 @@ def _names_and_units(above, n_fields, n_filled, decimal):
 
     names = fitted(above[-1])
     if names is None or all(is_number(field, decimal) for field in names):
-        if len(above[-1]) > 1 and _is_text(above[-1], decimal):
+        if len(above[-1]) > 1 and _is_text([_kind(field, decimal) for field in above[-1]]):
             raise ContentError(f"{len(above[-1])} names for the {n_fields} fields of a sample")
         return None, []
     before = fitted(above[-2]) if len(above) > 1 else None
     is_unit = [f.strip("[]() ").lower() in _UNITS or f[:1] in tuple("[(") for f in names]
-    are_units = _is_unit_line(names, decimal) and not any(map(names_times, names))
-    if before is not None and are_units and (len(above) == 2 or any(is_unit)):
-        return before, names
+    if before is not None and (len(above) == 2 or any(is_unit)):
+        is_unit_line = _is_unit_line([_kind(field, decimal) for field in names])
+        if is_unit_line and not any(map(names_times, names)):
+            return before, names
     return names, []
 
 
 def _kind(field, decimal):
+    if not field:
+        return ""
     if is_number(field, decimal):
         return "number"
     return "text" if np.isnan(seconds_of_dates([field])[0]) else "date"
+
+
+def _is_sample(kinds):
+    return any(kinds) and set(kinds) <= {"number", ""}
+
+
+def _is_text(kinds):
+    return set(kinds) <= {"text", ""}
+
+
+def _is_unit_line(kinds):
+    return any(kinds) and "number" not in kinds
 
 
 def _rows(lines, separator):
@@ -351,18 +362,6 @@ def is_number(field: str, decimal: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _is_sample(fields, decimal):
-    return any(fields) and all(is_number(field, decimal) for field in fields)
-
-
-def _is_text(fields, decimal):
-    return all(_kind(field, decimal) == "text" for field in fields if field)
-
-
-def _is_unit_line(fields, decimal):
-    return any(fields) and not any(field and is_number(field, decimal) for field in fields)
 
 
 def _distinct(names):

@@ -1,4 +1,4 @@
-"""WAV files, which state their sampling rate; samples of 24 bit are unpacked block by block."""
+"""WAV files. Samples of 24 bit are unpacked block by block."""
 
 import struct
 import warnings
@@ -42,7 +42,7 @@ class _ThreeBytes(Exception):
 
 def _map(path):
     with warnings.catch_warnings():
-        # SciPy skips chunks of metadata with a warning, and warns of a truncated file alike.
+        # SciPy warns of metadata, which is harmless, and of truncated files.
         warnings.simplefilter("ignore", wavfile.WavFileWarning)
         warnings.filterwarnings("error", "Reached EOF", wavfile.WavFileWarning)
         try:
@@ -64,7 +64,7 @@ def _mapped_part(path, part):
 
 
 def _find_samples(path):
-    """Sampling rate, channels, place and length of the samples, from the chunks of the file."""
+    """Return sampling rate, number of channels, and offset and length of the samples in bytes."""
     with path.open("rb") as file:
         order = ">" if file.read(12)[:4] == b"RIFX" else "<"
         rate = n_channels = None
