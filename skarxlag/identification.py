@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from numbers import Integral
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.utils import Bunch, check_scalar
+from sklearn.utils import Bunch
 
 from ._base import ArrayTransformer, SignalEstimator
 from ._parallel import map_batches
@@ -54,7 +53,9 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
 
     All conditions share the networks. Each condition c in `y` has its own coefficients :math:`g_c`
     (a residual bank), found by ridge least squares over the windows of that condition. Every window
-    is first centred and divided by the root mean square of its output.
+    is first centred and divided by the root mean square of its output. The states start from zero
+    in every window, so the samples in which the slowest network settles (`n_transient`, at most
+    half a window) are dropped.
 
     `Laguerre` in SysIdentPy is a polynomial basis; here it is this orthonormal filter network.
 
@@ -79,10 +80,6 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     unit_rms : bool, default=True
         Whether innovations are those of windows of unit root mean square. If False, they are in
         the sensor's unit, for detection by physical amplitude.
-    transient : int or None, default=None
-        Number of samples that are dropped at the start of every window, where the states start
-        from zero. If None, the settling length of the slowest network, at most half a window. A
-        smaller number keeps more of a short window.
     forgetting_factor : float, default=1.0
         Factor in (0, 1] on the weight of a window for each later window of its condition.
     n_jobs : int or None, default=None
@@ -146,7 +143,6 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     bank: bool = True
     healthy: Any = None
     unit_rms: bool = True
-    transient: int | None = None
     forgetting_factor: float = 1.0
     n_jobs: int | None = None
 
@@ -234,19 +230,19 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         if start_afresh:
             self._choose_networks(scaled, counted)
             n_sums = int(self.orders_.sum()) + 1
-            self.classes_: NDArray[Any] = classes
-            self.weights_: NDArray[Any] = np.zeros(len(classes))
-            self.sums_: NDArray[Any] = np.zeros((len(classes), n_sums, n_sums))
-        else:
-            self._make_room_for(classes)
+            self.classes_: NDArray[Any] = classes[:0]
+            self.weights_: NDArray[Any] = np.zeros(0)
+            self.sums_: NDArray[Any] = np.zeros((0, n_sums, n_sums))
+        self._make_room_for(classes)
         self._add_to_sums(scaled, classes, counted)
-        self._solve()
+        coef, error = zip(*(solve_sums(sums, self.alpha) for sums in self.sums_), strict=True)
+        self.coef_: NDArray[Any] = np.array(coef)
+        n_counted = np.where(self.weights_ > 0, self.weights_, 1.0)
+        self.noise_level_: NDArray[Any] = np.sqrt(np.array(error) / n_counted)
         remember_parameters(self)
         return self
 
     def _check_parameters(self):
-        if self.transient is not None:
-            check_scalar(self.transient, "transient", Integral, min_val=0)
         check_real(self.alpha, "alpha", min_val=0)
         check_real(self.forgetting_factor, "forgetting_factor", **UP_TO_1)
 
@@ -276,7 +272,7 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     def _add_to_sums(self, scaled, classes, counted):
         n_transient = self._n_transient(scaled.shape[-1])
         for name, (rows, weights) in zip(classes, counted, strict=True):
-            model = np.flatnonzero(self.classes_ == name)[0]
+            model = np.searchsorted(self.classes_, name)
             fading = self.forgetting_factor ** np.arange(len(rows) - 1, -1, -1.0) * weights
             kept = self.forgetting_factor ** len(rows)
             added = self._sums(_rows_of(scaled, rows), fading, n_transient)
@@ -284,12 +280,6 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
             self.weights_[model] = kept * self.weights_[model] + fading.sum() * (
                 scaled.shape[-1] - n_transient
             )
-
-    def _solve(self):
-        coef, error = zip(*(solve_sums(s, self.alpha) for s in self.sums_), strict=True)
-        self.coef_: NDArray[Any] = np.array(coef)
-        counted = np.where(self.weights_ > 0, self.weights_, 1.0)
-        self.noise_level_: NDArray[Any] = np.sqrt(np.array(error) / counted)
 
     def _sums(self, windows, weights, n_transient):
         parts = map_batches(
@@ -317,8 +307,6 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
                 f"so far: {self.classes_.tolist()}."
             )
         merged = np.union1d(self.classes_, classes)
-        if len(merged) == len(self.classes_):
-            return
         place = np.searchsorted(merged, self.classes_)
         sums = np.zeros((len(merged), *self.sums_.shape[1:]))
         weights = np.zeros(len(merged))
@@ -336,7 +324,7 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
 
         Returns
         -------
-        ndarray of shape (n_windows, n_models, n_samples - transient)
+        ndarray of shape (n_windows, n_models, n_samples - n_transient)
             Innovations of windows of unit root mean square or, with ``unit_rms=False``, in the
             sensor's unit.
         """
@@ -389,7 +377,7 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
 
         Returns
         -------
-        ndarray of shape (n_windows, n_models, n_samples - transient)
+        ndarray of shape (n_windows, n_models, n_samples - n_transient)
             Predicted output, with the mean of the window's output.
 
         Raises
@@ -494,11 +482,8 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         return windows, y, weights
 
     def _n_transient(self, n_samples):
-        if self.transient is None:
-            settled = max(map(settling_length, self.orders_.tolist(), self.poles_.tolist()))
-            return min(settled, n_samples // 2)
-        check_scalar(self.transient, "transient", Integral, min_val=0, max_val=n_samples - 1)
-        return int(self.transient)
+        settled = max(map(settling_length, self.orders_.tolist(), self.poles_.tolist()))
+        return min(settled, n_samples // 2)
 
     def _check_relations(self):
         check_networks(self.order, self.pole, len(self.orders_))

@@ -75,7 +75,6 @@ EFFECTS = {
         "bank": ({}, False, levels),
         "healthy": ({}, 1, levels),
         "unit_rms": ({}, False, levels),
-        "transient": ({}, 5, levels),
         "forgetting_factor": ({}, 0.5, levels),
     },
     PIObserver: OBSERVER_EFFECTS | {"ki": ({}, 0.3, levels)},

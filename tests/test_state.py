@@ -145,7 +145,7 @@ def test_every_estimator_accepts_its_own_state(estimator):
 
 
 #: Values that differ from each parameter's default and are in its range.
-OTHER = {"order": 3, "pole": 0.1, "healthy": 1, "transient": 2, "joint_groups": [0], "n_bands": 2}
+OTHER = {"order": 3, "pole": 0.1, "healthy": 1, "joint_groups": [0], "n_bands": 2}
 
 
 def changed(name, value):
@@ -188,7 +188,7 @@ def test_note_of_the_parameters_is_checked(entries):
         model.transform(TABLE)
 
 
-@pytest.mark.parametrize("entries", [{"alpha": -1.0}, {"transient": "x"}, {"order": 0}])
+@pytest.mark.parametrize("entries", [{"alpha": -1.0}, {"order": 0}])
 def test_parameters_of_fit_are_checked_by_their_ranges(entries):
     model = copy.deepcopy(FITTED[0])
     model._fitted_parameters = entries

@@ -1,6 +1,7 @@
 """Page's cumulative sum of windows above a threshold: its step, its limit and its run length."""
 
 import math
+from bisect import bisect_left
 
 import numpy as np
 from scipy import sparse
@@ -140,11 +141,10 @@ def alarm_limit(run_length: float, step: float, rate: float, persistence: float)
                 f"other with probability {persistence:g} allow no alarm that is false only once in "
                 f"{run_length:.3g} windows; expected rarer or less persistent ones."
             )
-    low = high // 2
-    while high - low > 1:
-        middle = (low + high) // 2
-        if mean_run_length(middle, step, rate, persistence) < run_length:
-            low = middle
-        else:
-            high = middle
-    return high
+    # The limit lies above half of `high`, which is too low.
+    return bisect_left(
+        range(high),
+        run_length,
+        lo=high // 2 + 1,
+        key=lambda limit: mean_run_length(limit, step, rate, persistence),
+    )

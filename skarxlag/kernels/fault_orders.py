@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from .compiled import compiled
-from .order_spectra import envelopes_over_angle, equal_angles, turns_of_frames
+from .order_spectra import envelopes_over_angle, equal_angles
 from .scaling import centred
 
 #: Orders at which contrasts are stored: from 0 to the highest, in these steps.
@@ -163,9 +163,7 @@ def prewhitened_envelope(
     envelope = squared[: n_values * block].reshape(n_values, block).mean(axis=1)
     if np.ndim(turn) == 0:
         return envelope, block / turn
-    resampled, step = equal_angles(
-        envelope[np.newaxis], turns_of_frames(turn, n_values, block, block)
-    )
+    resampled, step = equal_angles(envelope[np.newaxis], turn, block, block)
     return resampled[0], step
 
 

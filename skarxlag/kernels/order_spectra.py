@@ -102,38 +102,22 @@ def envelopes_over_angle(
     envelopes = band_envelopes(samples, frame, hop, n_bands)
     if np.ndim(turn) == 0:
         return envelopes, hop / turn
-    return equal_angles(envelopes, turns_of_frames(turn, envelopes.shape[1], frame, hop))
+    return equal_angles(envelopes, turn, frame, hop)
 
 
-def turns_of_frames(turn: NDArray[Any], n_frames: int, frame: int, hop: int) -> NDArray[Any]:
-    """Return the angle of the shaft at the centre of each frame, for a varying speed.
-
-    Parameters
-    ----------
-    turn : ndarray of shape (n_samples,)
-        Samples that a turn would take at the speed of each sample.
-    n_frames, frame, hop : int
-        Frames of the short-time spectrum, see :func:`band_envelopes`.
-
-    Returns
-    -------
-    ndarray of shape (n_frames,)
-        In turns, ascending.
-    """
-    turns = np.cumsum(1 / turn)
-    centres = np.arange(n_frames) * hop + (frame - 1) / 2
-    return np.interp(centres, np.arange(len(turns)), turns)
-
-
-def equal_angles(envelopes: NDArray[Any], turns: NDArray[Any]) -> tuple[NDArray[Any], float]:
+def equal_angles(
+    envelopes: NDArray[Any], turn: NDArray[Any], frame: int, hop: int
+) -> tuple[NDArray[Any], float]:
     """Resample envelopes at equal steps of the shaft's angle, which is called order tracking.
 
     Parameters
     ----------
     envelopes : ndarray of shape (n_bands, n_frames)
         Envelopes over time.
-    turns : ndarray of shape (n_frames,)
-        Angle of the shaft at each frame in turns, ascending.
+    turn : ndarray of shape (n_samples,)
+        Samples that a turn would take at the speed of each sample.
+    frame, hop : int
+        Frames of the short-time spectrum, see :func:`band_envelopes`.
 
     Returns
     -------
@@ -142,6 +126,8 @@ def equal_angles(envelopes: NDArray[Any], turns: NDArray[Any]) -> tuple[NDArray[
     step : float
         Turns from one value to the next.
     """
+    centres = np.arange(envelopes.shape[1]) * hop + (frame - 1) / 2
+    turns = np.interp(centres, np.arange(len(turn)), np.cumsum(1 / turn))
     angles = np.linspace(turns[0], turns[-1], len(turns))
     resampled = np.stack([np.interp(angles, turns, envelope) for envelope in envelopes])
     return resampled, (turns[-1] - turns[0]) / max(len(turns) - 1, 1)
