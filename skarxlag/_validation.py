@@ -26,12 +26,12 @@ def validate_signals(
     expected: str,
     any_length: bool = False,
 ) -> tuple[NDArray[Any], NDArray[Any] | None]:
-    """Check an array of two or three axes, and conditions where there are any.
+    """Check an array of two or three axes, and conditions if there are any.
 
     Parameters
     ----------
     estimator : estimator
-        Gets or has `n_features_in_` and `window_shape_`, the shape of one window.
+        Its `n_features_in_` and `window_shape_`, the shape of one window, are set or compared.
     X : array-like of two or three axes
         Signals along the last one.
     y : array-like of shape (n_windows,) or None, default=None
@@ -39,7 +39,7 @@ def validate_signals(
     reset : bool
         True in `fit`.
     expected : str
-        What X should have been, for the message.
+        Description of X for the message.
     any_length : bool, default=False
         Whether windows of several channels may be longer or shorter than in `fit`. scikit-learn's
         contract fixes the length of windows of one channel, which are rows of a table.
@@ -54,11 +54,11 @@ def validate_signals(
     Raises
     ------
     ValueError
-        If X has another number of axes, channels or samples than in `fit`, y is not made of
-        classes or missing where it is required, or the estimator is not consistent.
+        If X has another number of axes, channels or samples than in `fit`, y has no classes or is
+        missing although required, or the estimator is not consistent.
     """
     check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
-    # scikit-learn makes float64 of big-endian float32; both byte orders are to give the same.
+    # scikit-learn converts big-endian float32 to float64, but the byte order must not matter.
     if isinstance(X, np.ndarray) and not X.dtype.isnative:
         X = X.astype(X.dtype.newbyteorder("="))
     if not reset:

@@ -152,17 +152,19 @@ def _n_cepstra(detector):
 class FaultDetector(RowOutlierDetector):
     r"""Outlier detector that flags rows unlike healthy ones, at any speed.
 
+    Use `KnownConditions` instead to compare rows with several conditions, and
+    `ThresholdLadder.detect` instead for levels of residuals.
+
     A row is a window or a longer stretch of a signal, commonly of a model's innovations. The
     signal of a healthy bearing changes with the speed of the shaft. The detector interpolates
     between the speeds of `fit`, and models the change as a Brownian motion over the logarithm of
-    speed: the limits widen with the distance from the speeds of `fit`. Use `KnownConditions` to
-    compare rows with several conditions, and `ThresholdLadder.detect` for levels of residuals.
+    speed: the limits widen with the distance from the speeds of `fit`.
 
     Each row has two or three features, and each feature gives a p-value: the probability that a
     healthy row deviates at least as much.
 
-    - *Cepstra.* The cosine coefficients d of two log spectra, the colour and the steadiness of each
-      frequency band:
+    - *Cepstra.* The cosine coefficients d of two log spectra: the spectral shape (colour) and the
+      steadiness of each frequency band:
 
       .. math::
 
@@ -170,11 +172,11 @@ class FaultDetector(RowOutlierDetector):
                 \left[S_w / m + (\kappa v + 0.09)\, D\right]^{-1} (d - \hat d)
 
       with the scatter :math:`S_w` of healthy windows, m windows in a row, the covariance D of
-      what a change of speed by the factor 1.3 does, the drift scale :math:`\kappa`, and
+      the change when the speed changes by the factor 1.3, the drift scale :math:`\kappa`, and
       :math:`v = \sqrt b`. Here b is the variance of the Brownian motion at the row's speed:
       0 at a speed of `fit`, 1 at the factor 1.3 outside these speeds. The root widens the limits
       close to the speeds of `fit`, since two recordings differ in load and mounting, too.
-    - *Unsteadiness* g, how far the power of the bands deviates from that of steady noise:
+    - *Unsteadiness* g, the deviation of the power in the bands from that of steady noise:
 
       .. math::
 
@@ -187,9 +189,10 @@ class FaultDetector(RowOutlierDetector):
       sensor may come loose. A row of fewer than 8 samples has no spectrum, so its level always
       counts.
 
-    Scores are compared with Student's t over blocks of time that were left out, five to ten for
-    each speed. Where a speed has fewer than five rows, and rows have several windows, blocks are
-    parts of rows. The row's p-value is the smallest of them, times their number.
+    Scores are compared with Student's t distribution. Its scale is measured on blocks of time that
+    are left out, five to ten for each speed. If a speed has fewer than five rows, and rows have
+    several windows, the blocks are parts of rows. The p-value of a row is the smallest p-value of
+    its features, times their number.
 
     Parameters
     ----------
@@ -210,18 +213,18 @@ class FaultDetector(RowOutlierDetector):
         Logarithm of the false-alarm rate: rows of a lower score are flagged.
     speeds_ : ndarray of shape (n_speeds,)
         Speeds of the healthy rows in revolutions per minute, ascending; those within 2 % of each
-        other are one. Empty where none were given.
+        other are one. Empty if `fit` had none.
     drift_scale_ : float
-        :math:`\kappa`: 1 with one speed; with several, twice the least at which every speed, left
-        out, holds false-alarm rates of 1 % and 5 %. At least 0.25. It does not depend on
+        :math:`\kappa`: 1 with one speed. With several, twice the smallest scale at which every
+        left-out speed holds false-alarm rates of 1 % and 5 %. At least 0.25. It does not depend on
         `false_alarm_rate`, so a row that is flagged at 1 % is flagged at 5 %, too.
     left_out_rates_ : ndarray of shape (n_speeds,)
-        Share of the healthy rows (or of their parts, where these are the blocks) of each speed that
-        are flagged when the references come from the other speeds. Empty with one speed.
+        Share of the healthy rows of each speed (or of parts of rows, if these are the blocks) that
+        are flagged if the references come from the other speeds. Empty with one speed.
     n_rows_, n_windows_ : int
         Healthy rows in `fit`, and windows in each.
     n_blocks_ : int
-        Blocks of time that the limits rest on.
+        Blocks of time from which the limits are computed.
     axes_ : ndarray of float32 of shape (n_cepstra, n_cepstra)
         Coordinates of cepstra in which D is the identity and the scatter is diagonal.
     variances_ : ndarray of shape (n_cepstra,)
@@ -229,7 +232,7 @@ class FaultDetector(RowOutlierDetector):
     references_ : ndarray of shape (n_speeds or 1, n_cepstra)
         Mean cepstra in these coordinates, for each speed.
     means_ : ndarray of shape (n_speeds or 1, 1 or 2)
-        Mean log unsteadiness, and mean log level where it counts.
+        Mean log unsteadiness, and mean log level if it counts.
     slopes_ : ndarray of shape (1 or 2, 2)
         Their slopes against log speed, and the variances :math:`V_b` of the slopes.
     deviations_ : ndarray of shape (1 or 2,)
@@ -237,7 +240,7 @@ class FaultDetector(RowOutlierDetector):
     score_mean_, score_deviation_ : float
         Mean and deviation of :math:`s_1` on blocks that were left out.
     n_models_ : int
-        1 where rows were innovations, 0 for plain windows.
+        1 if rows were innovations, 0 for plain windows.
     window_shape_ : ndarray of int
         Shape of one row.
     n_features_in_ : int
@@ -342,9 +345,9 @@ class FaultDetector(RowOutlierDetector):
             factor 1.3.
         sample_weight : array-like of shape (n_rows,) or None, default=None
             Weight of each row in means and covariances, at least 0; only ratios count. None: all
-            are equal. A row of weight 2 counts in them as if it were there twice, but it is no
-            second observation: how well the limits are known is told by the number of rows and of
-            blocks of time, which weights leave alone. A row of weight 0 is left out.
+            are equal. A row of weight 2 counts like two equal rows. The numbers of rows and of
+            blocks of time, which state how well the limits are known, do not depend on weights. A
+            row of weight 0 is left out.
 
         Returns
         -------
@@ -360,8 +363,8 @@ class FaultDetector(RowOutlierDetector):
         Warns
         -----
         UserWarning
-            If there are fewer rows than the false-alarm rate needs, `rpm` is not given, speeds were
-            given and are all one, or no drift scale holds the rate at left-out speeds.
+            If there are fewer rows than the false-alarm rate needs, `rpm` is not given, all speeds
+            are one, or no drift scale holds the rate at left-out speeds.
         """
         X, _ = validate_innovations(self, X, reset=True)
         self._check_parameters()
@@ -387,7 +390,7 @@ class FaultDetector(RowOutlierDetector):
         self.speeds_ = np.exp(known) if rpm is not None else np.empty(0)
         # Most of a saved detector; seven digits are more than the scatter of rows leaves.
         self.axes_ = self.axes_.astype(np.float32)
-        # The mean of more windows scatters less.
+        # The mean of more windows has a smaller variance.
         self.variances_ = self.variances_ * (n_windows / self.n_windows_)
         remember_parameters(self)
         for sentence in self._weak_points():
@@ -450,7 +453,7 @@ class FaultDetector(RowOutlierDetector):
         Raises
         ------
         ValueError
-            If `fit` had speeds and there are none here.
+            If `fit` had speeds and `rpm` is None.
 
         Warns
         -----

@@ -30,9 +30,11 @@ class KnownConditions(RowOutlierDetector):
     r"""Outlier detector that rejects rows unlike every known condition.
 
     A diagnoser always names one of its conditions, even if the row resembles none of them. This
-    estimator tests whether the row resembles any. Use `FaultDetector` to compare rows with the
-    healthy condition alone. Each condition has its own `FaultDetector`, whose limits widen with
-    the distance in speed. The p-value of the nearest condition is the largest over conditions:
+    estimator tests whether the row resembles any. Use `FaultDetector` instead to compare rows with
+    the healthy condition alone.
+
+    Each condition has its own `FaultDetector`, whose limits widen with the distance in speed. The
+    p-value of the nearest condition is the largest over conditions:
 
     .. math::
 
@@ -40,9 +42,8 @@ class KnownConditions(RowOutlierDetector):
 
     where :math:`p_c` is the probability that a row of condition c deviates at least as much. The
     test of the unsteadiness is two-sided: a row with fewer impacts than expected is rejected, too.
-    A row is "none of these" if p is below the stated rate. A row of a known condition c is then
-    rejected with a probability of at most that rate, as far as the limits of c hold it, since
-    :math:`p \ge p_c`.
+    A row is "none of these" if p is below the stated rate. Since :math:`p \ge p_c`, a row of a
+    known condition c is rejected with a probability of at most the rate that the limits of c hold.
 
     docs/detection.md shows how many rows of unknown conditions are rejected. At other speeds than
     those of training, most are taken for a known condition.
@@ -66,7 +67,7 @@ class KnownConditions(RowOutlierDetector):
     offset_ : float
         Logarithm of the rate of false rejections: rows of a lower score are rejected.
     n_models_ : int
-        1 where rows were innovations, 0 for plain windows.
+        1 if rows were innovations, 0 for plain windows.
     window_shape_ : ndarray of int
         Shape of one row.
     n_features_in_ : int
@@ -76,13 +77,13 @@ class KnownConditions(RowOutlierDetector):
 
     See Also
     --------
-    skarxlag.make_known_conditions : The same behind a model that explains measured inputs.
+    skarxlag.make_known_conditions : This estimator behind a model that explains measured inputs.
     FaultDetector : The equations, for one condition.
 
     Notes
     -----
-    Where `fit` had speeds and the speed of a row is not known, its p-value is the largest over the
-    speeds of `fit` and those a factor of 1.3 beyond them. Where `fit` had none, the limits are
+    If `fit` had speeds and the speed of a row is not known, the p-value is the largest over the
+    speeds of `fit` and the speeds a factor of 1.3 beyond them. If `fit` had none, the limits are
     those for a speed that differs by that factor.
 
     Examples
@@ -234,7 +235,7 @@ class KnownConditions(RowOutlierDetector):
             Rows of the length that `fit` saw.
         rpm : float, array-like of shape (n_rows,) or None, default=None
             Speed of the shaft in each row. None: not known, see the notes of the class. Not used
-            where `fit` had none.
+            if `fit` had none.
 
         Returns
         -------

@@ -27,30 +27,32 @@ from .speeds import log_speeds
 
 
 class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, BaseEstimator):
-    r"""Classify residual levels by calibrated thresholds (equations 23-32).
+    r"""Classifier of residual levels by calibrated thresholds (equations 23-32).
 
-    One residual, of the healthy model: the paper's ladder. Conditions are ordered by their median
-    training level; the cut between neighbours is the geometric mean of their medians, and the cut
-    above the healthy condition, where that is the lowest, is the detection threshold
+    Use `FaultDetector` instead if only healthy windows were recorded, or if the detection threshold
+    must hold at other speeds.
+
+    *One residual*, of the healthy model. This is the paper's ladder. The conditions are ordered by
+    their median training level. The cut between two neighbours is the geometric mean of their
+    medians. If the healthy condition is the lowest, the cut above it is the detection threshold
     :math:`\Gamma`. Levels on a cut belong to the rung below.
 
-    A bank of residuals, one for each condition: the rung whose residual is smallest wins. What a
-    change of speed does to all residuals alike cancels, which it would not if each were compared
-    with a threshold of its own.
+    *A bank of residuals*, one for each condition. The condition with the smallest residual is the
+    verdict. A factor that a change of speed puts on all residuals cancels.
 
-    Residuals that are neither are combined to their root-mean-square, and the paper's ladder
-    applied. A signed residual counts by its size, :math:`|r|`.
+    *Any other number of residuals.* The paper's ladder is applied to their root mean square. A
+    signed residual counts by its absolute value :math:`|r|`.
 
     Parameters
     ----------
     healthy : label or None, default=None
         The healthy condition. None: the one of lowest median level.
     false_alarm_rate : float, default=0.01
-        Share in (0, 1) of healthy windows that :math:`\Gamma` may flag.
+        Share in (0, 1) of healthy windows that may exceed :math:`\Gamma`.
     priors : array-like of shape (n_classes,) or None, default=None
-        Probability of each condition before a window is looked at, above 0, in the order of
-        `classes_`; they sum to 1. They shift verdicts and confidences, and leave the thresholds
-        alone. None: all conditions are equally likely, however many training windows each has.
+        Prior probability of each condition, above 0, in the order of `classes_`; the sum is 1.
+        Priors shift verdicts and confidences, but not the thresholds. None: all conditions are
+        equally likely, whatever their numbers of training windows are.
     confidence_scale : float, pair of float or None, default=None
         Factor :math:`\beta` on the scores in `predict_proba`, above 0. Of a pair, the first number
         is used if the windows of `fit` have one speed or no stated speed, and the second if they
@@ -65,8 +67,9 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         :math:`\Gamma`, on the residual of the healthy model.
     isolation_thresholds_ : ndarray
         One residual: the n_classes - 1 cuts :math:`\Delta` between rungs, ascending. A bank: one
-        :math:`\Delta` for each condition, the ratio of its residual to the geometric mean of all
-        that its own windows exceed at the false-alarm rate.
+        :math:`\Delta` for each condition. It is a ratio of the condition's residual to the
+        geometric mean of all residuals, which windows of the condition exceed at the false-alarm
+        rate.
     rungs_ : ndarray of shape (n_classes,)
         Conditions from the lowest median level to the highest.
     healthy_index_ : int
@@ -83,7 +86,7 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
 
     See Also
     --------
-    FaultDetector : For people who only have healthy windows.
+    FaultDetector : Outlier detector that is fitted on healthy windows alone.
 
     Examples
     --------
@@ -163,7 +166,7 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         y : array-like of shape (n_windows,)
             Condition of each window.
         sample_weight : array-like of shape (n_windows,) or None, default=None
-            How many windows each row stands for, at least 0. None: one each.
+            Number of windows that each row stands for, at least 0. None: one.
         rpm : float, array-like of shape (n_windows,) or (n_windows, n_samples), default=None
             Speed of each window in revolutions per minute. It selects from a pair of confidence
             scales. None: the speeds are not known.
@@ -268,7 +271,7 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
 
     @uses_fitted
     def decision_function(self, X: ArrayLike) -> NDArray[Any]:
-        """Scores of the conditions; the highest is the verdict.
+        """Compute the scores of the conditions, of which the highest is the verdict.
 
         Parameters
         ----------
@@ -278,16 +281,17 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         Returns
         -------
         ndarray of shape (n_windows, n_classes), or (n_windows,) for two conditions
-            Nepers: of a bank how far the residual lies below the geometric mean of all, of one
-            residual how far the level lies inside the rung; plus what the priors add. For two
-            conditions the second's score less the first's.
+            Scores in nepers. Of a bank: the distance of the residual below the geometric mean of
+            all. Of one residual: the distance of the level from the bounds of the rung, positive
+            inside. The priors add to both. For two conditions: the score of the second less that of
+            the first.
         """
         scores = self._scores(self._validate(X))
         return scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
 
     @uses_fitted
     def predict(self, X: ArrayLike) -> NDArray[Any]:
-        """Condition of each window.
+        """Return the condition of each window.
 
         Parameters
         ----------
@@ -321,10 +325,10 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
 
     @uses_fitted
     def predict_log_proba(self, X: ArrayLike) -> NDArray[Any]:
-        """Logarithm of the confidence in each condition.
+        """Compute the logarithm of the probability of each condition.
 
-        For a verdict over several windows, sum it. The sum overstates the confidence, since
-        windows of one recording err together; their mean states it better.
+        For a verdict on several windows of a recording, sum the logarithms. As a probability, the
+        sum is too confident, because the errors of the windows are correlated. The mean is closer.
 
         Parameters
         ----------
@@ -341,11 +345,12 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
 
     @uses_fitted
     def detect(self, X: ArrayLike) -> NDArray[Any]:
-        r"""Whether the healthy residual of each window exceeds :math:`\Gamma` (equation 24).
+        r"""Return whether the healthy residual of each window exceeds :math:`\Gamma` (eq. 24).
 
-        The stated rate holds where levels are those of the calibration or lower: in the sensor's
-        unit, calibrated at the highest speed. On windows scaled to unit root-mean-square, as in a
-        bank and in `make_diagnoser`, most healthy windows of another speed raise an alarm.
+        The stated rate holds if levels are not higher than in calibration, such as levels in the
+        unit of the sensor that were calibrated at the highest speed. If windows are scaled to unit
+        root mean square, as in a bank and in `make_diagnoser`, most healthy windows of another
+        speed raise an alarm. Use `FaultDetector` instead for these.
 
         Parameters
         ----------
@@ -388,6 +393,6 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
-        # Made for residual levels: on arbitrary features it need not separate anything.
+        # The classifier is made for residual levels. It need not separate arbitrary features.
         tags.classifier_tags.poor_score = True
         return tags

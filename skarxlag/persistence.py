@@ -14,9 +14,8 @@ from sklearn.pipeline import Pipeline
 from sklearn.utils.validation import check_is_fitted
 
 from ._answers import answers, offers
-from ._archive import read_members, write_members
 from ._facts import check_facts
-from ._files import write_atomically
+from ._files import read_members, write_atomically, write_members
 from ._state import check_model_state, estimators_within
 from ._version import __version__
 from .detection import FaultDetector

@@ -45,7 +45,7 @@ from skarxlag import (
     make_known_conditions,
     make_single_observer_pio,
 )
-from skarxlag._archive import read_members, write_members
+from skarxlag._files import read_members, write_members
 from skarxlag.persistence import (
     TRUSTED_TYPES,
     _digest,

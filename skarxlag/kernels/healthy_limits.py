@@ -133,9 +133,9 @@ def time_blocks(at: NDArray[Any]) -> NDArray[Any]:
 def parts_of_rows(at: NDArray[Any], n_windows: int) -> int:
     """Return the number of parts of long rows, so that few rows make enough blocks of time.
 
-    Two rows at one speed are two blocks. Student's t over two blocks has one degree of freedom, and
-    its limits for a rate of 1 % lie 32 deviations out. A row of many windows is long enough to be
-    several blocks itself.
+    Two rows at one speed are two blocks. Student's t distribution for two blocks has one degree of
+    freedom, and its limit for a rate of 1 % is 32 deviations. A row of many windows is long enough
+    for several blocks.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def parts_of_rows(at: NDArray[Any], n_windows: int) -> int:
     Returns
     -------
     int
-        At most `n_windows`; 1 where rows are many, or have one window.
+        At most `n_windows`; 1 if there are many rows, or rows have one window.
 
     Examples
     --------
@@ -161,8 +161,8 @@ def parts_of_rows(at: NDArray[Any], n_windows: int) -> int:
 def calibrate(healthy: HealthyRows) -> Limits:
     """Compute limits from healthy rows, of which at least two have one speed.
 
-    The scatter of rows about their expected values is measured on blocks of time. One block of each
-    speed at a time is excluded from the means and covariances, and then compared with them.
+    The scatter of rows about their expected values is measured on blocks of time. In turn, one
+    block of each speed is excluded from the means and covariances, and then compared with them.
     """
     healthy = healthy._replace(weights=healthy.weights / healthy.weights.mean())
     rows, known, at, weights = healthy
@@ -268,9 +268,10 @@ def log_p_values(
     with :math:`v = \sqrt b`, b the variance of the Brownian motion at the row's speed, the scale
     :math:`\kappa` of the drift, and e the log speed beyond the known ones. The root is taken since
     two recordings differ in load and mounting, however close their speeds are. The constant 0.09
-    covers the drift of one recording over time. Both scores follow Student's t over blocks of time.
-    The smallest probability counts, times the number of them (Bonferroni). More than the expected
-    unsteadiness counts, but not less; of a level both, since a sensor may come loose.
+    covers the drift of one recording over time. Both scores are compared with Student's t
+    distribution over blocks of time. The result is the smallest probability, times their number
+    (Bonferroni). The test of the unsteadiness is one-sided. The test of the level is two-sided,
+    since a sensor may come loose.
 
     Parameters
     ----------
@@ -308,7 +309,6 @@ def log_p_values(
         scores.append((rows.values[:, j] - expected) / np.sqrt(spread))
     # Blocks of one recording are not independent, however many speeds there are.
     freedom = min(limits.n_blocks, MOST_BLOCKS) - 1
-    # Of the cepstra the distance counts, of unsteadiness more, of the level both directions.
     is_one_sided = [True, not two_sided, False][: len(scores)]
     tails = np.stack(
         [

@@ -111,7 +111,7 @@ def repack(content, change):
     bytes
         The file.
     """
-    from skarxlag._archive import read_members, write_members
+    from skarxlag._files import read_members, write_members
     from skarxlag.persistence import _digest
 
     members, _ = read_members(content)
