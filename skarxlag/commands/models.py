@@ -68,6 +68,7 @@ class SavedModel:
             set_threads(each, n_jobs)
         self.can = can = answers(diagnoser)
         self.path, self.facts, self.diagnoser = path, facts, in_one_pass(diagnoser)
+        self.takes_rpm = can.takes_rpm
         self.kind = facts.get("diagnoser") or type(diagnoser).__name__
         self.window_length = facts.get("window_length") or can.window_length
         self.n_channels = facts.get("n_channels") or can.n_channels
@@ -144,7 +145,7 @@ class SavedModel:
     def diagnose(self, recording: ListedRecording, resample: bool = False) -> Diagnosis:
         """Diagnose a recording, block by block."""
         old_rates, parts, sampling_rate = [], [], None
-        if recording.rpm is None and self.can.takes_rpm:
+        if recording.rpm is None and self.takes_rpm:
             recording = recording.with_speed()
         for X, rate in self.windows(recording, resample, old_rates.append):
             if cancelled.is_set():
@@ -181,16 +182,14 @@ class SavedModel:
         for X in cut_blocks(signals(), recording.name, self.window_length):
             yield X, sampling_rate
 
-    def _check_fits(self, name, signal, sampling_rate):
-        n_channels = 1 if signal.ndim == 1 else len(signal)
+    def _check_fits(self, name, signal, rate):
+        n_channels, fitted = 1 if signal.ndim == 1 else len(signal), f"but {self.path} was fitted"
         if n_channels != self.n_channels:
+            raise CommandError(f"{name}: {n_channels} channels, {fitted} on {self.n_channels}")
+        if not rates_agree(rate, self.sampling_rate):
             raise CommandError(
-                f"{name}: {n_channels} channels, but {self.path} was fitted on {self.n_channels}"
-            )
-        if not rates_agree(sampling_rate, self.sampling_rate):
-            raise CommandError(
-                f"{name}: sampled at {sampling_rate:g} Hz, but {self.path} was fitted at "
-                f"{self.sampling_rate:g} Hz; --resample brings it to that"
+                f"{name}: sampled at {rate:g} Hz, {fitted} at {self.sampling_rate:g} Hz; "
+                "--resample brings it to that"
             )
 
     def fitted(self, row: NDArray[Any], sampling_rate: float | None) -> Any:
@@ -204,8 +203,7 @@ class BearingModel:
     It has the methods of `SavedModel` that `diagnose` needs. A recording is one row.
     """
 
-    path = sampling_rate = None
-    healthy = HEALTHY
+    sampling_rate, takes_rpm, healthy = None, True, HEALTHY
     conditions = tuple(sorted(PLACES, key=lambda name: name != HEALTHY))
 
     def __init__(self, bearing: str) -> None:

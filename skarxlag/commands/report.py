@@ -13,8 +13,9 @@ from .._answers import unfolded_steps
 from .._version import __version__
 from ..fault_classifier import FaultOrderClassifier
 from ..identification import ARXLaguerre
+from ..orders import OrderResidual
 from ..recordings.listing import ListedRecording
-from ..stretches import order_comparison
+from ..stretches import StretchResidual
 from ..verdicts import NO_SIGNAL, NO_VERDICT
 from .diagnosis import Diagnosis
 from .messages import CommandError, below_common_folder, counted
@@ -146,7 +147,8 @@ def _figures(recording, diagnosis, model, resample, faults):
 
 
 def _typical_row(recording, model, resample, faults, place, rate):
-    from .. import plotting
+    """Return caption and figure of a row, if there is a display for the model."""
+    from ..plotting import EnvelopeSpectrumDisplay, IdentificationDisplay, OrderSpectrumDisplay
 
     n_seen = 0
     for X, _ in model.windows(recording, resample):
@@ -156,55 +158,43 @@ def _typical_row(recording, model, resample, faults, place, rate):
             break
     estimator = model.fitted(row, rate)
     steps = [step for _, step in unfolded_steps(estimator)]
-    recording = recording.with_speed()
+    rpm = recording.with_speed().rpm if model.takes_rpm else None
     if isinstance(steps[-1], FaultOrderClassifier):
+        display, options = EnvelopeSpectrumDisplay, {"rpm": rpm}
         caption = f"Stretch {place}: contrast of its envelope spectra, and the orders of the faults"
-        display, options = plotting.EnvelopeSpectrumDisplay, {"rpm": recording.rpm}
-    elif _compares_orders(estimator):
-        caption = (
-            f"Stretch {place}: spectrum of its envelope over the orders of the shaft, and the "
-            "references of the nearest conditions"
-        )
-        rpm = recording.rpm if model.can.takes_rpm else None
-        display, options = plotting.OrderSpectrumDisplay, {"rpm": rpm, "fault_orders": faults}
+    elif any(isinstance(step, StretchResidual | OrderResidual) for step in steps):
+        display, options = OrderSpectrumDisplay, {"rpm": rpm, "fault_orders": faults}
+        caption = f"Stretch {place}: spectrum of its envelope over the orders of the shaft, and "
+        caption += "the references of the nearest conditions"
     elif isinstance(steps[0], ARXLaguerre):
+        display, options = IdentificationDisplay, {"sampling_rate": rate}
         caption = f"Window {place}: measured and predicted signal, and what the model leaves"
-        display, options = plotting.IdentificationDisplay, {"sampling_rate": rate}
     else:
         return []
     return [(caption, _drawn(lambda: display.from_estimator(estimator, row, **options).figure_))]
 
 
-def _compares_orders(estimator):
-    try:
-        order_comparison(estimator)
-    except ValueError:
-        return False
-    return True
-
-
 def _timeline(windows, rate):
     """Draw the probability of each condition over the recording."""
+    columns = [name for name in windows if name.startswith("probability of ")] or ["score"]
+    shown = windows[columns].set_axis(
+        [each.removeprefix("probability of ") for each in columns], axis=1
+    )
+    time, unit = windows["start"] / (rate or 1), "samples" if rate is None else "s"
 
     def draw():
         from matplotlib.figure import Figure
 
         from ..plotting import condition_styles
 
-        columns = [name for name in windows if name.startswith("probability of ")] or ["score"]
-        time, unit = windows["start"] / (rate or 1), "samples" if rate is None else "s"
-        names = [name.removeprefix("probability of ") for name in columns]
-        styles = condition_styles(names)
         figure = Figure(figsize=(6.4, 2.2), layout="constrained")
         ax = figure.subplots()
-        for column, name in zip(columns, names, strict=True):
-            style = styles[name] | ({} if len(windows) < 40 else {"marker": ""})
-            ax.plot(time, windows[column], label=name, **style)
-        for marked, height, sign, label in (
-            (windows["alarm"] == 1, 1.0, "|", "alarm"),
-            (windows["quality"] != "good", 0.0, "x", NO_SIGNAL),
-        ):
-            ax.plot(time[marked], 0 * time[marked] + height, sign, label=label, color="gray")
+        for name, style in condition_styles(list(shown)).items():
+            few = {} if len(windows) < 40 else {"marker": ""}
+            ax.plot(time, shown[name], label=name, **style | few)
+        alarm, dead = time[windows["alarm"] == 1], time[windows["quality"] != "good"]
+        ax.plot(alarm, 0 * alarm + 1, "|", label="alarm", color="gray", clip_on=False)
+        ax.plot(dead, 0 * dead, "x", label=NO_SIGNAL, color="gray")
         ax.set(xlabel=f"Time ({unit})", ylabel="Probability" if len(columns) > 1 else "Score")
         ax.legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize="small", frameon=False)
         return figure

@@ -1,7 +1,6 @@
 """Tables of ``evaluate``, as text and as CSV."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import pandas as pd
 
@@ -15,22 +14,13 @@ from ..accuracy_tables import (
 
 @dataclass(frozen=True)
 class Table:
-    """One table: a title, what is shown of it, and the frame that goes into its file.
+    """Table with a title, captions and cells as text, and the frame in its csv file.
 
-    Parameters
-    ----------
-    title : str
-        What it is about.
-    blocks : list of (str, DataFrame)
-        Captions, empty for none, and cells as text, in the order in which they are shown.
-    stem : str
-        Name of its CSV without rig and suffix.
-    frame : DataFrame
-        What the CSV holds.
+    `stem` is the name of the file without rig and suffix.
     """
 
     title: str
-    blocks: list[Any]
+    blocks: list[tuple[str, pd.DataFrame]]
     stem: str
     frame: pd.DataFrame
 
@@ -45,36 +35,28 @@ class Table:
 
 
 def evaluation_report(verdicts: pd.DataFrame, conditions: list[str], rig_title: str) -> list[Table]:
-    """All tables of an evaluation.
+    """Return all tables of an evaluation: by condition, confusion, pairs of speeds, summary.
 
-    Parameters
-    ----------
-    verdicts : DataFrame
-        As `skarxlag.accuracy_tables` describes it.
-    conditions : list of str
-        Of the rig.
-    rig_title : str
-        Heads every table.
-
-    Returns
-    -------
-    list of Table
-        By condition, confusion matrices, pairs of speeds, summary. Frames have the title of the
-        rig as their first level.
+    The title of the rig heads every table, and is the first level of every frame.
     """
     tables = [
-        _by_condition(trained, train_rpm, conditions, rig_title)
+        _by_condition(trained, train_rpm, conditions)
         for train_rpm, trained in verdicts.groupby("train_rpm")
     ]
     for name, own in verdicts.groupby("diagnoser", sort=False):
         chosen, speeds = confusion_verdicts(own)
-        title = f"{rig_title}: confusion matrix, {name}, {speeds}"
         table = confusion_table(chosen, conditions)
         block = "rows: true condition, columns: verdict, corner: accuracy in %", matrix_text(table)
+        title = f"confusion matrix, {name}, {speeds}"
         tables.append(Table(title, [block], f"confusion_{file_stem(name)}", table))
-    tables += [_speeds(verdicts, rig_title), _summary(verdicts, rig_title)]
+    tables += _between_speeds(verdicts)
     return [
-        replace(table, frame=pd.concat({rig_title: table.frame}, names=["rig"])) for table in tables
+        replace(
+            table,
+            title=f"{rig_title}: {table.title}",
+            frame=pd.concat({rig_title: table.frame}, names=["rig"]),
+        )
+        for table in tables
     ]
 
 
@@ -92,18 +74,18 @@ def confusion_verdicts(verdicts: pd.DataFrame) -> tuple[pd.DataFrame, str]:
 
 
 def file_stem(title: str) -> str:
-    """Name of a diagnoser in a file's name."""
+    """Return the name of a diagnoser in the name of a file."""
     return title.lower().replace(" ", "-")
 
 
 def matrix_text(table: pd.DataFrame, digits: int = 1) -> pd.DataFrame:
-    """Cells of a confusion matrix with margins, as text with at most that many decimals."""
+    """Return a confusion matrix with margins as text with at most that many decimals."""
     cells = table.map(lambda value: number_text(value, digits) or "-")
     return cells.rename_axis(None).rename_axis(None, axis=1)
 
 
 def number_text(value: float, digits: int) -> str:
-    """A number with at most `digits` decimals; nothing for NaN.
+    """Return a number with at most `digits` decimals, and nothing for NaN.
 
     Examples
     --------
@@ -119,53 +101,42 @@ def _speed_list(speeds):
     return ", ".join(f"{speed:g}" for speed in sorted(speeds))
 
 
-def _by_condition(trained, train_rpm, conditions, rig_title):
+def _by_condition(trained, train_rpm, conditions):
     table = condition_accuracy(trained, conditions, ["diagnoser", "test_rpm"])
-    title = f"{rig_title}: accuracy in %, by speed of the test (rpm), calibrated at {train_rpm:g}"
+    title = f"accuracy in %, by speed of the test (rpm), calibrated at {train_rpm:g} rpm"
     shown = table.map("{:.1f}".format).rename(columns="{:g}".format, level="test_rpm")
     flat = table.set_axis([f"{name}, {rpm:g} rpm" for name, rpm in table.columns], axis=1)
-    blocks = [("", shown.rename_axis(None).rename_axis([None, None], axis=1))]
-    return Table(f"{title} rpm", blocks, f"conditions_{train_rpm:g}rpm", flat)
+    shown = shown.rename_axis(None).rename_axis([None, None], axis=1)
+    return Table(title, [("", shown)], f"conditions_{train_rpm:g}rpm", flat)
 
 
-def _speeds(verdicts, rig_title):
-    accuracy = pd.concat(
-        {name: speed_accuracy(own) for name, own in verdicts.groupby("diagnoser", sort=False)},
-        names=["diagnoser"],
-    )
-    shown = pd.DataFrame(
-        [
-            [_pair_text(value, train == test) for test, value in row.items()]
-            for (_, train), row in accuracy.iterrows()
-        ],
-        index=[f"{name}, {train:g} rpm" for name, train in accuracy.index],
-        columns=[f"{test:g} " for test in accuracy.columns],
-    )
-    title = f"{rig_title}: accuracy in %, every pair of speeds"
+def _between_speeds(verdicts):
+    """Return the tables of all pairs of speeds, and of their means."""
+    by_name = {name: speed_accuracy(own) for name, own in verdicts.groupby("diagnoser", sort=False)}
+    accuracy = pd.concat(by_name, names=["diagnoser"])
+    shown = accuracy.map("{:.1f} ".format)
+    for name, train in accuracy.index:
+        if train in accuracy:
+            shown.loc[(name, train), train] = f"[{accuracy.loc[(name, train), train]:.1f}]"
+    shown.index = [f"{name}, {train:g} rpm" for name, train in accuracy.index]
+    shown.columns = [f"{test:g} " for test in accuracy.columns]
     caption = "rows: calibrated at, columns: tested at, [same speed]"
     frame = accuracy.set_axis([f"{test:g} rpm" for test in accuracy.columns], axis=1)
-    return Table(title, [(caption, shown)], "speeds", frame)
-
-
-def _pair_text(accuracy, same_speed):
-    return f"[{accuracy:.1f}]" if same_speed else f"{accuracy:.1f} "
-
-
-def _summary(verdicts, rig_title):
-    frame = pd.DataFrame(
-        {"diagnoser": name} | speed_summary(speed_accuracy(own))
-        for name, own in verdicts.groupby("diagnoser", sort=False)
-    ).set_index("diagnoser")
-    pair = [
+    yield Table("accuracy in %, every pair of speeds", [(caption, shown)], "speeds", frame)
+    frame = pd.DataFrame({name: speed_summary(own) for name, own in by_name.items()}).T
+    frame = frame.rename_axis("diagnoser")
+    pairs = [
         f"{row.worst_pair:.1f} ({row.worst_train_rpm:g} -> {row.worst_test_rpm:g})"
         for row in frame.itertuples()
     ]
+    means = frame.map("{:.1f}".format)
     shown = pd.DataFrame(
         {
-            "other speeds": frame["mean_other_speed"].map("{:.1f}".format),
-            "worst pair (rpm)": pair,
-            "same speed": frame["mean_same_speed"].map("{:.1f}".format),
+            "other speeds": means["mean_other_speed"],
+            "worst pair (rpm)": pairs,
+            "same speed": means["mean_same_speed"],
         }
+    ).rename_axis(None)
+    yield Table(
+        "mean accuracy in % over pairs of different speeds", [("", shown)], "summary", frame
     )
-    title = f"{rig_title}: mean accuracy in % over pairs of different speeds"
-    return Table(title, [("", shown.rename_axis(None))], "summary", frame)

@@ -24,15 +24,12 @@ from joblib.externals.loky import get_reusable_executor
 
 from .messages import CommandError
 
-#: Tasks in hand for each worker, so that no worker waits for the next.
-_AHEAD = 2
-#: How often a task is tried alone.
-_TRIALS = 2
+#: Tasks in hand for each worker, so that no worker waits for the next; and trials of a task alone.
+_AHEAD, _TRIALS = 2, 2
 #: Seconds without any result after which the workers are checked. Dask recomputes a result that
 #: died with its worker, but only after 30 s (distributed.comm.timeouts.connect).
 _LOOK_SECONDS = 60
-_CONNECT_SECONDS = 10
-_WORKER_SECONDS = 30
+_CONNECT_SECONDS, _WORKER_SECONDS = 10, 30
 #: Set at the end of a run, because a thread cannot be stopped from outside.
 cancelled: threading.Event = threading.Event()
 
@@ -106,10 +103,8 @@ def _started(task, workers):
 @contextmanager
 def executors(args: argparse.Namespace) -> Iterator[Workers]:
     """Start the workers that the arguments ask for."""
-    if args.dask is not None:
-        start = _cluster(args.dask)
-    else:
-        start = (_processes if args.processes else _threads)(effective_n_jobs(args.n_jobs))
+    local = _processes if args.processes else _threads
+    start = _cluster(args.dask) if args.dask else local(effective_n_jobs(args.n_jobs))
     with start as workers:
         yield workers
 

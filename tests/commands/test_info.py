@@ -1,5 +1,4 @@
 import json
-from io import BytesIO, TextIOWrapper
 
 import numpy as np
 import pytest
@@ -99,7 +98,7 @@ def classifiers(windows, tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_classifiers_of_others_in_all_commands(run, classifiers, windows, monkeypatch):
+def test_classifiers_of_others_in_all_commands(run, classifiers, windows, piped):
     folder = classifiers
     model = folder / "calibrated.skops"
     rows, limits = card(run("info", model)[1])
@@ -120,7 +119,7 @@ def test_classifiers_of_others_in_all_commands(run, classifiers, windows, monkey
         assert out.count(f"All recordings: No alarm: {reason}") == 1
         code, _, _ = run("diagnose", model, *files, "-o", folder / f"{name}.html")
         assert code == 0 and "nan" not in (folder / f"{name}.html").read_text().lower()
-    monkeypatch.setattr("sys.stdin", TextIOWrapper(BytesIO(windows[0][0].tobytes())))
+    piped(windows[0][0].tobytes())
     code, out, _ = run("watch", folder / "calibrated.skops", "-", "--dtype", "<f8")
     assert json.loads(out)["verdict"] == "worn" and json.loads(out)["alarm"] is None
 
