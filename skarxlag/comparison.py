@@ -220,6 +220,7 @@ class SpectralDistance(StretchTransformer):
         """
         X, y = self._validate(X, y, reset=True)
         self._check_parameters()
+        self._check_groups()
         log_speed = log_speeds(rpm, len(X))
         rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         self.classes_, target = np.unique(y, return_inverse=True)
@@ -382,9 +383,12 @@ class SpectralDistance(StretchTransformer):
         check_real(self.rough_drift, "rough_drift", **ABOVE_0)
         for name in ("smooth_drift", "frequency_drift", "learned_drift"):
             check_real(self.get_params()[name], name, min_val=0)
-        # The number of groups is known from the shape of X on.
-        if "window_shape_" in vars(self):
-            self._check_groups()
+        chosen = [0] if self.joint_groups is None else list(self.joint_groups)
+        are_indices = all(isinstance(g, Integral) and g >= 0 for g in chosen)
+        if not chosen or len(set(chosen)) < len(chosen) or not are_indices:
+            raise ValueError(
+                f"joint_groups == {self.joint_groups!r}, expected different integers of at least 0."
+            )
 
     def _n_speeds(self):
         return max(len(self.speeds_), 1)
@@ -396,6 +400,7 @@ class SpectralDistance(StretchTransformer):
         return int(self.window_shape_[-1]) - 1
 
     def _check_relations(self):
+        self._check_groups()
         if self._is_joint():
             n = len(self._joint_groups()) * self._n_coefficients()
             shapes = {
@@ -409,12 +414,10 @@ class SpectralDistance(StretchTransformer):
                 expected.check(self, name, vars(self).get(name))
 
     def _check_groups(self):
-        chosen, n_groups = self._joint_groups(), self._n_groups()
-        are_groups = all(isinstance(g, Integral) and 0 <= g < n_groups for g in chosen)
-        if not chosen or len(set(chosen)) < len(chosen) or not are_groups:
+        if max(self._joint_groups()) >= self._n_groups():
             raise ValueError(
                 f"joint_groups == {self.joint_groups!r}, expected different integers from 0 to "
-                f"{n_groups - 1}."
+                f"{self._n_groups() - 1}."
             )
 
 
