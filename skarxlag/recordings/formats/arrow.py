@@ -1,6 +1,5 @@
 """Parquet and Feather files, which are read in parts by pyarrow."""
 
-from contextlib import contextmanager
 from pathlib import Path
 
 from ._contents import Channel, Contents, Format, check_unpacked
@@ -21,15 +20,19 @@ _BUFFER_BYTES = 2**20
 
 def contents(path: Path) -> Contents:
     """Return the channels by the names of the columns."""
-    opened, schema_of, batches = _PARQUET if path.suffix.lower() == ".parquet" else _FEATHER
-    with opened(path) as file:
-        columns = _columns(schema_of(file))
+    import pyarrow
+    from pyarrow import parquet
+
+    if path.suffix.lower() == ".parquet":
+        columns, batches = _columns(parquet.read_schema(path)), _parquet_batches
+    else:
+        with pyarrow.ipc.open_file(str(path)) as file:
+            columns, batches = _columns(file.schema), _feather_batches
 
     def read(names, n_samples):
         chosen = [columns[name] for name in names]
-        with opened(path) as file:
-            for batch in batches(path, file, chosen, n_samples):
-                yield [batch.column(name).to_pandas() for name in chosen]
+        for batch in batches(path, chosen, n_samples):
+            yield [batch.column(name).to_pandas() for name in chosen]
 
     return Contents({name: Channel() for name in columns}, read)
 
@@ -47,45 +50,31 @@ def _columns(schema):
     return columns
 
 
-@contextmanager
-def _open_parquet(path):
+def _parquet_batches(path, columns, n_samples):
     from pyarrow.parquet import ParquetFile
 
     # With the defaults, a whole row group is loaded before its first rows are returned.
     with ParquetFile(path, pre_buffer=False, buffer_size=_BUFFER_BYTES) as file:
-        yield file
+        if n_samples is None:
+            # Constants take no space in a file, so a small file can hold any number of samples.
+            check_unpacked(path.stat().st_size, file.metadata.num_rows * 8 * len(columns))
+            yield file.read(columns, use_threads=False)
+            return
+        # In one call, pyarrow would keep all row groups until the last is read.
+        for group in range(file.num_row_groups):
+            yield from file.iter_batches(
+                n_samples, row_groups=[group], columns=columns, use_threads=False
+            )
 
 
-def _parquet_batches(path, file, columns, n_samples):
-    if n_samples is None:
-        # Constants take no space in a file, so a small file can hold any number of samples.
-        check_unpacked(path.stat().st_size, file.metadata.num_rows * 8 * len(columns))
-        yield file.read(columns, use_threads=False)
-        return
-    # In one call, pyarrow would keep all row groups until the last is read.
-    for group in range(file.num_row_groups):
-        yield from file.iter_batches(
-            n_samples, row_groups=[group], columns=columns, use_threads=False
-        )
-
-
-@contextmanager
-def _open_feather(path):
+def _feather_batches(path, columns, n_samples):
     import pyarrow
 
     with pyarrow.ipc.open_file(str(path)) as file:
-        yield file
-
-
-def _feather_batches(path, file, columns, n_samples):
-    if n_samples is None:
-        yield file.read_all().select(columns)
-        return
-    for i in range(file.num_record_batches):
-        batch = file.get_batch(i).select(columns)
-        for start in range(0, batch.num_rows, n_samples):
-            yield batch.slice(start, n_samples)
-
-
-_PARQUET = _open_parquet, lambda file: file.schema_arrow, _parquet_batches
-_FEATHER = _open_feather, lambda file: file.schema, _feather_batches
+        if n_samples is None:
+            yield file.read_all().select(columns)
+            return
+        for i in range(file.num_record_batches):
+            batch = file.get_batch(i).select(columns)
+            for start in range(0, batch.num_rows, n_samples):
+                yield batch.slice(start, n_samples)

@@ -14,60 +14,38 @@ FORMAT = Format("WAV", (".wav",), states="the rate")
 
 def contents(path: Path) -> Contents:
     """Return the channels ``0``, ``1``, ...; integer samples are divided by full scale."""
-    try:
-        sampling_rate, samples = _map(path)
-        n_channels = 1 if samples.ndim == 1 else samples.shape[1]
-        n_total, part_of = len(samples), _mapped_part
-        del samples
-    except _ThreeBytes:
-        sampling_rate, n_channels, offset, n_bytes = _find_samples(path)
-        n_total = n_bytes // (3 * n_channels)
-
-        def part_of(path, part):
-            return _unpacked_part(path, part, offset, n_channels)
+    sampling_rate, samples = _map(path)
+    n_total, n_channels = samples.shape[:2]
+    del samples
 
     def read(names, n_samples):
         for part in slices(n_total, n_samples):
-            block = part_of(path, part)
-            by_channel = block[:, np.newaxis] if block.ndim == 1 else block
-            yield [by_channel[:, int(name)] for name in names]
+            # Mapped anew for each block, as in npy.
+            block = _scaled(_map(path)[1][part])
+            yield [block[:, int(name)] for name in names]
 
     channels = {str(i): Channel(sampling_rate=float(sampling_rate)) for i in range(n_channels)}
     return Contents(channels, read)
 
 
-class _ThreeBytes(Exception):
-    """Samples of three bytes, which cannot be mapped as an array."""
-
-
 def _map(path):
+    """Return the sampling rate, and the samples of shape (n_samples, n_channels[, 3 bytes])."""
     with warnings.catch_warnings():
         # SciPy warns of metadata, which is harmless, and of truncated files.
         warnings.simplefilter("ignore", wavfile.WavFileWarning)
         warnings.filterwarnings("error", "Reached EOF", wavfile.WavFileWarning)
         try:
-            return wavfile.read(path, mmap=True)
+            sampling_rate, samples = wavfile.read(path, mmap=True)
         except ValueError as error:
-            if "mmap=True not compatible" in str(error):
-                raise _ThreeBytes from None
-            raise
+            if "mmap=True not compatible" not in str(error):
+                raise
+            return _map_24_bit(path)
+    return sampling_rate, samples[:, np.newaxis] if samples.ndim == 1 else samples
 
 
-def _mapped_part(path, part):
-    # Mapped anew for each block, as in npy.
-    block = _map(path)[1][part]
-    if block.dtype == np.uint8:
-        return (block - 128.0) / 128.0
-    if block.dtype.kind == "i":
-        return block / -float(np.iinfo(block.dtype).min)
-    return block
-
-
-def _find_samples(path):
-    """Return sampling rate, number of channels, and offset and length of the samples in bytes."""
+def _map_24_bit(path):
     with path.open("rb") as file:
         order = ">" if file.read(12)[:4] == b"RIFX" else "<"
-        rate = n_channels = None
         while True:
             name, n_bytes = struct.unpack(f"{order}4sI", file.read(8))
             if name == b"data":
@@ -80,14 +58,18 @@ def _find_samples(path):
         offset = file.tell()
     if order == ">" or bits != 24 or n_bytes > path.stat().st_size - offset:
         raise ValueError(f"{bits} bit in three bytes, {n_bytes} bytes of samples stated")
-    return rate, n_channels, offset, n_bytes
+    shape = (n_bytes // (3 * n_channels), n_channels, 3)
+    return rate, np.memmap(path, np.uint8, "r", offset, shape)
 
 
-def _unpacked_part(path, part, offset, n_channels):
-    first, stop = part.start, part.stop
-    width = 3 * n_channels
-    packed = np.fromfile(path, np.uint8, (stop - first) * width, offset=offset + first * width)
-    # Placed in the upper bytes of 32 bit, so that the sign is in its place.
-    wide = np.zeros((stop - first, n_channels, 4), dtype=np.uint8)
-    wide[..., 1:] = packed.reshape(stop - first, n_channels, 3)
-    return wide.view("<i4")[..., 0] / 2.0**31
+def _scaled(block):
+    if block.ndim == 3:
+        # In the upper bytes of 32 bit, the sign is in its place.
+        wide = np.zeros((*block.shape[:2], 4), dtype=np.uint8)
+        wide[..., 1:] = block
+        block = wide.view("<i4")[..., 0]
+    if block.dtype == np.uint8:
+        return (block - 128.0) / 128.0
+    if block.dtype.kind == "i":
+        return block / -float(np.iinfo(block.dtype).min)
+    return block
