@@ -254,7 +254,13 @@ class Judge:
         for name in ("exceeds", "score", "p_value", "nearest", "comb"):
             found[name] = np.full(n, np.nan)
         X = X if len(usable) == n else np.asarray(X)[usable]
-        self._ask_diagnoser(found, X, rpm, usable)
+        if "diagnoser" in self._can and len(usable) > 0:
+            said = self._asked("diagnoser", "diagnose", X, rpm, usable)
+            classes = self._can["diagnoser"].conditions
+            order = [classes.index(name) for name in self.conditions]
+            found.probability[usable] = said.probability[:, order]
+            if self.detects and "detector" not in self._can:
+                found.exceeds[usable] = said.alarm
         holds = limits[usable] == HOLD
         if "detector" in self._can and holds.any():
             some = usable[holds]
@@ -268,15 +274,6 @@ class Judge:
             self._ask_combs(found, X, rpm, usable)
         found.exceeds[limits != HOLD] = np.nan
         return found
-
-    def _ask_diagnoser(self, found, X, rpm, usable):
-        if "diagnoser" not in self._can or len(usable) == 0:
-            return
-        said = self._asked("diagnoser", "diagnose", X, rpm, usable)
-        classes = self._can["diagnoser"].conditions
-        found.probability[usable] = said.probability[:, list(map(classes.index, self.conditions))]
-        if self.detects and "detector" not in self._can:
-            found.exceeds[usable] = said.alarm
 
     def _ask_combs(self, found, X, rpm, usable):
         """Ask combs about windows that resemble no condition."""
@@ -328,11 +325,13 @@ class Judge:
         verdict[~is_usable] = NO_SIGNAL
         is_refused = (found.quality == "good") & (found.refusal != "")
         verdict[is_refused] = [no_verdict(reason) for reason in found.refusal[is_refused]]
-        columns = {"verdict": verdict, "alarm": found.exceeds, "quality": found.quality}
-        columns["quality share"] = found.quality_share
-        if not np.isnan(found.exceeds).any():
-            columns["alarm"] = found.exceeds == 1
-        columns["limits"] = found.limits
+        columns = {
+            "verdict": verdict,
+            "alarm": found.exceeds if np.isnan(found.exceeds).any() else found.exceeds == 1,
+            "quality": found.quality,
+            "quality share": found.quality_share,
+            "limits": found.limits,
+        }
         if "detector" in self._can:
             columns |= {"score": found.score, "p-value": found.p_value}
         if "diagnoser" in self._can:
@@ -363,9 +362,8 @@ class Judge:
         alarm, p_value, limits = self._recording_alarm(usable)
         answer = {"verdict": NO_SIGNAL, "probability": np.nan, "alarm": alarm, "p-value": p_value}
         if "known" in self._can:
-            answer["p-value of nearest"] = _combined(
-                usable["p-value of nearest"], NEAREST_CORRELATION
-            )
+            nearest = _combined(usable["p-value of nearest"], NEAREST_CORRELATION)
+            answer["p-value of nearest"] = nearest
         if usable.empty:
             if is_refused.any():
                 answer["verdict"] = windows.loc[is_refused, "verdict"].mode()[0]
@@ -383,13 +381,10 @@ class Judge:
         within = usable[usable["limits"] == HOLD]
         if within.empty:
             return "-", np.nan, "" if usable.empty else usable["limits"].mode()[0]
-        p_value = (
-            _combined(within["p-value"], P_VALUE_CORRELATION) if "p-value" in within else np.nan
-        )
+        p_value = _combined(within.get("p-value", _NOTHING), P_VALUE_CORRELATION)
+        exceeds = p_value < self.alarm_rate
         if np.isnan(p_value):
             exceeds = within["alarm"].astype(float).mean() > _MOST_WINDOWS
-        else:
-            exceeds = p_value < self.alarm_rate
         return "yes" if exceeds else "no", p_value, HOLD
 
     def _recording_condition(self, usable, answer):

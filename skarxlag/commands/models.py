@@ -157,6 +157,8 @@ class SavedModel:
         verdict = self.judge.recording(windows)
         remarks = [f"Resampled from {r:g} to {self.sampling_rate:g} Hz." for r in old_rates]
         remarks += _remarks(windows, verdict)
+        if verdict["verdict"] == CHANGED and self.facts.get("bearing"):
+            remarks.append(f"No comb of bearing {self.facts['bearing']} shows a fault.")
         if recording.rpm is None and self.can.is_stretch and self.train_rpm:
             remarks.append("The speed is not stated. Speeds near those of fit were searched.")
         return Diagnosis(verdict, windows, sampling_rate, tuple(remarks))

@@ -124,6 +124,7 @@ def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
     assert verdicts["good0.npy"] == "healthy"
     # The healthy limits are exceeded and no comb is found.
     assert verdicts["rough.npy"] == "changed"
+    assert "No comb of bearing 6205 shows a fault." in out
     running = plant / "running.csv"
     np.savetxt(running, np.load(plant / "inner.npy"), fmt="%.5f")
     command = ("watch", model, running, "--idle", 0.02, "--poll", 0.005)
