@@ -30,7 +30,7 @@ ODDS, VISIBLE, DISTRUST = 8.0, 0.1, 2.0
 #: Score of a row without a comb if no healthy row is known.
 WITHOUT_COMB = 0.8
 #: Log odds of two conditions for each neper between their residuals.
-RESIDUAL_ODDS = 28.0
+RESIDUAL_ODDS = 32.0
 #: p-values are above 0.
 LEAST_P = np.finfo(float).tiny
 #: Names of conditions that say the place; the names of compound faults match two of them.

@@ -42,7 +42,7 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     segment : int, default=128
         Samples in a segment of the short-time Fourier transform, at least 4. It sets the number of
         bands, segment // 2 - 1. Windows shorter than that are one segment.
-    spectrum_order : int, default=128
+    spectrum_order : int, default=256
         Order of the autoregressive model of a window, at least 1. At most an eighth of the samples
         of a window is used.
     n_jobs : int or None, default=None
@@ -81,7 +81,7 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
 
     measures: Sequence[str] = ("colour", "floor", "steadiness")
     segment: int = 128
-    spectrum_order: int = 128
+    spectrum_order: int = 256
     n_jobs: int | None = None
 
     def fit(self, X: ArrayLike, y: Any = None) -> Self:

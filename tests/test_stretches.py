@@ -46,11 +46,11 @@ def test_diagnoser_at_another_speed(diagnoser, enabled):
 
 
 def test_diagnoser_without_any_speed():
-    X, y = stretches(900, seed=1)
+    X, y = map(np.concatenate, zip(*(stretches(900, seed=seed) for seed in (1, 2, 3)), strict=True))
     # White noise with impacts: its spectra have no shape, only orders differ.
     diagnoser = make_diagnoser(sampling_rate=RATE).set_params(compare__order_weight=1.0)
     diagnoser.fit(*stretches(1200))
-    assert np.mean(diagnoser.predict(X) == y) > 0.8
+    assert np.mean(diagnoser.predict(X) == y) > 0.7
 
 
 def test_diagnoser_in_cross_validation(data):

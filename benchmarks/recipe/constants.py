@@ -31,14 +31,14 @@ from skarxlag import ARXLaguerre, LogSpectra, OrderResidual, SpectralDistance, S
 PROTOCOLS = ("one speed", "others")
 ORDER_WEIGHTS = (0.0, 0.25, 0.5, 0.75, 1.0)
 EXPONENTS = (8, 12, 16, 20, 24, 28, 32, 40, 50, 64)
-#: Model orders, smooth drifts and joint weights of each grid.
+#: Model orders, spectrum orders, smooth drifts and joint weights of each grid.
 GRIDS = {
-    "constants": ((4, 8, 16, 32), (0.1, 0.2, 0.4), (0.5, 1.0)),
-    "constants wide": ((2, 4, 8, 32), (0.2, 0.4, 0.6, 0.8, 1.2), (0.5, 0.75, 1.0)),
+    "constants": ((4, 8, 32), (128, 256, 512), (0.1, 0.2, 0.4), (0.5, 1.0)),
+    "constants wide": ((2, 4, 32), (256,), (0.4, 0.6, 0.8, 1.2), (0.5, 0.75, 1.0)),
 }
 TIE = 0.005
 #: Parameters of a setting, in the order of the columns of the tables.
-NAMES = ["model order", "smooth drift", "joint weight", "order weight"]
+NAMES = ["model order", "spectrum order", "smooth drift", "joint weight", "order weight"]
 
 
 class Fold:
@@ -52,18 +52,18 @@ class Fold:
         Samples of a row.
     trained, tested : list of float
         Speeds.
-    order : int
-        Of the model.
+    order, spectrum_order : int
+        Of the model, and of the autoregressive spectra of windows.
     """
 
-    def __init__(self, rig, length, trained, tested, order):
+    def __init__(self, rig, length, trained, tested, order, spectrum_order):
         (X, self.y, self.rpm), (X_test, self.y_test, self.rpm_test) = (
             rows_of(rig, length, half, speeds) for half, speeds in enumerate((trained, tested))
         )
         model = ARXLaguerre(order=order, bank=False).fit(X, self.y)
         train, test = model.transform(X), model.transform(X_test)
         cut = StretchResidual()._windows
-        spectra = LogSpectra()
+        spectra = LogSpectra(spectrum_order=spectrum_order)
         self.train = spectra.fit_transform(cut(train)).astype(np.float32)
         self.test = spectra.transform(cut(test)).astype(np.float32)
         self.classes = np.unique(self.y)
@@ -98,10 +98,12 @@ def score_rig(rig, kinds, grid, report=print):
         Setting, cell, exponent and calibration error.
     """
     accuracies, calibrations = [], []
-    orders, drifts, joint_weights = grid
-    for kind, order in product(kinds, orders):
+    orders, spectrum_orders, drifts, joint_weights = grid
+    for kind, order, spectrum_order in product(kinds, orders, spectrum_orders):
         length = ROWS[kind] or int(rig.sampling_rate)
-        every = [(name, Fold(rig, length, a, b, order)) for name, a, b in folds(rig)]
+        every = [
+            (name, Fold(rig, length, a, b, order, spectrum_order)) for name, a, b in folds(rig)
+        ]
         weights = ORDER_WEIGHTS if ROWS[kind] is None else ORDER_WEIGHTS[:1]
         for smooth, joint in product(drifts, joint_weights):
             residuals = [(name, fold, fold.log_residuals(smooth, joint)) for name, fold in every]
@@ -123,14 +125,15 @@ def score_rig(rig, kinds, grid, report=print):
                     )
                     errors = {each: _calibration_error(found, each) for each in EXPONENTS}
                     for each in same:
-                        setting = dict(zip(NAMES, (order, smooth, joint, each), strict=True))
+                        values = (order, spectrum_order, smooth, joint, each)
+                        setting = dict(zip(NAMES, values, strict=True))
                         cell = {"rig": rig.name, "rows": kind, "trained at": protocol}
                         accuracies.append(setting | cell | {"right": right})
                         calibrations += [
                             setting | cell | {"exponent": exponent, "error": error}
                             for exponent, error in errors.items()
                         ]
-        report(f"{rig.name}, {kind}, order {order}")
+        report(f"{rig.name}, {kind}, order {order}, spectrum order {spectrum_order}")
     return accuracies, calibrations
 
 
@@ -158,11 +161,11 @@ def choose(accuracies):
 
     Examples
     --------
-    >>> rows = [(4, 0.1, 0.5, 0.5, "a", 0.7), (4, 0.1, 0.5, 0.5, "b", 1.0),
-    ...         (8, 0.1, 0.5, 0.5, "a", 0.5), (8, 0.1, 0.5, 0.5, "b", 1.0)]
+    >>> rows = [(4, 128, 0.1, 0.5, 0.5, "a", 0.7), (4, 128, 0.1, 0.5, 0.5, "b", 1.0),
+    ...         (8, 128, 0.1, 0.5, 0.5, "a", 0.5), (8, 128, 0.1, 0.5, 0.5, "b", 1.0)]
     >>> frame = pd.DataFrame(rows, columns=[*NAMES, "rig", "right"])
-    >>> choose(frame.assign(**{"rows": "w", "trained at": "one speed"}))[0] == (4, 0.1, 0.5, 0.5)
-    True
+    >>> choose(frame.assign(**{"rows": "w", "trained at": "one speed"}))[0]
+    (4, 128, 0.1, 0.5, 0.5)
     """
     cells = accuracies.groupby([*NAMES, "rows", "trained at"])["right"].agg(["min", "mean"])
     scores = pd.DataFrame({"score": (cells["min"] + cells["mean"]) / 2, "mean": cells["mean"]})
