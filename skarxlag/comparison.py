@@ -27,16 +27,16 @@ from .kernels.speed_references import (
 )
 from .speeds import log_speeds
 
-#: No power of double precision has a larger logarithm: a value above it is no logarithm.
+#: Logarithms of powers in double precision are smaller.
 _LARGEST = 1e4
-#: Added to squared distances: a group that is the same everywhere, as the steadiness of windows of
-#: one segment, must not make the product 0 for all conditions.
+#: Added to squared distances, so that a constant group, such as the steadiness of windows of one
+#: segment, does not make the product 0 for all conditions.
 _LEAST = 1e-12
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
 class SpectralDistance(StretchTransformer):
-    r"""Distance of log spectra from those of each condition, with a change of speed discounted.
+    r"""Transformer from log spectra to distances from each condition that tolerate other speeds.
 
     A window comes as one or several groups of log spectra over frequency. Each group g is reduced
     to its cosine coefficients :math:`d_g` without the first, the gain. Its distance from condition
@@ -49,31 +49,31 @@ class SpectralDistance(StretchTransformer):
 
     The reference :math:`\bar d_{gc}(q)` is linear in :math:`\ln q` between the means of the
     training windows of c at two neighbouring training speeds, and constant outside. :math:`S_w` is
-    the covariance of the training windows about the means of their condition and speed. D is what a
-    change of speed may do to the spectra of all conditions,
+    the covariance of the training windows about the means of their condition and speed. D is the
+    covariance of the changes that another speed may cause in the spectra of all conditions,
 
     .. math::
 
         D = \mathrm{diag}(c\,n^{-2} + f_0) + S_s + \lambda\,\overline{e e^T}.
 
     The first part is drift that is smooth over frequency, and drift of any other kind.
-    :math:`S_s` is the change of the conditions' mean spectra when the frequency axis is scaled by
-    :math:`e^{\pm 0.1}`, as for all that follows the shaft. Where there are several training speeds,
-    e is the difference of a mean from what the other training speeds predict for it, over the root
-    of f. The factor f(q) is the variance of a Brownian bridge between the training speeds: it is 1
-    at a distance of 0.4 in :math:`\ln q` outside of them, and at least 0.2.
+    :math:`S_s` is the change of the conditions' mean spectra if the frequency axis is scaled by
+    :math:`e^{\pm 0.1}`, because some lines follow the shaft. With several training speeds, the
+    other speeds predict each mean, and e is the error of this prediction divided by the root of f.
+    The factor f(q) is the variance of a Brownian bridge between the training speeds. It is 1 at a
+    distance of 0.4 in :math:`\ln q` outside of them, and at least 0.2.
 
-    The residual of condition c is the geometric mean over G groups, together with the distance
-    :math:`r_c` of several groups joined to one vector, whose covariance also holds how they scatter
-    together:
+    The residual of condition c combines the geometric mean over G groups with the distance
+    :math:`r_c` of several groups that are joined to one vector. The covariance of this vector
+    contains the correlation of the groups:
 
     .. math::
 
         \rho_c = \Big(\prod_g r_{gc}\Big)^{(1 - w) / G} \; r_c^{\,w} .
 
-    The product is what Student's t distribution with few degrees of freedom makes of groups that
-    speed moves by an amount that is not known: one group that speed has moved far does not outvote
-    the others, as it would in a sum of squares.
+    The product follows from Student's t distribution with few degrees of freedom, if speed changes
+    each group by an unknown amount. In a sum of squares, one group that speed has changed much
+    would outweigh the others.
 
     Speeds come as the metadata `rpm` of scikit-learn's metadata routing, which this estimator
     requests. Without `rpm` in `fit`, there is one reference for each condition. Without `rpm` in
@@ -86,7 +86,7 @@ class SpectralDistance(StretchTransformer):
         The weight w of the joint distance, in [0, 1]. At 0 there is only the product of the groups,
         at 1 only the joint distance.
     joint_groups : sequence of int or None, default=None
-        The groups in the joint distance, by their places along axis 1 of X, each once. None: all.
+        Indices along axis 1 of X of the groups in the joint distance, each once. None: all.
     smooth_drift : float, default=0.1
         The constant c in squared nepers of power, at least 0.
     rough_drift : float, default=0.01
@@ -110,17 +110,17 @@ class SpectralDistance(StretchTransformer):
     variances_ : ndarray of shape (n_groups, n_coefficients)
         The diagonal of V' S_w V.
     references_ : ndarray of shape (n_speeds or 1, n_classes, n_groups, n_coefficients)
-        Means of the conditions times the axes of their group; 0 where nothing was recorded.
+        Means of the conditions times the axes of their group; 0 without a recording.
     joint_axes_ : ndarray of shape (n_all_coefficients, n_all_coefficients)
-        The same for the joined groups; only where `joint_weight` is above 0.
+        The same for the joined groups, if `joint_weight` is above 0.
     joint_variances_ : ndarray of shape (n_all_coefficients,)
         The same for the joined groups.
     joint_references_ : ndarray of shape (n_speeds or 1, n_classes, n_all_coefficients)
         The same for the joined groups.
     n_features_in_ : int
-        Number of groups, or of frequencies where X has two axes.
+        Number of groups, or of frequencies if X has two axes.
     feature_names_in_ : ndarray of str
-        Column names, when fitted on a table.
+        Column names, if fitted on a table.
 
     See Also
     --------
@@ -135,8 +135,8 @@ class SpectralDistance(StretchTransformer):
 
     Examples
     --------
-    Log spectra of any origin can be compared. Here two conditions differ by a ripple, and the
-    windows to be told apart have a tilt, which no training window had:
+    Log spectra of any origin can be compared. Here two conditions differ by a ripple. The test
+    windows have a tilt, which no training window had:
 
     >>> import numpy as np
     >>> rng = np.random.default_rng(0)
@@ -205,8 +205,7 @@ class SpectralDistance(StretchTransformer):
             Speed of each window in revolutions per minute, or of each of its samples, of which the
             mean is taken. None: the speed is not known.
         sample_weight : array-like of shape (n_windows,) or None, default=None
-            How many windows each one stands for, at least 0: its weight in means and covariances.
-            None: one each.
+            Weight of each window in means and covariances, at least 0. None: all weigh 1.
 
         Returns
         -------
@@ -248,7 +247,7 @@ class SpectralDistance(StretchTransformer):
         return self
 
     def _calibrate(self, chosen, scatter, moved, learned, means):
-        """Axes, variances and references of the chosen groups, as one vector."""
+        """Return axes, variances and references of the chosen groups, joined to one vector."""
         scatter, moved, learned = (_joined(each[:, chosen]) for each in (scatter, moved, learned))
         drift = np.diag(self._smooth_variance(len(chosen), self.rough_drift))
         drift += self.frequency_drift * moved.T @ moved / len(moved)
@@ -259,18 +258,18 @@ class SpectralDistance(StretchTransformer):
         return axes, variances, along_axes(centres, axes).reshape(*means.shape[:2], len(axes))
 
     def adapt(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
-        r"""Move all references by the smooth drift that windows at a new speed show.
+        r"""Move all references by the smooth drift of windows at a new speed.
 
-        Healthy windows, which a user often has at every speed, show by how much their own cosine
-        coefficients have moved, m. All conditions share the smooth part of that, which is most
-        likely :math:`f C (S_w + f D)^{-1} m` with :math:`C = \mathrm{diag}(c\,n^{-2})`.
+        Healthy windows are often available at every speed. Their mean change m of the cosine
+        coefficients has a smooth part, which all conditions share. Its most likely value is
+        :math:`f C (S_w + f D)^{-1} m` with :math:`C = \mathrm{diag}(c\,n^{-2})`.
 
         Parameters
         ----------
         X : array-like of shape (n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)
             Log spectra at the new speed.
         y : array-like of shape (n_windows,)
-            Their conditions, among `classes_`; commonly all healthy.
+            Their conditions, among `classes_`. Usually all windows are healthy.
         rpm : float, array-like of shape (n_windows,) or (n_windows, n_samples), default=None
             The new speed, as in `fit`. Without it, f is 1, and the references are those of the
             mean training speed.
@@ -278,7 +277,7 @@ class SpectralDistance(StretchTransformer):
         Returns
         -------
         SpectralDistance
-            This transformer, for use at the new speed. Adapting again starts from where it is.
+            This transformer, for use at the new speed. Another call starts from these references.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Residuals of order spectra: what strikes with the shaft, whatever the shaft's speed."""
+"""Residuals of order spectra, which show impacts at multiples of the shaft's speed."""
 
 from __future__ import annotations
 
@@ -20,27 +20,25 @@ from .speeds import LEAST_TURNS, log_speeds, samples_a_turn
 
 #: Lowest order, and the step from one order to the next.
 _LOWEST_ORDER, _ORDER_STEP = 0.3, 0.1
-#: Turns that a stretch of the training data is said to have where its speed is not known.
+#: Turns that a training stretch counts as if its speed is not known.
 _SUPPOSED_TURNS = 20
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
 class OrderResidual(StretchTransformer):
-    r"""Distance of a stretch's order spectra from those of each condition.
+    r"""Transformer from stretches to distances of their order spectra from each condition.
 
-    Strikes of a bearing come at fixed *orders*, which are multiples of the shaft's speed. They show
-    in the spectrum of the envelope of the signal, and stay at their orders when the speed changes,
-    while the resonances that they excite stay at their frequencies in Hz. So the envelope is taken
+    Impacts in a bearing repeat at fixed *orders*, which are multiples of the shaft's speed. They
+    appear in the spectrum of the signal's envelope and stay at their orders if the speed changes.
+    The resonances that they excite stay at their frequencies in Hz. So the envelope is computed
     over time and compared over orders [1]_:
 
     1. The short-time power of the signal is divided by its mean over the stretch at each frequency,
-       which whitens the signal, and averaged in `n_bands` bands. That gives an envelope for each
-       band.
+       which whitens the signal. The mean over each of `n_bands` bands is an envelope.
     2. Welch's method, in segments of `n_turns` turns of the shaft, gives the spectrum of each
        envelope at the orders .3, .4, ... `max_order`. Its logarithm less its median over
        orders is z.
-    3. The residual of condition c is the smallest distance that a factor s on the nominal speed
-       can bring about,
+    3. The residual of condition c is the smallest distance over factors s on the nominal speed,
 
     .. math::
 
@@ -51,9 +49,9 @@ class OrderResidual(StretchTransformer):
     with :math:`\bar z_c` the mean over the training stretches of c, :math:`\sigma_i^2` the
     variance of the training stretches about these means, and v the variance `drift`, which a
     change of speed may add. Its factor f follows from the distance of the speed from the training
-    speeds as in `SpectralDistance`: it is 1 at a distance of 0.4 in the logarithm of the speed, and
-    where the speed is not given. The factor s covers errors of the nominal speed and slip of the
-    rolling elements. It is taken to be log-normally distributed with the standard deviation
+    speeds as in `SpectralDistance`. It is 1 at a distance of 0.4 in the logarithm of the speed, and
+    if the speed is not given. The factor s covers errors of the nominal speed and slip of the
+    rolling elements. Its logarithm has a normal distribution with the standard deviation
     :math:`\tau`; the first term counts as 50 independent values.
 
     A row of X is a stretch: a part of a recording that holds several turns of the shaft. Speeds
@@ -61,15 +59,14 @@ class OrderResidual(StretchTransformer):
     The rpm of a row is one number, or one for each sample; the envelope is then resampled at equal
     angles of the shaft.
 
-    Without `rpm` in `fit`, the speed of all training stretches is taken to be the same, and an
-    order is a multiple of a speed that nobody knows: 20 turns in a training stretch. Without `rpm`
-    in `transform`, the speed may differ from that of the training stretches by a factor of up to
-    `speed_range`: the pattern of the strikes is recognised up to its scale.
+    Without `rpm` in `fit`, all training stretches must have the same speed, and a stretch counts
+    as 20 turns. Without `rpm` in `transform`, the speed may differ from that of the training
+    stretches by a factor of up to `speed_range`, because the scale of the pattern is searched.
 
     Parameters
     ----------
     sampling_rate : float or None, default=None
-        In Hz, above 0. It is needed when `rpm` is given.
+        In Hz, above 0. Required if `rpm` is given.
     n_turns : float, default=5.0
         Turns of the shaft in a segment of Welch's method, at least 3. A stretch that is shorter is
         one segment.
@@ -82,15 +79,15 @@ class OrderResidual(StretchTransformer):
         Samples in a window of the short-time spectrum, at least 4. At most an eighth of a stretch
         is used.
     speed_tolerance : float, default=0.1
-        The standard deviation :math:`\tau` where the speed is given, at least 0. Logarithms of s up
-        to twice as large are tried.
+        The standard deviation :math:`\tau` if the speed is given, at least 0. Logarithms of s up to
+        twice as large are tried.
     speed_range : float, default=2.5
-        Largest factor s where the speed is not given, at least 1; the smallest is its reciprocal.
-        Half of its logarithm is :math:`\tau` then.
+        Largest factor s if the speed is not given, at least 1; the smallest is its reciprocal. In
+        this case :math:`\tau` is half of its logarithm.
     drift : float, default=1.0
         The variance v in squared nepers of power, above 0.
     n_jobs : int or None, default=None
-        Threads that work on stretches. Results do not depend on it.
+        Number of threads. Results do not depend on it.
 
     Attributes
     ----------
@@ -110,15 +107,15 @@ class OrderResidual(StretchTransformer):
     window_shape_ : ndarray of int
         Shape of one training stretch.
     n_models_ : int
-        Models that the innovations came from; 0 for plain stretches.
+        Number of models that the innovations are from; 0 for plain stretches.
     n_features_in_ : int
         Number of models, or samples in a plain stretch.
     feature_names_in_ : ndarray of str
-        Column names, when fitted on a table.
+        Column names, if fitted on a table.
 
     See Also
     --------
-    StretchResidual : Multiplies this residual with that of the colour.
+    StretchResidual : Multiplies this residual with that of the spectra.
 
     References
     ----------
@@ -127,17 +124,17 @@ class OrderResidual(StretchTransformer):
 
     Examples
     --------
-    Bearings that are struck 3.6 and 5.4 times a turn, at 600 rpm and at 900 rpm:
+    Bearings with 3.6 and 5.4 impacts a turn, at 600 rpm and at 900 rpm:
 
     >>> import numpy as np
-    >>> def strikes(order, rpm, rng):
+    >>> def impacts(order, rpm, rng):
     ...     signal = 0.1 * rng.normal(size=20_000)
     ...     signal[np.arange(0, 20_000, 60 * 10_000 / (rpm * order)).astype(int)] += 5
     ...     return signal
     >>> rng = np.random.default_rng(0)
-    >>> X = [strikes(order, 600, rng) for order in (3.6, 3.6, 5.4, 5.4)]
+    >>> X = [impacts(order, 600, rng) for order in (3.6, 3.6, 5.4, 5.4)]
     >>> residual = OrderResidual(sampling_rate=10_000).fit(X, ["a", "a", "b", "b"], rpm=600)
-    >>> X_900 = [strikes(order, 900, rng) for order in (3.6, 5.4)]
+    >>> X_900 = [impacts(order, 900, rng) for order in (3.6, 5.4)]
     >>> residual.transform(X_900, rpm=[900, 900]).argmin(axis=1)
     array([0, 1])
     """

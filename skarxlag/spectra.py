@@ -1,4 +1,4 @@
-"""Measures of windows: their log spectra, in groups that a comparison can weigh."""
+"""Measures of windows: groups of log spectra on common frequency bands."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from .kernels.measures import MEASURES, measure
 
 @dataclass(kw_only=True, eq=False, repr=False)
 class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
-    r"""Measure innovations by groups of log spectra on common frequency bands.
+    r"""Transformer from innovations to groups of log spectra on common frequency bands.
 
-    Each group says something else of a window:
+    The groups are:
 
     - "colour": the log power spectrum of the autoregressive model that is identified on the window
       alone, averaged over each band.
     - "power" and "floor": the logarithms of the mean and of the median power of each band over
-      time, from the short-time Fourier transform with a Hann window. Between the strikes of a
-      fault only the floor is left, so that the median hardly sees the strikes.
+      time, from the short-time Fourier transform with a Hann window. The impacts of a fault are
+      short, so they hardly change the median.
     - "steadiness": floor less power. It is 0 for a steady tone, :math:`\log\log 2` for Gaussian
-      noise, and far below for a band in which strikes ring.
+      noise, and far lower for a band in which impacts ring.
 
     A constant factor on a window moves colour, power and floor by the same constant in all bands.
-    `SpectralDistance` leaves that constant out.
+    `SpectralDistance` removes this constant.
 
     Parameters
     ----------
     measures : sequence of str, default=("colour", "floor", "steadiness")
-        The groups, in the order of the result: names from the list above, each once.
+        Names of the groups, each once, in the order of the result.
     segment : int, default=128
         Samples in a segment of the short-time Fourier transform, at least 4. It sets the number of
         bands, segment // 2 - 1. Windows shorter than that are one segment.
@@ -46,16 +46,16 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
         Order of the autoregressive model of a window, at least 1. At most an eighth of the samples
         of a window is used.
     n_jobs : int or None, default=None
-        Threads that work on windows. Results do not depend on it.
+        Number of threads. Results do not depend on it.
 
     Attributes
     ----------
     n_models_ : int
-        Models that the innovations came from; 0 for plain windows.
+        Number of models that the innovations are from; 0 for plain windows.
     n_features_in_ : int
         Number of models, or samples in a plain window.
     feature_names_in_ : ndarray of str
-        Column names, when fitted on a table.
+        Column names, if fitted on a table.
 
     See Also
     --------
@@ -64,9 +64,9 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
 
     Notes
     -----
-    The model of a pipeline's first step adds its own log spectrum to colour, power and floor of all
-    windows alike. It cancels in a comparison, so that one model for all conditions serves as well
-    as one for each. Innovations of several models give the groups of each model in turn.
+    The model of a pipeline's first step adds the same log spectrum to colour, power and floor of
+    all windows. This term cancels in a comparison, so one model for all conditions is as good as
+    one for each. With several models, the groups of one model follow those of another.
 
     Examples
     --------
@@ -102,7 +102,7 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
         Raises
         ------
         ValueError
-            If a parameter is out of its range, or a measure is not known or named twice.
+            If a parameter is out of its range, or a measure is unknown or occurs twice.
         """
         validate_innovations(self, X, reset=True)
         self._check_parameters()
@@ -111,7 +111,7 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
 
     @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:
-        """Log spectra of each window.
+        """Compute the log spectra of each window.
 
         Parameters
         ----------
@@ -121,8 +121,8 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
         Returns
         -------
         ndarray of shape (n_windows, n_groups, n_bands)
-            Natural logarithms of power; of several models the groups of one model after those of
-            another.
+            Natural logarithms of power. With several models, the groups of one model follow those
+            of another.
         """
         X, _ = validate_innovations(self, X, reset=False)
         names, segment = self._group_names(), min(self.segment, X.shape[-1])

@@ -292,9 +292,10 @@ def estimate_shaft_speed(
     with P the power spectrum of a row, F the median of :math:`\ln P` over 0.8 f about each
     frequency, and :math:`f_0` the nominal frequency.
 
-    Strong strikes of a bearing fault have harmonics, too, and may pull the estimate to a frequency
-    of which theirs is nearly a multiple: by up to 3 % at the outer race of a bearing 6205. A row
-    without harmonics of the shaft gives an arbitrary value, a constant one the nominal speed.
+    Strong impacts of a bearing fault have harmonics, too. If their frequency is nearly a multiple
+    of that of the shaft, they shift the estimate, by up to 3 % at the outer race of a bearing 6205.
+    A row without harmonics of the shaft gives an arbitrary value, and a constant row the nominal
+    speed.
 
     Parameters
     ----------

@@ -256,7 +256,7 @@ def match(
     .. math:: r^2 = \min_s d_s^2 + \tfrac{1}{50} (\ln s / \tau)^2, \qquad |\ln s| \le 2 \tau .
 
     A line of a spectrum is as wide as segments are short, so that segments must hold the same
-    number of turns whatever the speed: the factors are tried in groups, each with segments of its
+    number of turns at every speed. The factors are tried in groups, each with segments of its
     own length.
 
     Parameters

@@ -76,7 +76,7 @@ def short_time_log_spectra(
     r"""Compute the logarithms of the mean and of the median power of each band over time.
 
     The bands are those of a short-time Fourier transform with a Hann window. The median is the
-    power between strikes, and a switching gain settles at it. In a band in which strikes ring, the
+    power between impacts, and a switching gain settles at it. In a band in which impacts ring, the
     mean is far above the median.
 
     Parameters
