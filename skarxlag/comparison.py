@@ -155,6 +155,7 @@ class SpectralDistance(StretchTransformer):
     rough_drift: float = 0.01
     frequency_drift: float = 0.1
     learned_drift: float = 1.0
+    classes_: NDArray[Any] = field(init=False)
     speeds_: NDArray[Any] = field(init=False)
     recorded_: NDArray[Any] = field(init=False)
     axes_: NDArray[Any] = field(init=False)

@@ -152,6 +152,7 @@ class OrderResidual(StretchTransformer):
     references_: NDArray[Any] = field(init=False)
     variances_: NDArray[Any] = field(init=False)
     samples_a_turn_: float = field(init=False)
+    classes_: NDArray[Any] = field(init=False)
     speeds_: NDArray[Any] = field(init=False)
 
     _suffix = "orders"
