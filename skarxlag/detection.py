@@ -42,17 +42,37 @@ _LEAST_LOG_P = float(np.log(np.finfo(np.float32).tiny))
 class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
     """Outlier detector whose score is the logarithm of a p-value.
 
-    A subclass has `fit`, `score_samples`, the attribute `offset_`, the logarithm of the stated
-    rate, and a method `_detectors`, which returns one `FaultDetector` for each set of limits. All
-    methods accept `rpm`, the speed of each row.
+    A subclass has `fit`, the attribute `offset_`, the logarithm of the stated rate, and a method
+    `_detectors`, which returns one `FaultDetector` for each set of limits. All methods accept
+    `rpm`, the speed of each row.
     """
 
     offset_: float
+    #: Whether less unsteadiness than expected counts, too.
+    _two_sided: ClassVar[bool] = False
 
     #: Metadata routing passes these without `set_fit_request` and its siblings.
     __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
     __metadata_request__predict: ClassVar = {"rpm": True}
     __metadata_request__decision_function: ClassVar = {"rpm": True}
+
+    def score_samples(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
+        """Compute the logarithm of the p-value of each row.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Rows.
+        rpm : float, array-like of shape (n_rows,) or None, default=None
+            Their speeds, as in `p_values`.
+
+        Returns
+        -------
+        ndarray of shape (n_rows,)
+            Finite, at most 0; lower is more abnormal. With several conditions, that of the nearest
+            condition.
+        """
+        return self._log_p_values(X, rpm).max(axis=1)
 
     def decision_function(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute the logarithm of the p-value over the stated rate.
@@ -110,7 +130,7 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
         return self.fit(X, y, rpm=rpm).predict(X, rpm=rpm)
 
     @uses_fitted
-    def _log_p_values(self, X, rpm, *, two_sided):
+    def _log_p_values(self, X, rpm):
         """Compute log p-values of shape (n_rows, n_detectors)."""
         X, _ = validate_innovations(self, X, reset=False)
         detectors = self._detectors()
@@ -119,7 +139,9 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
         rows = measure(
             X, first.n_windows_, with_level=first.means_.shape[1] > 1, n_jobs=self.n_jobs
         )
-        found = [each._log_p_values_of(rows, log_speed, two_sided=two_sided) for each in detectors]
+        found = [
+            each._log_p_values_of(rows, log_speed, two_sided=self._two_sided) for each in detectors
+        ]
         return np.where(is_plausible[:, np.newaxis], np.stack(found, axis=1), _LEAST_LOG_P)
 
     def _log_speeds(self, rpm, X, known):
@@ -463,23 +485,6 @@ class FaultDetector(RowOutlierDetector):
             `fit`.
         """
         return np.exp(self.score_samples(X, rpm))
-
-    def score_samples(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Compute the logarithm of the p-value of each row.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
-            Rows.
-        rpm : float, array-like of shape (n_rows,) or None, default=None
-            Their speeds, as in `p_values`.
-
-        Returns
-        -------
-        ndarray of shape (n_rows,)
-            Finite, at most 0; lower is more abnormal.
-        """
-        return self._log_p_values(X, rpm, two_sided=False)[:, 0]
 
     def _detectors(self):
         return [self]

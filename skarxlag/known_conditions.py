@@ -109,7 +109,7 @@ class KnownConditions(RowOutlierDetector):
 
     classes_: NDArray[Any]
     detectors_: list[FaultDetector]
-    offset_: float
+    _two_sided = True
 
     _state = INNOVATIONS | {"offset_": Values((), "below 0"), "classes_": Labels()}
 
@@ -248,24 +248,7 @@ class KnownConditions(RowOutlierDetector):
             If a speed is not above 0, or farther than a factor of 5 outside the speeds of `fit`:
             the p-values are then nearly 0.
         """
-        return np.exp(self._log_p_values(X, rpm, two_sided=True))
-
-    def score_samples(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Compute the logarithm of the p-value of the nearest condition.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
-            Rows.
-        rpm : float, array-like of shape (n_rows,) or None, default=None
-            Their speeds, as in `p_values`.
-
-        Returns
-        -------
-        ndarray of shape (n_rows,)
-            Finite, at most 0; lower is less like any condition.
-        """
-        return self._log_p_values(X, rpm, two_sided=True).max(axis=1)
+        return np.exp(self._log_p_values(X, rpm))
 
     def _detectors(self):
         return self.detectors_
