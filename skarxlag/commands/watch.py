@@ -11,7 +11,7 @@ from typing import Any
 
 import pandas as pd
 
-from .arguments import positive_number
+from .arguments import option_of, positive_number
 from .messages import CommandError, UsageError, as_command_error
 from .models import SavedModel, is_model_file
 from .watch_stream import SensorStream, say
@@ -108,6 +108,9 @@ def _listed_sensors(args):
             f"{path}: {len(table)} sensors with the columns {', '.join(columns)}; expected "
             f"{', '.join(_NEEDED)}, and if needed {', '.join(_FURTHER)}"
         )
+    for option, column in (("sensor", "name"), ("rpm_column", "rpm")):
+        if vars(args)[option] is not None and column in columns:
+            raise UsageError(f"argument {option_of(option)}: {path} has a column {column}")
     if args.state is not None:
         with as_command_error():
             args.state.mkdir(parents=True, exist_ok=True)

@@ -96,6 +96,12 @@ def test_mistakes_in_a_table_are_named(run, plant, change, message):
     assert code == 1 and out == "" and message in err and "Traceback" not in err
 
 
+@pytest.mark.parametrize(("option", "column"), [("--sensor", "name"), ("--rpm-column", "rpm")])
+def test_an_option_that_a_column_replaces_is_refused(run, plant, option, column):
+    code, _, err = run("watch", plant[0], option, "x")
+    assert code == 2 and f"argument {option}: " in err and f"has a column {column}" in err
+
+
 def test_a_model_alone_needs_a_source(run, models):
     code, _, err = run("watch", models[0])
     assert code == 2 and "argument SOURCE: needed" in err
