@@ -4,6 +4,8 @@ Compiled parsers of complicated formats can crash on a damaged file and take the
 them. Therefore they run in a child process, which reads one file after another and sends the
 samples through a pipe. A process that dies or does not reply is replaced. The first one starts with
 the first such file, which takes some tenths of a second.
+
+The child is no sandbox. It has the rights of its parent, which therefore trusts its replies.
 """
 
 import atexit
