@@ -84,7 +84,9 @@ class StreamTimes:
             return None
         position, unit = names.index(name), units.get(name, "").strip().lower()
         texts = [row[position] for row in rows if len(row) == len(names)]
-        if not np.isnan(seconds_of_dates(texts)).all():
+        # A number such as 10101010 is also a date in ISO 8601.
+        others = [text for text in texts if math.isnan(_number(text))]
+        if not np.isnan(seconds_of_dates(others)).all():
             unit = "s"
         self._scale = SECONDS.get(unit or "s")
         # As in files: whole numbers without a unit may count samples.

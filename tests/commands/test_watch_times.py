@@ -164,6 +164,11 @@ def test_a_unit_that_is_none():
     assert [time for _, time in found] == [None]
 
 
+def test_whole_numbers_are_no_dates():
+    found = list(parser("time").parts(b"time (ms);acc\n" + b"10101010;1\n10101011;2\n" * 2))
+    assert found[0][1] == pytest.approx(10_101.010)
+
+
 def test_files_that_state_dates(run, models, tmp_path):
     """A date in a file counts more than the time at which it was copied."""
     for number, start in enumerate([0.0, 1.0, 9.0]):
