@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from numbers import Integral
 from typing import Any, Self
 
@@ -31,18 +32,18 @@ MODEL_ORDER = 4
 WINDOW_DISTANCE = {"joint_weight": 0.5, "joint_groups": (0, 2), "smooth_drift": 0.4}
 ORDER_WEIGHT = 0.5
 CONFIDENCE_SCALE = (RESIDUAL_ODDS, 50.0)
-#: Speed of the shaft in revolutions per minute by which rows are long enough for orders, where
-#: `fit` is not given their speeds.
+#: Assumed speed of the shaft in revolutions per minute if `fit` is not given the speeds of rows. It
+#: decides whether rows are long enough for orders.
 _SUPPOSED_RPM = 600
 
 
 def window_comparison(n_jobs: int | None = None) -> DiagnosisPipeline:
-    """What `make_diagnoser` makes of innovations before it decides.
+    """Make the steps of `make_diagnoser` between its model and its decision.
 
     Parameters
     ----------
     n_jobs : int or None, default=None
-        Threads that work on windows.
+        Number of threads.
 
     Returns
     -------
@@ -57,7 +58,7 @@ def window_comparison(n_jobs: int | None = None) -> DiagnosisPipeline:
 
 
 def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidual]:
-    """Return what of a fitted pipeline compares order spectra, and what comes before it.
+    """Return the residual of order spectra in a fitted pipeline, and the steps before it.
 
     Parameters
     ----------
@@ -86,21 +87,21 @@ def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidua
     )
 
 
+@dataclass(kw_only=True, eq=False, repr=False)
 class StretchResidual(StretchTransformer):
-    r"""Residual of a row of any length: that of its windows, and that of its order spectra.
+    r"""Transformer from rows of any length to residuals of their windows and order spectra.
 
-    Two things identify the condition, and a change of speed does not disturb both alike: the colour
-    and the steadiness of the innovations, which a residual of *windows* compares with those of each
-    condition, and the orders of the shaft at which impacts come, which `OrderResidual` compares.
-    The residual of condition c is
+    A residual of *windows* compares colour and steadiness of the innovations with those of each
+    condition. `OrderResidual` compares the orders of the shaft at which impacts repeat. A change of
+    speed disturbs the two in different ways. The residual of condition c is
 
     .. math::
 
         r_c = \Bigl(\prod_{w=1}^{m} r_{c,w}\Bigr)^{1/m} (r_c^{\mathrm{orders}})^q
 
     with :math:`r_{c,w}` the residual of window w of the m windows that fit into the row. Rows of
-    less than three turns of the shaft have no order spectra, and q is 0 for them. Where `fit` is
-    not given speeds, these are rows of less than 0.3 s, three turns at 600 rpm.
+    less than three turns of the shaft have no order spectra, and q is 0 for them. If `fit` is not
+    given speeds, these are rows of less than 0.3 s, three turns at 600 rpm.
 
     With a bearing, the combs of its faults (`FaultOrderClassifier`) give the probability
     :math:`P_c` of the place that condition c stands for. The residual becomes
@@ -153,11 +154,11 @@ class StretchResidual(StretchTransformer):
     window_shape_ : ndarray of int
         Shape of one training row.
     n_models_ : int
-        Models that the innovations came from; 0 for plain rows.
+        Number of models that the innovations are from; 0 for plain rows.
     n_features_in_ : int
         Number of models, or samples in a plain row.
     feature_names_in_ : ndarray of str
-        Column names, when fitted on a table.
+        Column names, if fitted on a table.
 
     Examples
     --------
@@ -171,13 +172,18 @@ class StretchResidual(StretchTransformer):
     array([0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1])
     """
 
-    classes_: NDArray[Any]
-    window_residual_: Any
-    order_residual_: OrderResidual | None
-    fault_orders_: FaultOrderClassifier
-    compares_orders_: bool
-    uses_combs_: bool
-    speed_known_: bool
+    window_residual: Any = None
+    order_residual: OrderResidual | None = None
+    order_weight: float = ORDER_WEIGHT
+    window_length: int = 4800
+    fault_orders: FaultOrderClassifier | None = None
+    classes_: NDArray[Any] = field(init=False)
+    window_residual_: Any = field(init=False)
+    order_residual_: OrderResidual | None = field(init=False)
+    fault_orders_: FaultOrderClassifier = field(init=False)
+    compares_orders_: bool = field(init=False)
+    uses_combs_: bool = field(init=False)
+    speed_known_: bool = field(init=False)
 
     _suffix = "stretch"
 
@@ -187,21 +193,6 @@ class StretchResidual(StretchTransformer):
         "uses_combs_": Values((), kind="b"),
         "speed_known_": Values((), kind="b"),
     }
-
-    def __init__(
-        self,
-        *,
-        window_residual: Any = None,
-        order_residual: OrderResidual | None = None,
-        order_weight: float = ORDER_WEIGHT,
-        window_length: int = 4800,
-        fault_orders: FaultOrderClassifier | None = None,
-    ) -> None:
-        self.window_residual = window_residual
-        self.order_residual = order_residual
-        self.order_weight = order_weight
-        self.window_length = window_length
-        self.fault_orders = fault_orders
 
     def fit(
         self,
@@ -249,11 +240,9 @@ class StretchResidual(StretchTransformer):
             rows = weighted_windows(np.arange(len(X)), y, sample_weight)[0]
             speeds = None if rpm is None else speeds_of_rows(rpm, len(X))[rows]
             self.fault_orders_ = clone(self.fault_orders).fit(X[rows], np.asarray(y)[rows], speeds)
-        windows = self._windows(X)
-        n_windows = len(windows) // len(X)
         of_windows = self.window_residual or window_comparison()
-        # A residual of windows that takes no weights serves where there are none.
-        metadata = _of_windows(of_windows, "fit", rpm, len(X), n_windows)
+        windows, n_windows, metadata = self._windows(X, rpm, of_windows, "fit")
+        # A residual of windows need not take weights if there are none.
         if sample_weight is not None:
             metadata["sample_weight"] = np.repeat(np.asarray(sample_weight), n_windows)
         self.window_residual_ = clone(of_windows).fit(windows, np.repeat(y, n_windows), **metadata)
@@ -261,9 +250,7 @@ class StretchResidual(StretchTransformer):
         return self
 
     def _residuals(self, X, rpm):
-        windows = self._windows(X)
-        n_windows = len(windows) // len(X)
-        metadata = _of_windows(self.window_residual_, "transform", rpm, len(X), n_windows)
+        windows, _, metadata = self._windows(X, rpm, self.window_residual_, "transform")
         of_windows = np.asarray(self.window_residual_.transform(windows, **metadata))
         of_windows = of_windows.reshape(len(X), -1, len(self.classes_))
         with np.errstate(divide="ignore"):
@@ -322,7 +309,7 @@ class StretchResidual(StretchTransformer):
         return answers(self.window_residual_).speeds
 
     def adapt(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
-        """Move the references of the windows by what rows of a new speed show.
+        """Move the references of the windows by the smooth drift of rows at a new speed.
 
         Orders do not move with speed.
 
@@ -331,7 +318,7 @@ class StretchResidual(StretchTransformer):
         X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
             Innovations at the new speed.
         y : array-like of shape (n_rows,)
-            Their conditions, among `classes_`; commonly all healthy.
+            Their conditions, among `classes_`. Usually all rows are healthy.
         rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
             The new speed, as in `fit`.
 
@@ -346,19 +333,24 @@ class StretchResidual(StretchTransformer):
             If a condition was not in `fit`.
         """
         X, y = validate_innovations(self, X, y, reset=False, any_length=True)
-        windows = self._windows(X)
-        n_windows = len(windows) // len(X)
-        metadata = _of_windows(self.window_residual_, "transform", rpm, len(X), n_windows)
+        windows, n_windows, metadata = self._windows(X, rpm, self.window_residual_, "transform")
         self.window_residual_.adapt(windows, np.repeat(y, n_windows), **metadata)
         return self
 
-    def _windows(self, X):
-        """Windows of all rows, those of a row one after another."""
+    def _windows(self, X, rpm, residual, method):
+        """Return the windows of all rows, their number in a row, and their metadata.
+
+        The windows of a row follow one another. The metadata is the mean speed of the row, for
+        residuals that request it.
+        """
         n_rows, n_models, n_samples = X.shape
         length = min(self.window_length, n_samples)
         count = n_samples // length
         cut = X[..., : count * length].reshape(n_rows, n_models, count, length)
-        return np.swapaxes(cut, 1, 2).reshape(-1, n_models, length)
+        metadata = {}
+        if rpm is not None and requests(residual, method, "rpm"):
+            metadata["rpm"] = np.repeat(np.exp(log_speeds(rpm, n_rows)), count)
+        return np.swapaxes(cut, 1, 2).reshape(-1, n_models, length), count, metadata
 
     def _check_parameters(self):
         check_real(self.order_weight, "order_weight", min_val=0)
@@ -389,20 +381,11 @@ class StretchResidual(StretchTransformer):
                 )
 
 
-def _of_windows(residual, method, rpm, n_rows, n_windows):
-    """Metadata of the windows: the mean speed of their row, for residuals that request it."""
-    if rpm is None or not requests(residual, method, "rpm"):
-        return {}
-    return {"rpm": np.repeat(np.exp(log_speeds(rpm, n_rows)), n_windows)}
-
-
 def _turns(X, rpm, sampling_rate):
     """Turns of the shaft in each row. Infinite where neither rate nor speed is known."""
     if sampling_rate is None:
         return np.full(len(X), np.inf if rpm is None else 0.0)
-    speeds = (
-        np.full(len(X), _SUPPOSED_RPM)
-        if rpm is None
-        else np.exp(log_speeds(rpm, len(X), X.shape[-1]))
-    )
+    speeds = np.full(len(X), _SUPPOSED_RPM)
+    if rpm is not None:
+        speeds = np.exp(log_speeds(rpm, len(X), X.shape[-1]))
     return X.shape[-1] * speeds / (60 * sampling_rate)

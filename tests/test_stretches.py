@@ -132,7 +132,7 @@ def test_rows_of_less_than_three_turns_are_compared_by_their_windows_alone(data)
 
 def test_windows_of_a_bank_keep_their_models():
     X = np.arange(2 * 3 * 10).reshape(2, 3, 10)
-    windows = StretchResidual(window_length=4)._windows(X)
+    windows, _, _ = StretchResidual(window_length=4)._windows(X, None, None, "transform")
     expected = [X[s, :, a : a + 4] for s in range(2) for a in (0, 4)]
     np.testing.assert_array_equal(windows, expected)
 
