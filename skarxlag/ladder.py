@@ -200,13 +200,19 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
             self._healthy_level(X)[healthy], self.false_alarm_rate, weights[healthy]
         )
         if self._is_bank():
-            self.isolation_thresholds_ = self._bank_thresholds(X, of_class, weights)
+            relative = np.exp(-relative_scores(X))
+            thresholds = [
+                false_alarm_threshold(relative[own, c], self.false_alarm_rate, weights[own])
+                for c, own in enumerate(of_class)
+            ]
         else:
-            self.isolation_thresholds_ = np.sqrt(medians[order][:-1]) * np.sqrt(medians[order][1:])
+            roots = np.sqrt(medians[order])
+            thresholds = roots[:-1] * roots[1:]
             if order[0] == self.healthy_index_ and len(order) > 1:
                 # Gamma keeps the stated rate only while it is the first cut.
-                self.isolation_thresholds_[0] = self.detection_threshold_
-                np.maximum.accumulate(self.isolation_thresholds_, out=self.isolation_thresholds_)
+                thresholds[0] = self.detection_threshold_
+                thresholds = np.maximum.accumulate(thresholds)
+        self.isolation_thresholds_ = np.array(thresholds)
         scores = self._likelihood_scores(X)
         if self.confidence_scale is None:
             self.confidence_scale_ = confidence_scale(scores, target, weights)
@@ -246,18 +252,9 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
     def _healthy_level(self, X):
         return X[:, self.healthy_index_] if self._is_bank() else root_mean_square(X)
 
-    def _bank_thresholds(self, X, of_class, weights):
-        relative = np.exp(-relative_scores(X))
-        return np.array(
-            [
-                false_alarm_threshold(relative[own, c], self.false_alarm_rate, weights[own])
-                for c, own in enumerate(of_class)
-            ]
-        )
-
     def _scores(self, X):
         shift = np.log(self.priors_ / self.priors_.max()) / self.confidence_scale_
-        return self._likelihood_scores(X) + shift
+        return self._likelihood_scores(self._validate(X)) + shift
 
     def _likelihood_scores(self, X):
         if self._is_bank():
@@ -286,7 +283,7 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
             inside. The priors add to both. For two conditions: the score of the second less that of
             the first.
         """
-        scores = self._scores(self._validate(X))
+        scores = self._scores(X)
         return scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
 
     @uses_fitted
@@ -303,8 +300,7 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         ndarray of shape (n_windows,)
             Conditions.
         """
-        verdict = np.argmax(self._scores(self._validate(X)), axis=1)
-        return self.classes_[verdict]
+        return self.classes_[np.argmax(self._scores(X), axis=1)]
 
     def predict_proba(self, X: ArrayLike) -> NDArray[Any]:
         """Compute the probability of each condition.
@@ -340,7 +336,7 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         ndarray of shape (n_windows, n_classes)
             Natural logarithms, finite.
         """
-        scores = self._scores(self._validate(X))
+        scores = self._scores(X)
         return log_softmax(self.confidence_scale_ * scores, axis=1)
 
     @uses_fitted

@@ -2,6 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import sklearn
+from joblib import parallel_config
 from sklearn.base import clone
 from sklearn.metrics import confusion_matrix
 from sklearn.model_selection import GridSearchCV, cross_validate
@@ -135,7 +136,6 @@ def test_splitter_within_a_search_within_a_cross_validation(routing):
     assert len(scores["test_score"]) == 3 and scores["test_score"].min() > 0.5
 
 
-@pytest.mark.slow
 def test_predictions_out_of_speed_make_a_confusion_matrix():
     found = cross_speed_predict(ThresholdLadder(), LEVELS, LABELS, groups=SPEED)
     assert confusion_matrix(found["true"], found["predicted"]).sum(axis=1).tolist() == [60, 60]
@@ -145,10 +145,15 @@ def test_predictions_out_of_speed_make_a_confusion_matrix():
         assert rows["true"].tolist() == LABELS[test].tolist()
         fitted = ThresholdLadder().fit(LEVELS[train], LABELS[train])
         assert rows["predicted"].tolist() == fitted.predict(LEVELS[test]).tolist()
-    table = cross_speed_predict(
-        ThresholdLadder(), pd.DataFrame(LEVELS, columns=["r"]), LABELS, groups=SPEED, n_jobs=2,
-        cv=SpeedSplit(train_rpm=400),
-    )  # fmt: skip
+    with parallel_config(backend="threading"):
+        table = cross_speed_predict(
+            ThresholdLadder(),
+            pd.DataFrame(LEVELS, columns=["r"]),
+            LABELS,
+            groups=SPEED,
+            n_jobs=2,
+            cv=SpeedSplit(train_rpm=400),
+        )
     pd.testing.assert_frame_equal(table, found[found["split"].isin([2, 3])].reset_index(drop=True)
                                   .assign(split=lambda t: t["split"] - 2))  # fmt: skip
 
