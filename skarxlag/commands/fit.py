@@ -165,10 +165,10 @@ def _check_options(args, listed):
     if args.bearing is not None and args.diagnoser is None:
         several = len({recording.condition for recording in listed}) > 1
         args.diagnoser = "stretches" if several else "orders"
-    if args.fixed_gain and args.diagnoser != "detector":
-        raise UsageError("argument --fixed-gain: belongs to --diagnoser detector")
-    if args.bearing is not None and args.diagnoser not in ("orders", "stretches"):
-        raise UsageError("argument --bearing: belongs to --diagnoser orders or stretches")
+    for name, kinds in {"fixed_gain": ["detector"], "bearing": ["orders", "stretches"]}.items():
+        if vars(args)[name] and args.diagnoser not in kinds:
+            option_name = arguments.option_of(name)
+            raise UsageError(f"argument {option_name}: belongs to --diagnoser {' or '.join(kinds)}")
     if args.bearing is None and args.diagnoser == "orders":
         raise UsageError("argument --bearing: none given, --diagnoser orders needs it")
 

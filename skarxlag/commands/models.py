@@ -119,15 +119,9 @@ class SavedModel:
     @property
     def summary(self) -> dict[str, Any]:
         """Entries for a file of results."""
-        found = {
-            "file": printable(self.path),
-            "diagnoser": self.kind,
-            "conditions": self.conditions,
-            "healthy": self.healthy,
-            "train_rpm": self.train_rpm,
-            "sampling_rate": self.sampling_rate,
-            "window_length": self.window_length,
-        }
+        names = ("conditions", "healthy", "train_rpm", "sampling_rate", "window_length")
+        found = {"file": printable(self.path), "diagnoser": self.kind}
+        found |= {name: vars(self)[name] for name in names}
         if self.known is not None:
             found["false_rejection_rate"] = answers(self.known).stated_rate
         return found

@@ -103,8 +103,10 @@ def _started(task, workers):
 @contextmanager
 def executors(args: argparse.Namespace) -> Iterator[Workers]:
     """Start the workers that the arguments ask for."""
-    local = _processes if args.processes else _threads
-    start = _cluster(args.dask) if args.dask else local(effective_n_jobs(args.n_jobs))
+    if args.dask is not None:
+        start = _cluster(args.dask)
+    else:
+        start = (_processes if args.processes else _threads)(effective_n_jobs(args.n_jobs))
     with start as workers:
         yield workers
 
