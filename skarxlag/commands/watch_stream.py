@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
 
 from ..monitoring import ConditionMonitor, load_monitor_state, save_monitor_state
 from ..recordings.formats._contents import ContentError
@@ -165,7 +164,7 @@ class SensorStream:
                     f"argument {option_of(name)}: belongs to csv lines, not to {source}"
                 )
 
-    def step(self) -> Any:
+    def step(self) -> bool | None:
         """Process the next block, if there is one.
 
         Returns

@@ -24,7 +24,7 @@ class SpeedAccuracyDisplay:
     ----------
     y_true, y_pred : array-like of shape (n_verdicts,)
         True and predicted conditions, for example those of `cross_speed_predict`.
-    train_rpm, test_rpm : float or array-like of shape (n_verdicts,)
+    train_rpm, test_rpm : array-like of shape (n_verdicts,), or float
         Calibration speed and test speed of each verdict, in revolutions per minute.
     name : str or None, default=None
         Name of the diagnoser, for the legend.
