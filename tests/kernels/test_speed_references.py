@@ -9,8 +9,11 @@ from skarxlag.kernels.speed_references import (
     UNIT_DISTANCE,
     group_means,
     group_speeds,
+    mean_by_speed,
+    reference_weights,
     slope_against_speed,
     speed_distance,
+    speeds_to_try,
 )
 
 
@@ -97,3 +100,39 @@ def test_means_are_those_of_repeated_rows():
     rows = np.repeat(np.arange(20), weights)
     repeated = [values[rows][group[rows] == number].mean(axis=0) for number in range(3)]
     np.testing.assert_allclose(group_means(values, group, weights), repeated, rtol=1e-12)
+
+
+def test_means_by_speed_and_group_have_the_axes_of_the_rows():
+    rng = np.random.default_rng(0)
+    values, weights = rng.normal(size=(12, 2, 3)), rng.uniform(1, 2, 12)
+    speed, group = np.repeat([0, 1], 6), np.array([0, 0, 0, 1, 1, 1, 0, 0, 0, 0, 0, 0])
+    means, recorded = mean_by_speed(values, speed, group, weights)
+    assert means.shape == (2, 2, 2, 3)
+    assert recorded.tolist() == [[True, True], [True, False]]
+    for q, g in np.argwhere(recorded):
+        own = (speed == q) & (group == g)
+        np.testing.assert_allclose(
+            means[q, g], np.average(values[own], axis=0, weights=weights[own])
+        )
+    np.testing.assert_array_equal(means[1, 1], 0)
+
+
+def test_weights_interpolate_the_means_of_the_speeds_at_which_a_condition_was_recorded():
+    rng = np.random.default_rng(0)
+    known, means = np.array([0.0, 0.3, 1.0]), rng.normal(size=(3, 3, 4))
+    recorded = np.array([[True, True, False], [True, False, True], [True, True, False]])
+    log_speed = np.array([-0.2, 0.1, 0.3, 0.8, 1.5])
+    weights, variance = reference_weights(log_speed, known, recorded)
+    found = np.einsum("skc,kcf->scf", weights, means)
+    for c in range(3):
+        own = recorded[:, c]
+        for f in range(4):
+            expected = np.interp(log_speed, known[own], means[own, c, f])
+            np.testing.assert_allclose(found[:, c, f], expected, atol=1e-12)
+    widest = [speed_distance(log_speed, known[own]).variance for own in recorded.T]
+    np.testing.assert_array_equal(variance, np.max(widest, axis=0))
+
+
+def test_speeds_to_try_are_the_known_ones_and_their_middles():
+    np.testing.assert_allclose(speeds_to_try(np.array([0.0, 1.0, 3.0])), [0, 0.5, 1, 2, 3])
+    np.testing.assert_array_equal(speeds_to_try(np.array([2.0])), [2.0])
