@@ -1,5 +1,6 @@
 """From the bytes of a running source to samples."""
 
+import codecs
 import csv
 import re
 from collections import Counter
@@ -209,6 +210,8 @@ class TextSamples:
 
     def _learn(self, head, is_end=False):
         """Infer the layout; return whether there are enough lines."""
+        if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+            raise ContentError("the text is UTF-16, expected UTF-8")
         *lines, rest = head.split(b"\n")
         lines += [rest] if is_end and rest else []
         telling = [i for i, line in enumerate(lines) if line.strip() and line[:1] not in b"#%"]
@@ -222,8 +225,6 @@ class TextSamples:
             self._layout = text_layout(whole, True, may_be_cut=True)
         except csv.Error as error:
             raise ContentError(f"{error}, expected csv lines") from error
-        if self._layout.encoding == "utf-16":
-            raise ContentError("the text is UTF-16, expected UTF-8")
         self.unread[_BAD_LINES] += self._layout.n_ignored
         rows, n_head = [self._fields(line) for line in lines], self._layout.n_head_lines
         self._head_rows = [sorted(row) for row in rows[:n_head] if row]
