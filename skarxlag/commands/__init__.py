@@ -11,47 +11,35 @@ from io import TextIOWrapper, UnsupportedOperation
 from .._version import __version__
 from .messages import CommandError, UsageError
 
-#: What each command does, in the order in which they are listed. The command NAME is the module
-#: ``skarxlag.commands.NAME``. Its ``add_arguments(parser)`` declares the arguments, and two
-#: defaults: ``run``, which takes the parsed arguments and returns the exit status, and
-#: ``fail=parser.error``.
+#: Summaries of the commands. The command NAME is the module ``skarxlag.commands.NAME``. Its
+#: ``add_arguments(parser)`` declares the arguments, and two defaults: ``run``, which takes the
+#: parsed arguments and returns the exit status, and ``fail=parser.error``.
 _COMMANDS = {
     "evaluate": "compare the diagnosers across speeds",
     "fit": "calibrate a diagnoser on your recordings",
     "diagnose": "diagnose recordings with a saved diagnoser",
     "watch": "diagnose a running sensor with a saved diagnoser",
-    "info": "say what a saved diagnoser is and where its limits are",
+    "info": "print what a saved diagnoser is and what it cannot do",
 }
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run a command.
+    """Run a command and return the exit status.
 
-    Parameters
-    ----------
-    argv : list of str or None, default=None
-        Arguments. None: those of the process.
-
-    Returns
-    -------
-    int
-        Exit status: 0, or 1 if data cannot be read, used or written, with one line on stderr.
-        130 after Ctrl-C and 141 if nobody reads the output any more, as shells have it.
-
-    Raises
-    ------
-    SystemExit
-        With status 2 if an argument is wrong, with 0 after ``--help`` and ``--version``.
+    The status is 0; 1 if data cannot be read, used or written, with one line on standard error; 3
+    after ``diagnose --fail-on alarm``; 130 after Ctrl-C and 141 if the reader of the output has
+    closed it, as shells have it. A wrong argument raises SystemExit with status 2, ``--help`` and
+    ``--version`` with 0. `argv` are the arguments; None: those of the process.
     """
     argv = sys.argv[1:] if argv is None else argv
     for stream in (sys.stdout, sys.stderr):
-        # The name of a file may hold bytes, and that of a condition letters, that a terminal lacks.
+        # A terminal may lack characters of the names of files and conditions.
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     args = _parser(argv).parse_args(argv)
     try:
         with warnings.catch_warnings():
-            # A person at a shell reads messages of the command, not warnings of Python.
+            # Users of a shell read the messages of the command, not warnings of Python.
             warnings.simplefilter("ignore")
             status = args.run(args)
         sys.stdout.flush()

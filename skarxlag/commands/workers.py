@@ -3,8 +3,8 @@
 A worker process that dies takes all tasks with it that it has in hand, so the cause is not known.
 Each of them is tried again, alone, when all others are done.
 
-`joblib.Parallel` and `Client.get_executor` of Dask are not used: both wait for ever for a task that
-kills its workers, or whose result is lost.
+`joblib.Parallel` and `Client.get_executor` of Dask are not used: both wait without end for a
+task that kills its workers, or whose result is lost.
 """
 
 from __future__ import annotations
