@@ -52,8 +52,8 @@ class SpeedAccuracyDisplay:
     y_true: InitVar[ArrayLike]
     y_pred: InitVar[ArrayLike]
     _: KW_ONLY
-    train_rpm: Any
-    test_rpm: Any
+    train_rpm: ArrayLike
+    test_rpm: ArrayLike
     name: str | None = None
     accuracy: NDArray[Any] = field(init=False)
     lines_: list[Any] = field(init=False)
@@ -93,7 +93,9 @@ class SpeedAccuracyDisplay:
         # Lines of earlier displays on these axes keep their styles; new lines take the next ones.
         n_before = len(ax.get_legend_handles_labels()[0])
         styles = list(condition_styles(range(n_before + len(self.train_rpm))).values())[n_before:]
-        for accuracy, speed, own in zip(self.accuracy, self.train_rpm, styles, strict=True):
+        for accuracy, speed, own in zip(
+            self.accuracy, np.asarray(self.train_rpm), styles, strict=True
+        ):
             known = np.isfinite(accuracy)
             style = own | {"label": f"{prefix}calibrated at {speed:g} rpm"} | line_kw
             (line,) = ax.plot(self.test_rpm[known], accuracy[known], **style)
