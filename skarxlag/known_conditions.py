@@ -107,6 +107,7 @@ class KnownConditions(RowOutlierDetector):
     array([[1., 0.]])
     """
 
+    offset_: float
     classes_: NDArray[Any]
     detectors_: list[FaultDetector]
     _two_sided = True

@@ -30,7 +30,7 @@ def right() -> tuple[float, int]:
 def wrong() -> None:
     """What is wrong does not."""
     make_windows(np.zeros(9), "1200")  # type: ignore[arg-type] # pyright: ignore[reportArgumentType]
-    make_diagnoser(helthy="Normal")  # type: ignore[call-arg] # pyright: ignore[reportCallIssue]
+    SpeedSplit(train_rmp=500)  # type: ignore[call-arg] # pyright: ignore[reportCallIssue]
     ChannelRows(2)  # type: ignore[call-arg] # pyright: ignore[reportCallIssue]
     SpeedSplit(train_rpm="500")  # type: ignore[arg-type] # pyright: ignore[reportArgumentType]
     windows = make_windows(np.zeros(9), 3)

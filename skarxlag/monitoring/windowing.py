@@ -51,6 +51,13 @@ class WindowStream:
         Sum over the gaps.
     """
 
+    rest: NDArray[Any]
+    n_samples: int
+    next_start: int
+    n_gaps: int
+    n_steps_back: int
+    missing_seconds: float
+
     def __init__(
         self, n_rows: int, window_length: int, hop: int, sampling_rate: float, gap_tolerance: float
     ) -> None:
