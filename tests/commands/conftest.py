@@ -44,16 +44,23 @@ def models(fitted, tmp_path_factory):
     return paths
 
 
+@pytest.fixture(scope="session")
+def inputs():
+    """Files that stood in for standard input. A thread of a test that ended may still read one."""
+    opened = []
+    yield opened
+    for file in opened:
+        file.close()
+
+
 @pytest.fixture
-def piped(monkeypatch, tmp_path_factory):
+def piped(monkeypatch, tmp_path_factory, inputs):
     """Standard input that holds these bytes."""
-    path, opened = tmp_path_factory.mktemp("stdin") / "input", []
+    path = tmp_path_factory.mktemp("stdin") / "input"
 
     def set_input(data):
         path.write_bytes(data)
-        opened.append(path.open())
-        monkeypatch.setattr(sys, "stdin", opened[-1])
+        inputs.append(path.open())
+        monkeypatch.setattr(sys, "stdin", inputs[-1])
 
-    yield set_input
-    for file in opened:
-        file.close()
+    return set_input
