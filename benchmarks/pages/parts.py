@@ -97,6 +97,7 @@ PARTS = {
         "--write docs/detection.md",
         {"docs/detection.md": ("runs",)},
         ("docs/images/detection_runs.svg",),
+        tables=("runs",),
         downloads=True,
     ),
     "runs-to-failure": Part(
@@ -145,6 +146,7 @@ PARTS = {
                 for name in ("named", "stretches", "reference", "methods", "settings")
             )
         },
+        tables=("fault orders stretches",),
         downloads=True,
     ),
     "fault-orders-joint": Part(
@@ -179,7 +181,7 @@ PARTS = {
             )
         },
         ("docs/paper/images/sensitivity_*.svg",),
-        tuple(f"sensitivity {name}" for name in ("gains", "speed", "crack size", "compound")),
+        tuple(f"sensitivity {name}" for name in _STUDIES if name != "torque"),
     ),
     "fault-estimation": Part(
         "-m benchmarks.paper fault-estimation --write docs/paper/fault_estimation.md",
@@ -190,7 +192,7 @@ PARTS = {
             )
         },
         ("docs/paper/images/fault_estimation_*.svg",),
-        ("fault estimation bearing",),
+        tuple(f"fault estimation {name}" for name in ("synthetic", "bearing", "gains")),
     ),
     "paper-figures": Part(
         "-m benchmarks.pages.paper_figures",
