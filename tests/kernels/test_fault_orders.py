@@ -163,3 +163,20 @@ def test_segments_are_whole_seconds_or_turns_and_five_of_them():
 def _whitened_contrast(part, turn):
     envelope, step = kernel.prewhitened_envelope(part, turn)
     return kernel.contrasts(envelope[np.newaxis], step)[0]
+
+
+def test_a_constant_signal_has_a_squared_envelope_spectrum_of_zeros():
+    found = kernel.squared_envelope_spectrum(np.full(64, 3.0), (0.0, 0.5), False)
+    np.testing.assert_array_equal(found, np.zeros(33))
+
+
+def test_frequencies_without_power_are_not_prewhitened():
+    # A tone of one bin: its rounding errors at the other bins must not become as large as the tone.
+    tone = np.sin(2 * np.pi * 8 / 64 * np.arange(64))
+    found = kernel.squared_envelope_spectrum(tone, (0.0, 0.5), True)
+    # The envelope of one tone is constant.
+    assert found.max() < 1e-12
+
+
+def test_a_neper_of_power_is_4_34_decibel():
+    assert pytest.approx(10 * np.log10(np.e)) == kernel.NEPER_IN_DB
