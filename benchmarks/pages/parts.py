@@ -72,6 +72,11 @@ PARTS = {
         {"docs/cross_speed.md": ("constants", "constants wide")},
         tables=("constants wide",),
     ),
+    "targets": Part(
+        "-m benchmarks.recipe targets --write docs/cross_speed.md",
+        {"docs/cross_speed.md": ("targets",)},
+        tables=("targets",),
+    ),
     "recording-evidence": Part(
         "-m benchmarks.recipe recording-evidence --write docs/cross_speed.md",
         {"docs/cross_speed.md": ("recording evidence",)},
