@@ -1,4 +1,4 @@
-"""Names of faults that nobody recorded, from the orders of the bearing."""
+"""Classifier that names faults without recordings of them, by the orders of the bearing."""
 
 from __future__ import annotations
 
@@ -308,7 +308,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         return self.healthy_scores_[-1] - self.tail_scale_ * np.log(rate * (n_rows + 1))
 
     def _is_far(self, rpm):
-        """Whether the speed of each row is none of the healthy rows' speeds."""
+        """Whether no healthy row had about the speed of each row."""
         if len(self.healthy_speeds_) == 0:
             return np.zeros(len(rpm), dtype=bool)
         distances = np.abs(np.log(rpm[:, np.newaxis] / self.healthy_speeds_))
@@ -426,7 +426,6 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             "nominal order"
         )
 
-    @uses_fitted
     def predict(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Return the class of each row.
 
@@ -444,7 +443,6 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         """
         return self.diagnose(X, rpm).verdict
 
-    @uses_fitted
     def predict_proba(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute the probability of each class.
 
@@ -463,7 +461,6 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         """
         return self.diagnose(X, rpm).probability
 
-    @uses_fitted
     def decision_function(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute the scores of the classes; the highest is the verdict.
 
@@ -482,7 +479,6 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         """
         return self.diagnose(X, rpm).score
 
-    @uses_fitted
     def detect(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Return whether the best score of each row exceeds the limit.
 
@@ -500,7 +496,6 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         """
         return self.diagnose(X, rpm).alarm
 
-    @uses_fitted
     def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute the probability that a healthy row has a comb as strong.
 

@@ -242,7 +242,7 @@ def _longest_runs(stays):
 
 
 def _wrapped(windows, leaps):
-    """Whether signals end abruptly at both ends of their range, and leap unforeseen."""
+    """Whether signals stop abruptly at both ends of their range and jump without a trend."""
     found = np.zeros(len(windows), dtype=bool)
     if windows.shape[1] < _SHORTEST_COARSE:
         return found

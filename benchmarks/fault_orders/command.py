@@ -280,7 +280,7 @@ def _alarms(reference, tested, rate):
 
 
 def _matched(scores, rpm):
-    """What `FaultOrderClassifier.match` returns, of scores that were stored."""
+    """Matches as `FaultOrderClassifier.match` returns them, from stored scores."""
     nothing = np.zeros(scores.shape, dtype=int)
     return Bunch(scores=scores, rpm=rpm, factors=nothing + 1.0, bearings=nothing)
 

@@ -185,7 +185,7 @@ def _of(frame, setting):
 
 
 def left_out_table(known, errors, real):
-    """What all rigs but one choose, and what it scores on that one; the last row is the mean."""
+    """Table of the setting that the other rigs choose, and its scores on the left-out rig."""
     rows = []
     for rig in real:
         others, _ = choose(known[known.rig != rig])
