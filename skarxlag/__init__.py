@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from .diagnosers import make_extended_state_pio as make_extended_state_pio
     from .diagnosers import make_fault_order_classifier as make_fault_order_classifier
     from .diagnosers import make_known_conditions as make_known_conditions
-    from .diagnosers import make_single_observer_pio as make_single_observer_pio
     from .envelope_spectra import envelope_spectrum as envelope_spectrum
     from .fault_classifier import FaultOrderClassifier as FaultOrderClassifier
     from .identification import ARXLaguerre as ARXLaguerre
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     from .model_selection import SpeedSplit as SpeedSplit
     from .model_selection import cross_speed_predict as cross_speed_predict
     from .monitoring import ConditionMonitor as ConditionMonitor
-    from .monitoring import MonitorVerdict as MonitorVerdict
     from .monitoring import load_monitor_state as load_monitor_state
     from .monitoring import save_monitor_state as save_monitor_state
     from .observer_bank import ExtendedStatePIObserverBank as ExtendedStatePIObserverBank
@@ -68,7 +66,6 @@ _MODULES = {
     "FaultOrderClassifier": "fault_classifier",
     "KnownConditions": "known_conditions",
     "LogSpectra": "spectra",
-    "MonitorVerdict": "monitoring",
     "OrderResidual": "orders",
     "PIObserver": "observers",
     "SpectralDistance": "comparison",
@@ -90,7 +87,6 @@ _MODULES = {
     "make_extended_state_pio": "diagnosers",
     "make_fault_order_classifier": "diagnosers",
     "make_known_conditions": "diagnosers",
-    "make_single_observer_pio": "diagnosers",
     "make_windows": "recordings.windows",
     "read_recording": "recordings.files",
     "read_recording_table": "recordings.rig",

@@ -11,22 +11,13 @@ from .identification import ARXLaguerre
 from .known_conditions import KnownConditions
 from .ladder import ThresholdLadder
 from .observer_bank import ExtendedStatePIObserverBank
-from .observers import ExtendedStatePIObserver, PIObserver
+from .observers import PIObserver
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
 from .stretches import CONFIDENCE_SCALE, MODEL_ORDER, StretchResidual, window_comparison
 
 #: Order of the model before what compares rows with healthy ones.
 _DETECTOR_ORDER = 8
-
-
-def _observing(observer, healthy, pipeline):
-    steps = [
-        ("identify", ARXLaguerre(n_jobs=observer.n_jobs)),
-        ("observe", observer),
-        ("decide", ThresholdLadder(healthy=healthy)),
-    ]
-    return DiagnosisPipeline(steps, n_jobs=observer.n_jobs, **pipeline)
 
 
 def make_alpio(
@@ -56,7 +47,12 @@ def make_alpio(
     >>> [name for name, _ in make_alpio().steps]
     ['identify', 'observe', 'decide']
     """
-    return _observing(PIObserver(n_jobs=n_jobs), healthy, pipeline)
+    steps = [
+        ("identify", ARXLaguerre(n_jobs=n_jobs)),
+        ("observe", PIObserver(n_jobs=n_jobs)),
+        ("decide", ThresholdLadder(healthy=healthy)),
+    ]
+    return DiagnosisPipeline(steps, n_jobs=n_jobs, **pipeline)
 
 
 def make_extended_state_pio(
@@ -86,10 +82,6 @@ def make_extended_state_pio(
     DiagnosisPipeline
         Steps "identify", "observe", "compare" and "decide".
 
-    See Also
-    --------
-    make_single_observer_pio : The proposal as the printed equations suggest it.
-
     Examples
     --------
     >>> make_extended_state_pio()["observe"].n_members
@@ -102,41 +94,6 @@ def make_extended_state_pio(
         ("decide", ThresholdLadder(healthy=healthy)),
     ]
     return DiagnosisPipeline(steps, n_jobs=n_jobs, **pipeline)
-
-
-def make_single_observer_pio(
-    *,
-    healthy: Any = None,
-    n_jobs: int | None = None,
-    **pipeline: Any,
-) -> DiagnosisPipeline:
-    """The paper's proposal with one observer, as the printed equations suggest.
-
-    One extended-state observer sees the innovations of each condition's model; its sliding-mode
-    gain, a median of the whole signal, is the residual of that condition. It is kept for
-    comparison: a median hides the strikes that tell conditions apart, and of all diagnosers here
-    this one is the weakest.
-
-    Parameters
-    ----------
-    healthy : label or None, default=None
-        The healthy condition, for the detection threshold.
-    n_jobs : int or None, default=None
-        Threads that work on windows.
-    **pipeline
-        Other parameters of `DiagnosisPipeline`: `memory` and `verbose`.
-
-    Returns
-    -------
-    DiagnosisPipeline
-        Steps "identify", "observe" and "decide".
-
-    Examples
-    --------
-    >>> make_single_observer_pio()["observe"].evaluation
-    'switching_gain'
-    """
-    return _observing(ExtendedStatePIObserver(n_jobs=n_jobs), healthy, pipeline)
 
 
 def make_diagnoser(

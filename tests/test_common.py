@@ -36,7 +36,6 @@ from skarxlag import (
     make_alpio,
     make_diagnoser,
     make_extended_state_pio,
-    make_single_observer_pio,
 )
 from skarxlag.observers import RESIDUAL_EVALUATIONS
 
@@ -158,7 +157,7 @@ def failures(estimator):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "make",
-    [make_alpio, make_extended_state_pio, make_single_observer_pio, make_diagnoser],
+    [make_alpio, make_extended_state_pio, make_diagnoser],
 )
 def test_diagnosers_fail_no_check_that_a_pipeline_can_pass(make):
     # Pipeline.fit replaces its own steps, which some checks forbid whatever the steps are.

@@ -17,7 +17,6 @@ from skarxlag import (
     make_diagnoser,
     make_extended_state_pio,
     make_known_conditions,
-    make_single_observer_pio,
     save_diagnoser,
 )
 
@@ -34,8 +33,6 @@ Y = np.repeat(["good", "worn"], 6)
         make_diagnoser,
         make_extended_state_pio,
         make_known_conditions,
-        make_single_observer_pio,
-        make_diagnoser,
     ],
 )
 @pytest.mark.filterwarnings("ignore:.* rows of condition .* are too few:UserWarning")

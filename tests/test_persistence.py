@@ -34,6 +34,7 @@ from sklearn.svm import LinearSVC
 import skarxlag
 from skarxlag import (
     ARXLaguerre,
+    ExtendedStatePIObserver,
     ExtendedStatePIObserverBank,
     PIObserver,
     SpectralDistance,
@@ -43,7 +44,6 @@ from skarxlag import (
     make_diagnoser,
     make_extended_state_pio,
     make_known_conditions,
-    make_single_observer_pio,
 )
 from skarxlag._files import read_members, write_members
 from skarxlag.persistence import (
@@ -85,7 +85,7 @@ def rewrite(path, change, keep_digest=False):
     [
         make_alpio(healthy="good"),
         make_extended_state_pio(healthy=np.str_("good")),
-        make_single_observer_pio(healthy="good"),
+        make_alpio(healthy="good").set_params(observe=ExtendedStatePIObserver()),
         make_diagnoser(healthy="good"),
         make_pipeline(ARXLaguerre(healthy="good", order=(3,), pole=[0.1]), PIObserver(),
                       ThresholdLadder()),

@@ -25,12 +25,11 @@ from skarxlag import (
     make_diagnoser,
     make_extended_state_pio,
     make_known_conditions,
-    make_single_observer_pio,
 )
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 
-MAKERS = [make_alpio, make_extended_state_pio, make_single_observer_pio, make_diagnoser]
+MAKERS = [make_alpio, make_extended_state_pio, make_diagnoser]
 POLES = {"normal": (0.9, 0.4), "ball": (0.7, 1.2), "inner": (0.85, 2.2)}
 
 

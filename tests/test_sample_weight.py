@@ -25,7 +25,6 @@ from skarxlag import (
     make_detector,
     make_diagnoser,
     make_extended_state_pio,
-    make_single_observer_pio,
 )
 from skarxlag.kernels.ladder import false_alarm_threshold, weighted_median
 
@@ -205,13 +204,7 @@ def test_a_pipeline_hands_weights_to_its_steps_by_name_and_by_routing(windows, c
 
 @pytest.mark.parametrize(
     "make",
-    [
-        make_diagnoser,
-        make_alpio,
-        make_extended_state_pio,
-        make_single_observer_pio,
-        make_diagnoser,
-    ],
+    [make_diagnoser, make_alpio, make_extended_state_pio],
 )
 def test_weights_reach_every_step_of_a_diagnoser(windows, conditions, make):
     rows = np.repeat(np.arange(12), WEIGHTS)

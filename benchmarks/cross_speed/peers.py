@@ -157,10 +157,25 @@ def extended_state_pio():
     return make_extended_state_pio()
 
 
-def single_observer_pio():
-    from skarxlag.diagnosers import make_single_observer_pio
+def make_single_observer_pio(**pipeline):
+    """Make the paper's proposal with one observer, as the printed equations suggest.
 
-    return make_single_observer_pio()
+    One extended-state observer receives the innovations of each condition's model. Its sliding-mode
+    gain, which settles at a median over the whole window, is the residual of that condition. A
+    median does not show impacts, so this is the weakest diagnoser of all.
+
+    Parameters
+    ----------
+    **pipeline
+        Parameters of `make_alpio`.
+
+    Returns
+    -------
+    DiagnosisPipeline
+    """
+    from skarxlag import ExtendedStatePIObserver, make_alpio
+
+    return make_alpio(**pipeline).set_params(observe=ExtendedStatePIObserver())
 
 
 def diagnoser():
@@ -173,7 +188,7 @@ OURS = {
     "make_diagnoser": diagnoser,
     "make_alpio": alpio,
     "make_extended_state_pio": extended_state_pio,
-    "make_single_observer_pio": single_observer_pio,
+    "make_single_observer_pio": make_single_observer_pio,
 }
 PEERS = {
     "band energies + random forest": bands_forest,

@@ -12,13 +12,14 @@ import numpy as np
 import pandas as pd
 from sklearn.utils import Bunch
 
+from benchmarks.cross_speed.peers import make_single_observer_pio
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.paper.ladders import DIAGNOSERS, LADDERS
 from benchmarks.paper.printed_tables import load_tables
 from benchmarks.paper.protocol import run_protocol
 from benchmarks.paper.report import paper_report
 from benchmarks.paper.tables_plot import averages_figure
-from skarxlag import make_alpio, make_diagnoser, make_single_observer_pio
+from skarxlag import make_alpio, make_diagnoser
 from skarxlag.bearings import SKF_6205, defect_frequencies
 from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import LOCATIONS

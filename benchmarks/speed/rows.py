@@ -15,6 +15,7 @@ from sklearn.base import clone
 from sklearn.model_selection import GridSearchCV, StratifiedKFold
 from sklearn.pipeline import Pipeline
 
+from benchmarks.cross_speed.peers import make_single_observer_pio
 from benchmarks.speed import peers
 from benchmarks.speed.counts import multiply_adds
 from benchmarks.speed.timing import matrix_product, ratio, take_turns
@@ -24,7 +25,6 @@ from skarxlag import (
     ThresholdLadder,
     make_diagnoser,
     make_extended_state_pio,
-    make_single_observer_pio,
 )
 
 

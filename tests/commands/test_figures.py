@@ -3,7 +3,7 @@ import pytest
 from matplotlib.colors import to_hex
 from sklearn.utils import Bunch
 
-from skarxlag import make_single_observer_pio
+from skarxlag import ExtendedStatePIObserver, make_alpio
 from skarxlag.accuracy_tables import scored_windows
 from skarxlag.commands import figures
 from skarxlag.datasets import simulate_rig
@@ -20,7 +20,8 @@ def rig():
 @pytest.fixture(scope="module")
 def bank(rig):
     chosen = rig.rpm == 500
-    return make_single_observer_pio(healthy="Normal").fit(rig.data[chosen], rig.target[chosen])
+    diagnoser = make_alpio(healthy="Normal").set_params(observe=ExtendedStatePIObserver())
+    return diagnoser.fit(rig.data[chosen], rig.target[chosen])
 
 
 @pytest.fixture

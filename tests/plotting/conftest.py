@@ -8,9 +8,10 @@ from sklearn.pipeline import make_pipeline
 
 from skarxlag import (
     ARXLaguerre,
+    ExtendedStatePIObserver,
     PIObserver,
     ThresholdLadder,
-    make_single_observer_pio,
+    make_alpio,
 )
 
 
@@ -42,7 +43,8 @@ def rig():
 
 @pytest.fixture(scope="session")
 def bank(rig):
-    return make_single_observer_pio(healthy="good").fit(rig.X, rig.y)
+    diagnoser = make_alpio(healthy="good").set_params(observe=ExtendedStatePIObserver())
+    return diagnoser.fit(rig.X, rig.y)
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from benchmarks.monitoring.runs_to_failure import alarm_row, main, watch_run
-from skarxlag import MonitorVerdict
+from skarxlag.monitoring import MonitorVerdict
 
 
 def verdict(time, exceeds, alarm):
