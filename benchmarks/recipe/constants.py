@@ -26,7 +26,7 @@ from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.recipe.calibration import expected_calibration_error
 from benchmarks.recipe.rigs import real_rigs, simulated_rigs
 from benchmarks.recipe.targets import ROWS, folds, rows_of
-from skarxlag import ARXLaguerre, LogSpectra, OrderResidual, SpectralDistance
+from skarxlag import ARXLaguerre, LogSpectra, OrderResidual, SpectralDistance, StretchResidual
 
 PROTOCOLS = ("one speed", "others")
 ORDER_WEIGHTS = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -38,7 +38,7 @@ GRIDS = {
 }
 TIE = 0.005
 #: Samples of the windows that a row is cut into.
-WINDOW = 1200
+WINDOW = StretchResidual().window_length
 #: Parameters of a setting, in the order of the columns of the tables.
 NAMES = ["model order", "spectrum order", "smooth drift", "joint weight", "order weight"]
 
