@@ -10,7 +10,6 @@ from typing import Any
 
 from joblib import effective_n_jobs
 from sklearn import config_context, get_config
-from sklearn.utils import gen_batches
 from threadpoolctl import OpenBLASController, ThreadpoolController
 
 
@@ -106,9 +105,10 @@ def map_batches(
     >>> map_batches(lambda batch: (batch.start, batch.stop), 100, n_jobs=None)
     [(0, 64), (64, 100)]
     """
-    batches = list(gen_batches(n_windows, batch_size))
-    n_threads = min(effective_n_jobs(n_jobs), len(batches))
+    starts = range(0, n_windows, batch_size)
+    batches = [slice(start, min(start + batch_size, n_windows)) for start in starts]
     with one_thread:
+        n_threads = min(effective_n_jobs(n_jobs), len(batches)) if len(batches) > 1 else 1
         if n_threads < 2 or _thread.is_worker:
             return [function(batch) for batch in batches]
         # scikit-learn's settings belong to a thread.

@@ -14,8 +14,6 @@ from sklearn.utils import check_array, check_scalar, get_tags
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import validate_data
 
-from ._state import as_fitted
-
 
 def validate_signals(
     estimator: Any,
@@ -62,7 +60,8 @@ def validate_signals(
     if isinstance(X, np.ndarray) and not X.dtype.isnative:
         X = X.astype(X.dtype.newbyteorder("="))
     if not reset:
-        as_fitted(estimator)
+        if y is None and is_plain(estimator, X, tuple(estimator.window_shape_.tolist())):
+            return X, None
         _check_window_shape(estimator, np.asarray(X).shape[1:], any_length)
     if y is None and not (reset and get_tags(estimator).target_tags.required):
         X = validate_data(estimator, X, **check)
@@ -75,6 +74,22 @@ def validate_signals(
     if reset:
         estimator.window_shape_ = np.array(X.shape[1:])
     return X, y
+
+
+def is_plain(estimator: Any, X: Any, shape: tuple[int, ...]) -> bool:
+    """Return whether X is an array of finite floats, with rows of the shape of `fit`.
+
+    `validate_data` returns such an array unchanged. Its checks of tables and of other libraries'
+    arrays take longer than the diagnosis of one window, and every step of a pipeline repeats them.
+    """
+    return (
+        type(X) is np.ndarray
+        and X.shape[1:] == shape
+        and X.dtype in (np.float64, np.float32)
+        and len(X) > 0
+        and "feature_names_in_" not in vars(estimator)
+        and bool(np.isfinite(X).all())
+    )
 
 
 def _check_window_shape(estimator, shape, any_length):

@@ -14,7 +14,13 @@ from ._base import StretchTransformer
 from ._parallel import one_thread
 from ._state import SPEEDS, WINDOWS, Labels, Values, as_fitted, remember_parameters
 from ._validation import ABOVE_0, check_real, validate_signals, weighted_windows
-from .kernels.drift import along_axes, joint_axes, scaled_frequency, smooth_variance
+from .kernels.drift import (
+    along_axes,
+    joint_axes,
+    mean_squared_distances,
+    scaled_frequency,
+    smooth_variance,
+)
 from .kernels.spectra import cepstrum
 from .kernels.speed_references import (
     drift_factor,
@@ -333,11 +339,8 @@ class SpectralDistance(StretchTransformer):
             expected = np.einsum("skc,kcf->scf", weights, references)
             total = variances + factor[:, np.newaxis]
             for residual, place in zip(residuals, places, strict=True):
-                of_rows = total[place]
-                for c in range(len(self.classes_)):
-                    squares = (rows - expected[place, c]) ** 2 / of_rows
-                    mean = squares.sum(axis=1) / max(squares.shape[1], 1)
-                    residual[:, c] *= (mean + _LEAST) ** (weight / 2)
+                squares = mean_squared_distances(rows, expected, total, place)
+                residual *= (squares + _LEAST) ** (weight / 2)
         return residuals.min(axis=0)
 
     def _parts(self):

@@ -13,7 +13,7 @@ from sklearn.utils.validation import validate_data
 
 from ._base import DocumentedEstimator
 from ._state import TABLE, CheckedEstimator, Labels, Values, remember_parameters, uses_fitted
-from ._validation import check_labels, check_rate, check_real, weighted_windows
+from ._validation import check_labels, check_rate, check_real, is_plain, weighted_windows
 from .kernels.ladder import (
     confidence_scale,
     false_alarm_threshold,
@@ -264,7 +264,9 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         return by_rung[:, rung_of_class]
 
     def _validate(self, X):
-        return np.abs(validate_data(self, X, dtype=[np.float64, np.float32], reset=False))
+        if not is_plain(self, X, (self.n_features_in_,)):
+            X = validate_data(self, X, dtype=[np.float64, np.float32], reset=False)
+        return np.abs(X)
 
     @uses_fitted
     def decision_function(self, X: ArrayLike) -> NDArray[Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 from functools import partial
 from typing import Any, Self
 
@@ -17,7 +18,7 @@ from sklearn.utils.metaestimators import available_if
 
 from ._answers import answers, offers, unfolded_steps
 from ._base import DocumentedEstimator
-from ._parallel import map_batches
+from ._parallel import map_batches, one_thread
 from .kernels.lanes import LANES
 
 #: Bytes of the rows of a batch. The results of several models for these rows should stay in the
@@ -32,6 +33,8 @@ _LAZY = (
     "block, with one chunk along all axes but the first: X.map_blocks(diagnoser.predict, "
     "dtype=diagnoser.classes_.dtype, drop_axis=1), for several channels drop_axis=[1, 2]."
 )
+#: Methods that scikit-learn's routing does not know get the metadata that `predict` requests.
+_ROUTED_AS = {"score_samples": "predict", "p_values": "predict"}
 
 
 def _if_last_step_offers(name):
@@ -150,7 +153,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows,)
             Predictions of the last step.
         """
-        return self._in_batches(super().predict, X, params)
+        return self._in_batches(partial(self._of_last_step, "predict"), X, params)
 
     @_if_last_step_offers("predict_proba")
     def predict_proba(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -168,7 +171,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows, n_classes)
             Probabilities, in the order of `classes_`.
         """
-        return self._in_batches(super().predict_proba, X, params)
+        return self._in_batches(partial(self._of_last_step, "predict_proba"), X, params)
 
     @_if_last_step_offers("predict_log_proba")
     def predict_log_proba(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -186,7 +189,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows, n_classes)
             Natural logarithms, in the order of `classes_`.
         """
-        return self._in_batches(super().predict_log_proba, X, params)
+        return self._in_batches(partial(self._of_last_step, "predict_log_proba"), X, params)
 
     @_if_last_step_offers("decision_function")
     def decision_function(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -204,7 +207,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         ndarray of shape (n_windows, n_classes), or (n_windows,) for two conditions
             Scores of the last step.
         """
-        return self._in_batches(super().decision_function, X, params)
+        return self._in_batches(partial(self._of_last_step, "decision_function"), X, params)
 
     @_if_last_step_offers("predict")
     def diagnose(self, X: ArrayLike, **params: Any) -> Bunch:
@@ -257,13 +260,17 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             found.alarm = last.detect(levels, **routed)
         return found
 
-    def _before_last_step(self, X, params):
-        """Input of the last step, and the metadata that its `predict` requests."""
-        routed = process_routing(self, "predict", **params)
+    def _before_last_step(self, X, params, method="predict"):
+        """Return the input of the last step, and the metadata that its method requests."""
+        names = [name for name, _ in self.steps]
+        if params:
+            routed = process_routing(self, method, **params)
+        else:
+            routed = dict.fromkeys(names, Bunch(transform={}) | {method: {}})
         for name, step in self.steps[:-1]:
             if step not in (None, "passthrough"):
-                X = step.transform(X, **routed[name].transform)
-        return X, routed[self.steps[-1][0]].predict
+                X = step.transform(X, **routed[name]["transform"])
+        return X, routed[names[-1]][method]
 
     @_if_last_step_offers("score_samples")
     def score_samples(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -284,7 +291,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         return self._in_batches(partial(self._of_last_step, "score_samples"), X, params)
 
     def _of_last_step(self, method, X, **params):
-        levels, routed = self._before_last_step(X, params)
+        levels, routed = self._before_last_step(X, params, _ROUTED_AS.get(method, method))
         return getattr(self.steps[-1][1], method)(levels, **routed)
 
     @_if_last_step_offers("p_values")
@@ -403,7 +410,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
                     for name, value in params.items()}  # fmt: skip
             return method(rows[batch], **some)
 
-        with _routing(params):
+        with _routing(params), one_thread:
             if n_windows <= batch_size:
                 return method(X, **params)
             parts = map_batches(of_batch, n_windows, self.n_jobs, batch_size)
@@ -435,7 +442,7 @@ def _routing(params):
     """Switch metadata routing on if there are metadata that are not named for a step."""
     if params and not any("__" in name for name in params):
         return config_context(enable_metadata_routing=True)
-    return config_context()
+    return nullcontext()
 
 
 def _by_window(name, value, n_windows):
