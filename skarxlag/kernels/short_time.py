@@ -1,9 +1,7 @@
-"""Mean and median power of each band over the segments of a signal, in one pass.
+"""Mean and median power of each band over the segments of a signal.
 
-The short-time spectra of one signal fit the nearest caches and are never stored for all signals.
-Segments of `LENGTH` samples are transformed by a Fourier transform that is compiled for this length
-and works on `_SIDE_BY_SIDE` segments at a time. Other lengths use that of SciPy. All arithmetic is
-in single precision, whose rounding is 140 dB below the signal.
+The short-time spectra of a few signals fit the nearest caches and are never stored for all signals.
+All arithmetic is in single precision, whose rounding is 140 dB below the signal.
 """
 
 from typing import Any
@@ -14,15 +12,7 @@ from scipy import fft
 
 from .compiled import compiled, inlined
 
-#: Samples of a segment for which the transform is compiled. Two samples make one complex number.
-LENGTH = 128
-_HALF, _QUARTER = LENGTH // 2, LENGTH // 8
-#: Segments that are transformed together: their complex numbers fit the nearest cache.
-_SIDE_BY_SIDE = 24
-#: Distances in a block of complex numbers: real to imaginary parts, and a quarter of either.
-_IMAGINARY = _HALF * _SIDE_BY_SIDE
-_STEP = _QUARTER * _SIDE_BY_SIDE
-#: Samples of signals whose segments of another length are worked on together.
+#: Samples of signals whose segments are worked on together.
 _SAMPLES_IN_CACHE = 20_000
 
 
@@ -56,32 +46,15 @@ def band_levels(
     """
     signals = np.ascontiguousarray(signals, dtype=np.float32)
     window, floor = window.astype(np.float32), floor.astype(np.float32)
-    segment, n_bands = len(window), len(window) // 2 - 1
+    n_segments = (signals.shape[1] - len(window)) // hop + 1
+    n_bands = len(window) // 2 - 1
     levels = np.empty((2, len(signals), n_bands), dtype=np.float32)
-    if segment != LENGTH:
-        n_together = max(_SAMPLES_IN_CACHE // signals.shape[1], 1)
-        for first in range(0, len(signals), n_together):
-            some = slice(first, first + n_together)
-            bands = fft.rfft(windowed_segments(signals[some], window, hop))[..., 1 : n_bands + 1]
-            power = bands.real**2 + bands.imag**2 + floor[some, np.newaxis, np.newaxis]
-            _reduce_power(power, levels[:, some])
-        return levels[0], levels[1]
-    n_segments = (signals.shape[1] - segment) // hop + 1
-    n_blocks = -(-n_segments // _SIDE_BY_SIDE)
-    angles = -2j * np.pi * np.arange(_HALF) / LENGTH
-    _fill_levels(
-        signals,
-        # Even and odd samples are joined to twice their spectrum.
-        window / np.float32(2.0),
-        floor,
-        n_segments,
-        np.zeros((hop, n_blocks * _SIDE_BY_SIDE + -(-LENGTH // hop)), dtype=np.float32),
-        np.exp(angles).view(np.float64).reshape(-1, 2).T.astype(np.float32),
-        np.empty((2, 2 * _IMAGINARY), dtype=np.float32),
-        np.zeros((_HALF, _SIDE_BY_SIDE), dtype=np.float32),
-        np.empty((n_segments, _HALF), dtype=np.float32),
-        levels,
-    )
+    power = np.empty((n_segments, n_bands), dtype=np.float32)
+    n_together = max(_SAMPLES_IN_CACHE // signals.shape[1], 1)
+    for first in range(0, len(signals), n_together):
+        some = slice(first, first + n_together)
+        spectra = fft.rfft(windowed_segments(signals[some], window, hop))
+        _fill_levels(spectra, floor[some], power, levels[:, some])
     return levels[0], levels[1]
 
 
@@ -107,113 +80,23 @@ def windowed_segments(signals: NDArray[Any], window: NDArray[Any], hop: int) -> 
 
 
 @compiled
-def _fill_levels(signals, window, floor, n_segments, phases, twiddles, blocks, power, rows, levels):
-    """Fill mean and median; the arrays from `blocks` to `rows` are working memory."""
-    hop, n_columns = phases.shape
-    for w in range(len(signals)):
-        # Row k of the phases holds the samples k, k + hop, k + 2 hop ...
-        for k in range(hop):
-            phase = phases[k]
-            for column in range(min(n_columns, (signals.shape[1] - 1 - k) // hop + 1)):
-                phase[column] = signals[w, column * hop + k]
-        for first in range(0, n_segments, _SIDE_BY_SIDE):
-            _fill_block(phases, window, first, blocks[0])
-            _quarters(blocks[0], blocks[1], twiddles, 16)
-            _quarters(blocks[1], blocks[0], twiddles, 4)
-            _quarters(blocks[0], blocks[1], twiddles, 1)
-            _fill_power(blocks[1], twiddles, floor[w], power)
-            for lane in range(min(_SIDE_BY_SIDE, n_segments - first)):
-                row = rows[first + lane]
-                for band in range(_HALF):
-                    row[band] = power[band, lane]
-        _fill_mean_and_median(rows, 1, levels[0, w], levels[1, w])
-
-
-@compiled
-def _reduce_power(power, levels):
-    """Fill mean and median of powers of shape (n_signals, n_segments, n_bands); sort the powers."""
-    for w in range(len(power)):
-        _fill_mean_and_median(power[w], 0, levels[0, w], levels[1, w])
-
-
-@inlined
-def _fill_mean_and_median(rows, first, mean, median):
-    """Fill mean and median of the columns from the first one on, and sort the columns."""
-    n_rows = len(rows)
-    lower, upper = rows[(n_rows - 1) // 2], rows[n_rows // 2]
-    for band in range(len(mean)):
-        mean[band] = np.float32(0.0)
-    for s in range(n_rows):
-        row = rows[s, first:]
-        for band in range(len(mean)):
-            mean[band] += row[band]
-    sort_columns(rows)
-    for band in range(len(mean)):
-        mean[band] *= np.float32(1.0 / n_rows)
-        median[band] = (lower[band + first] + upper[band + first]) * np.float32(0.5)
-
-
-@inlined
-def _fill_block(phases, window, first, block):
-    """Write even samples of the segments as real parts, and odd ones as imaginary parts."""
-    hop = phases.shape[0]
-    for k in range(LENGTH):
-        column, phase = divmod(k, hop)
-        samples, weight = phases[phase, first + column :], window[k]
-        target = block[(k // 2) * _SIDE_BY_SIDE + (k % 2) * _IMAGINARY :]
-        for lane in range(_SIDE_BY_SIDE):
-            target[lane] = weight * samples[lane]
-
-
-@inlined
-def _quarters(source, target, twiddles, stride):
-    """Run one pass of Stockham's transform with four-point butterflies.
-
-    All writes are at constant distances, as vector instructions need them.
-    """
-    n = stride * _SIDE_BY_SIDE
-    for p in range(_QUARTER // stride):
-        turn = 2 * p * stride
-        c1, s1 = twiddles[0, turn], twiddles[1, turn]
-        c2, s2 = c1 * c1 - s1 * s1, np.float32(2.0) * c1 * s1
-        c3, s3 = c1 * c2 - s1 * s2, c1 * s2 + s1 * c2
-        a, b = source[4 * p * n :], source[(4 * p + 1) * n :]
-        c, d = source[(4 * p + 2) * n :], source[(4 * p + 3) * n :]
-        out = target[p * n :]
-        for i in range(n):
-            br, bi = b[i] * c1 - b[i + _IMAGINARY] * s1, b[i] * s1 + b[i + _IMAGINARY] * c1
-            cr, ci = c[i] * c2 - c[i + _IMAGINARY] * s2, c[i] * s2 + c[i + _IMAGINARY] * c2
-            dr, di = d[i] * c3 - d[i + _IMAGINARY] * s3, d[i] * s3 + d[i + _IMAGINARY] * c3
-            er, ei = a[i] + cr, a[i + _IMAGINARY] + ci
-            fr, fi = a[i] - cr, a[i + _IMAGINARY] - ci
-            gr, gi = br + dr, bi + di
-            hr, hi = br - dr, bi - di
-            out[i] = er + gr
-            out[i + _IMAGINARY] = ei + gi
-            out[i + _STEP] = fr + hi
-            out[i + _STEP + _IMAGINARY] = fi - hr
-            out[i + 2 * _STEP] = er - gr
-            out[i + 2 * _STEP + _IMAGINARY] = ei - gi
-            out[i + 3 * _STEP] = fr - hi
-            out[i + 3 * _STEP + _IMAGINARY] = fi + hr
-
-
-@inlined
-def _fill_power(block, twiddles, floor, power):
-    """Separate the spectra of even and odd samples, join them, and write the power of each band."""
-    for band in range(1, _HALF):
-        cosine, sine = twiddles[0, band], twiddles[1, band]
-        z, mirror = block[band * _SIDE_BY_SIDE :], block[(_HALF - band) * _SIDE_BY_SIDE :]
-        row = power[band]
-        for lane in range(_SIDE_BY_SIDE):
-            even_r, even_i = (
-                z[lane] + mirror[lane],
-                z[lane + _IMAGINARY] - mirror[lane + _IMAGINARY],
-            )
-            odd_r, odd_i = z[lane + _IMAGINARY] + mirror[lane + _IMAGINARY], mirror[lane] - z[lane]
-            real = even_r + odd_r * cosine - odd_i * sine
-            imag = even_i + odd_r * sine + odd_i * cosine
-            row[lane] = real * real + imag * imag + floor
+def _fill_levels(spectra, floor, power, levels):
+    """Fill mean and median; `power` is working memory of shape (n_segments, n_bands)."""
+    n_segments, n_bands = power.shape
+    lower, upper = power[(n_segments - 1) // 2], power[n_segments // 2]
+    for w in range(len(spectra)):
+        mean, median = levels[0, w], levels[1, w]
+        mean[:] = np.float32(0.0)
+        for s in range(n_segments):
+            row, spectrum = power[s], spectra[w, s, 1:]
+            for band in range(n_bands):
+                value = spectrum[band]
+                row[band] = value.real * value.real + value.imag * value.imag + floor[w]
+                mean[band] += row[band]
+        sort_columns(power)
+        for band in range(n_bands):
+            mean[band] *= np.float32(1.0 / n_segments)
+            median[band] = (lower[band] + upper[band]) * np.float32(0.5)
 
 
 @inlined
