@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -13,7 +14,7 @@ from sklearn.utils.validation import validate_data
 
 from ._base import DocumentedEstimator
 from ._state import TABLE, CheckedEstimator, Labels, Values, remember_parameters, uses_fitted
-from ._validation import check_labels, check_rate, check_real, is_plain, weighted_windows
+from ._validation import ABOVE_0, check_labels, check_rate, check_real, is_plain, weighted_windows
 from .kernels.ladder import (
     confidence_scale,
     false_alarm_threshold,
@@ -26,6 +27,7 @@ from .kernels.speed_references import group_speeds
 from .speeds import log_speeds
 
 
+@dataclass(kw_only=True, eq=False, repr=False)
 class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, BaseEstimator):
     r"""Classifier of residual levels by calibrated thresholds (equations 23-32).
 
@@ -49,10 +51,6 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         The healthy condition. None: the one of lowest median level.
     false_alarm_rate : float, default=0.01
         Share in (0, 1) of healthy windows that may exceed :math:`\Gamma`.
-    priors : array-like of shape (n_classes,) or None, default=None
-        Prior probability of each condition, above 0, in the order of `classes_`; the sum is 1.
-        Priors shift verdicts and confidences, but not the thresholds. None: all conditions are
-        equally likely, whatever their numbers of training windows are.
     confidence_scale : float, pair of float or None, default=None
         Factor :math:`\beta` on the scores in `predict_proba`, above 0. Of a pair, the first number
         is used if the windows of `fit` have one speed or no stated speed, and the second if they
@@ -76,9 +74,6 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         Index of the healthy condition in `classes_`.
     confidence_scale_ : float
         Factor :math:`\beta` on the scores in `predict_proba`.
-    priors_ : ndarray of shape (n_classes,)
-        Prior probabilities :math:`\pi_c`. Each adds :math:`\ln(\pi_c/\max\pi)/\beta` to the score
-        of its condition, so that the confidence is proportional to :math:`\pi_c`.
     n_features_in_ : int
         Number of residuals.
     feature_names_in_ : ndarray of str
@@ -102,13 +97,9 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
     array(['normal', 'ball', 'inner'], dtype='<U6')
     """
 
-    classes_: NDArray[Any]
-    detection_threshold_: float
-    isolation_thresholds_: NDArray[Any]
-    rungs_: NDArray[Any]
-    healthy_index_: int
-    confidence_scale_: float
-    priors_: NDArray[Any]
+    healthy: Any = None
+    false_alarm_rate: float = 0.01
+    confidence_scale: float | tuple[float, float] | None = None
 
     #: Metadata routing passes these without `set_fit_request` and its siblings.
     __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
@@ -121,13 +112,6 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         ),
         "detection_threshold_": Values((), "at least 0"),
         "confidence_scale_": Values((), "above 0"),
-        "priors_": Values(
-            lambda e: (len(e.classes_),),
-            (
-                lambda p, e: np.all(p > 0) and abs(p.sum() - 1) < 1e-6,
-                "probabilities above 0 that sum to 1",
-            ),
-        ),
         "isolation_thresholds_": Values(
             lambda e: (len(e.classes_) - (not e._is_bank()),),
             (
@@ -136,19 +120,6 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
             ),
         ),
     }
-
-    def __init__(
-        self,
-        *,
-        healthy: Any = None,
-        false_alarm_rate: float = 0.01,
-        priors: ArrayLike | None = None,
-        confidence_scale: float | tuple[float, float] | None = None,
-    ) -> None:
-        self.healthy = healthy
-        self.false_alarm_rate = false_alarm_rate
-        self.priors = priors
-        self.confidence_scale = confidence_scale
 
     def fit(
         self,
@@ -187,16 +158,16 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         log_speed = log_speeds(rpm, len(X))
         X, y, weights = weighted_windows(np.abs(X), y, sample_weight)
         self._check_parameters()
-        self.classes_, target = np.unique(y, return_inverse=True)
-        self.priors_ = self._check_priors()
+        classes, target = np.unique(y, return_inverse=True)
+        self.classes_: NDArray[Any] = classes
         combined = root_mean_square(X)
         of_class = [target == c for c in range(len(self.classes_))]
         medians = np.array([weighted_median(combined[own], weights[own]) for own in of_class])
         order = np.argsort(medians, kind="stable")
-        self.rungs_ = self.classes_[order]
-        self.healthy_index_ = self._find_healthy(order)
+        self.rungs_: NDArray[Any] = self.classes_[order]
+        self.healthy_index_: int = self._find_healthy(order)
         healthy = of_class[self.healthy_index_]
-        self.detection_threshold_ = false_alarm_threshold(
+        self.detection_threshold_: float = false_alarm_threshold(
             self._healthy_level(X)[healthy], self.false_alarm_rate, weights[healthy]
         )
         if self._is_bank():
@@ -212,39 +183,24 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
                 # Gamma keeps the stated rate only while it is the first cut.
                 thresholds[0] = self.detection_threshold_
                 thresholds = np.maximum.accumulate(thresholds)
-        self.isolation_thresholds_ = np.array(thresholds)
-        scores = self._likelihood_scores(X)
+        self.isolation_thresholds_: NDArray[Any] = np.array(thresholds)
         if self.confidence_scale is None:
-            self.confidence_scale_ = confidence_scale(scores, target, weights)
+            scale = confidence_scale(self._scores(X), target, weights)
         else:
             scales = np.broadcast_to(self.confidence_scale, 2)
             has_speeds = log_speed is not None and len(group_speeds(log_speed)[0]) > 1
-            self.confidence_scale_ = float(scales[int(has_speeds)])
+            scale = float(scales[int(has_speeds)])
+        self.confidence_scale_: float = scale
         remember_parameters(self)
         return self
 
-    def _check_priors(self):
-        n_classes = len(self.classes_)
-        if self.priors is None:
-            return np.full(n_classes, 1 / n_classes)
-        priors = np.asarray(self.priors, dtype=np.float64)
-        if priors.shape != (n_classes,) or not np.all(priors > 0) or abs(priors.sum() - 1) > 1e-6:
-            raise ValueError(
-                f"priors={self.priors!r}, expected {n_classes} probabilities above 0 that sum to "
-                f"1, for the conditions {self.classes_.tolist()}."
-            )
-        return priors
-
     def _find_healthy(self, order):
+        names = self.classes_.tolist()
         if self.healthy is None:
             return int(order[0])
-        found = np.flatnonzero(self.classes_ == self.healthy)
-        if len(found) == 0:
-            raise ValueError(
-                f"healthy={self.healthy!r} is not among the conditions in y: "
-                f"{self.classes_.tolist()}."
-            )
-        return int(found[0])
+        if self.healthy not in names:
+            raise ValueError(f"healthy={self.healthy!r} is not among the conditions in y: {names}.")
+        return names.index(self.healthy)
 
     def _is_bank(self):
         return len(self.classes_) == self.n_features_in_ > 1
@@ -253,10 +209,6 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         return X[:, self.healthy_index_] if self._is_bank() else root_mean_square(X)
 
     def _scores(self, X):
-        shift = np.log(self.priors_ / self.priors_.max()) / self.confidence_scale_
-        return self._likelihood_scores(self._validate(X)) + shift
-
-    def _likelihood_scores(self, X):
         if self._is_bank():
             return relative_scores(X)
         by_rung = rung_scores(root_mean_square(X), self.isolation_thresholds_)
@@ -282,10 +234,9 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         ndarray of shape (n_windows, n_classes), or (n_windows,) for two conditions
             Scores in nepers. Of a bank: the distance of the residual below the geometric mean of
             all. Of one residual: the distance of the level from the bounds of the rung, positive
-            inside. The priors add to both. For two conditions: the score of the second less that of
-            the first.
+            inside. For two conditions: the score of the second less that of the first.
         """
-        scores = self._scores(X)
+        scores = self._scores(self._validate(X))
         return scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
 
     @uses_fitted
@@ -302,7 +253,7 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         ndarray of shape (n_windows,)
             Conditions.
         """
-        return self.classes_[np.argmax(self._scores(X), axis=1)]
+        return self.classes_[np.argmax(self._scores(self._validate(X)), axis=1)]
 
     def predict_proba(self, X: ArrayLike) -> NDArray[Any]:
         """Compute the probability of each condition.
@@ -338,7 +289,7 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         ndarray of shape (n_windows, n_classes)
             Natural logarithms, finite.
         """
-        scores = self._scores(X)
+        scores = self._scores(self._validate(X))
         return log_softmax(self.confidence_scale_ * scores, axis=1)
 
     @uses_fitted
@@ -360,8 +311,7 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         ndarray of bool of shape (n_windows,)
             True for an alarm.
         """
-        level = self._healthy_level(self._validate(X))
-        return level > self.detection_threshold_
+        return self._healthy_level(self._validate(X)) > self.detection_threshold_
 
     def _answers(self):
         return {
@@ -373,17 +323,17 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
     def _check_parameters(self):
         check_rate(self.false_alarm_rate, "false_alarm_rate")
         scales = self.confidence_scale
-        if isinstance(scales, tuple | list) and len(scales) != 2:
+        scales = list(scales) if isinstance(scales, tuple | list) else [scales, scales]
+        if len(scales) != 2:
             raise ValueError(
-                f"confidence_scale={scales!r}, expected a number above 0, or one for one speed and "
-                "one for several."
+                f"confidence_scale={self.confidence_scale!r}, expected a number above 0, or one "
+                "for one speed and one for several."
             )
-        for scale in scales if isinstance(scales, tuple | list) else [scales]:
-            if scale is not None:
-                check_real(scale, "confidence_scale", min_val=0, include_boundaries="neither")
+        if self.confidence_scale is not None:
+            for scale in scales:
+                check_real(scale, "confidence_scale", **ABOVE_0)
 
     def _check_relations(self):
-        self._check_priors()
         rungs = self.rungs_
         is_array = isinstance(rungs, np.ndarray) and rungs.shape == self.classes_.shape
         if not is_array or sorted(map(str, rungs)) != sorted(map(str, self.classes_)):

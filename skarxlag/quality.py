@@ -113,8 +113,8 @@ def signal_quality(
     Notes
     -----
     Estimators treat such windows as follows: `ARXLaguerre` leaves windows of constant output out of
-    its sums. The diagnosers return the prior probabilities (`predict_proba`); a detector flags
-    them. `predict` of a diagnoser returns one of its conditions for them, which means nothing.
+    its sums. `predict_proba` of the diagnosers returns equal probabilities; a detector flags them.
+    `predict` of a diagnoser returns one of its conditions for them, which means nothing.
     `window_verdicts` returns "no signal".
 
     Short windows are judged by fewer criteria. Two samples at the extremes, one at each, never

@@ -103,7 +103,6 @@ EFFECTS = {
     ThresholdLadder: ALARM_EFFECTS
     | {
         "healthy": ({}, 1, thresholds),
-        "priors": ({}, [0.9, 0.1], confidences),
         "confidence_scale": ({}, 3.0, confidences),
     },
     ChannelRows: {"n_channels": ({}, 2, levels)},

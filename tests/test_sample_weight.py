@@ -1,4 +1,4 @@
-"""Weights of windows and prior probabilities of conditions."""
+"""Weights of windows."""
 
 import numpy as np
 import pytest
@@ -245,32 +245,6 @@ def test_searches_and_calibration_hand_weights_on(windows, conditions):
     assert search.best_score_ == pytest.approx(expected)
     member = calibrated.calibrated_classifiers_[0].estimator
     np.testing.assert_array_equal(member.predict_proba(windows), diagnoser.predict_proba(windows))
-
-
-@pytest.mark.parametrize("n_residuals", [1, 3])
-def test_priors_multiply_the_confidence_as_bayes_says(n_residuals):
-    rng = np.random.default_rng(0)
-    y = np.arange(60) % 3
-    X = rng.lognormal(size=(60, n_residuals)) * (1 + y[:, np.newaxis])
-    priors = np.array([0.7, 0.2, 0.1])
-    even = ThresholdLadder().fit(X, y)
-    informed = ThresholdLadder(priors=priors).fit(X, y)
-    expected = priors * even.predict_proba(X)
-    expected /= expected.sum(axis=1, keepdims=True)
-    np.testing.assert_allclose(informed.predict_proba(X), expected, rtol=1e-9)
-    np.testing.assert_array_equal(informed.predict(X), expected.argmax(axis=1))
-    np.testing.assert_array_equal(informed.decision_function(X).argmax(axis=1), informed.predict(X))
-    assert (informed.predict(X) == 0).sum() > (even.predict(X) == 0).sum()
-    np.testing.assert_array_equal(informed.isolation_thresholds_, even.isolation_thresholds_)
-    np.testing.assert_array_equal(even.priors_, [1 / 3] * 3)
-
-
-@pytest.mark.parametrize(
-    "priors", [[0.5, 0.5, 0.5], [1.0, 0.0], [1.2, -0.2], [0.5, np.nan], [[0.5, 0.5]], 1.0]
-)
-def test_bad_priors_are_refused(priors):
-    with pytest.raises(ValueError, match=r"priors=.*expected 2 probabilities above 0 that sum"):
-        ThresholdLadder(priors=priors).fit([[1.0], [2.0]], ["a", "b"])
 
 
 def healthy_rows():
