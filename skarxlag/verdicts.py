@@ -153,15 +153,6 @@ class Judge:
         is below 1.
     """
 
-    conditions: list[Any]
-    healthy: Any
-    detects: bool
-    alarm_rate: float | None
-    train_rpm: list[float]
-    speed_factor: float
-    same_speed: bool
-    sampling_rate: float | None
-
     def __init__(
         self,
         diagnoser: Any,
@@ -180,39 +171,42 @@ class Judge:
             if detector is not None:
                 raise ValueError("diagnoser is no classifier, expected None beside a detector")
             diagnoser, detector = None, diagnoser
+        check_real(speed_factor, "speed_factor", min_val=1)
+        self.speed_factor: float = speed_factor
+        self.same_speed: bool = same_speed
         models = {"diagnoser": diagnoser, "detector": detector, "known": known}
         models = {name: model for name, model in models.items() if model is not None}
         self._can = {name: answers(model) for name, model in models.items()}
         self._models = {name: in_one_pass(model) for name, model in models.items()}
-        self.conditions, self.healthy = self._ordered(conditions)
-        limits = self._can.get("detector", self._can.get("diagnoser"))
+        self.conditions: list[Any] = self._ordered(conditions)
+        # The first of a user's order is the healthy condition.
+        is_stated = conditions is not None or diagnoser is None
+        self.healthy: Any = self.conditions[0] if is_stated else self._can["diagnoser"].healthy
+        limits = self._can.get("detector") or self._can["diagnoser"]
         if detector is not None and not limits.alarm:
             raise ValueError(
                 f"detector: {type(detector).__name__} flags no rows, expected an outlier detector"
             )
-        self.detects, self.alarm_rate = limits.alarm, limits.stated_rate
-        stated = [train_rpm, *(can.speeds for can in self._can.values())]
-        self.train_rpm = list(next(filter(len, stated), ()))
+        self.detects: bool = limits.alarm
+        self.alarm_rate: float | None = limits.stated_rate
+        speeds = [train_rpm, *(can.speeds for can in self._can.values())]
+        self.train_rpm: list[float] = list(next(filter(len, speeds), ()))
         rates = [sampling_rate, *(can.sampling_rate for can in self._can.values())]
-        self.sampling_rate = next(filter(None, rates), None)
-        check_real(speed_factor, "speed_factor", min_val=1)
-        self.speed_factor, self.same_speed = speed_factor, same_speed
+        self.sampling_rate: float | None = next(filter(None, rates), None)
 
     def _ordered(self, chosen):
-        """Conditions in the order asked for, and the healthy one."""
+        """Return the conditions in the order asked for."""
         can = self._can.get("diagnoser")
         if can is not None and not can.states_probabilities:
             raise ValueError(
                 "diagnoser states no probabilities, expected a classifier with predict_proba"
             )
+        known = None if can is None else can.conditions
         if chosen is not None:
-            chosen = list(chosen)
-            check_conditions(chosen, None if can is None else can.conditions)
-            return chosen, chosen[0]
-        if can is None:
-            return ["healthy"], "healthy"
-        check_condition_names(can.conditions)
-        return list(can.conditions), can.healthy
+            check_conditions(list(chosen), known)
+        elif known is not None:
+            check_condition_names(known)
+        return list(chosen or known or ["healthy"])
 
     def opinions(self, X: NDArray[Any], rpm: ArrayLike | None = None) -> Bunch:
         """Ask all models about windows.
@@ -236,81 +230,74 @@ class Judge:
             resemble no condition. Numbers are NaN if they are not known.
         """
         n = len(X)
-        speed_error = np.full(n, "")
+        refusal = np.full(n, "", dtype=object)
         if rpm is not None:
-            speed_error = speed_errors(rpm, n, self.train_rpm, self.speed_factor)
+            refusal = speed_errors(rpm, n, self.train_rpm, self.speed_factor)
             rpm = speeds_of_rows(rpm, n)
         quality, share = signal_quality(
             X, sampling_rate=self.sampling_rate, rpm=rpm, return_share=True
         )
-        refusal = speed_error.astype(object)
         limits = self._limits(rpm, n)
         if "diagnoser" not in self._can:
             # Without limits, a detector says nothing.
             refusal = np.where((refusal == "") & (limits != HOLD), limits, refusal)
-        usable = np.flatnonzero((quality == "good") & (refusal == ""))
         found = Bunch(quality=quality, quality_share=share, refusal=refusal, limits=limits)
         found.probability = np.full((n, len(self.conditions)), np.nan)
         for name in ("exceeds", "score", "p_value", "nearest", "comb"):
             found[name] = np.full(n, np.nan)
-        X = X if len(usable) == n else np.asarray(X)[usable]
-        if "diagnoser" in self._can and len(usable) > 0:
+        usable = (quality == "good") & (refusal == "")
+        within = usable & (limits == HOLD)
+        if "diagnoser" in self._can and usable.any():
             said = self._asked("diagnoser", "diagnose", X, rpm, usable)
             classes = self._can["diagnoser"].conditions
             order = [classes.index(name) for name in self.conditions]
             found.probability[usable] = said.probability[:, order]
             if self.detects and "detector" not in self._can:
-                found.exceeds[usable] = said.alarm
-        holds = limits[usable] == HOLD
-        if "detector" in self._can and holds.any():
-            some = usable[holds]
-            said = self._asked("detector", "diagnose", X if holds.all() else X[holds], rpm, some)
-            found.exceeds[some], found.score[some] = said.alarm, said.score
+                found.exceeds[within] = said.alarm[within[usable]]
+        if "detector" in self._can and within.any():
+            said = self._asked("detector", "diagnose", X, rpm, within)
+            found.exceeds[within], found.score[within] = said.alarm, said.score
             if self._can["detector"].healthy_p_value:
                 # The score is the logarithm of the p-value over the stated rate.
-                found.p_value[some] = np.exp(said.score) * self.alarm_rate
-        if "known" in self._can and len(usable) > 0:
+                found.p_value[within] = np.exp(said.score) * self.alarm_rate
+        if "known" in self._can and usable.any():
             found.nearest[usable] = np.exp(self._asked("known", "score_samples", X, rpm, usable))
-            self._ask_combs(found, X, rpm, usable)
-        found.exceeds[limits != HOLD] = np.nan
+            unlike = found.nearest < self._can["known"].stated_rate
+            places = self._can["diagnoser"].places if "diagnoser" in self._can else None
+            if places is not None and unlike.any():
+                by_class = self._asked("diagnoser", "place_probability", X, rpm, unlike)
+                is_fault = np.array(places) != PLACES.index(HEALTHY)
+                found.comb[unlike] = by_class.max(axis=1, where=is_fault, initial=0.0)
         return found
 
-    def _ask_combs(self, found, X, rpm, usable):
-        """Ask combs about windows that resemble no condition."""
-        places = self._can["diagnoser"].places if "diagnoser" in self._can else None
-        unlike = found.nearest[usable] < self._can["known"].stated_rate
-        if places is not None and unlike.any():
-            rows = usable[unlike]
-            by_class = self._asked("diagnoser", "place_probability", X[unlike], rpm, rows)
-            is_fault = np.array(places) != PLACES.index(HEALTHY)
-            found.comb[rows] = by_class.max(axis=1, where=is_fault, initial=0.0)
-
     def _asked(self, name, method, X, rpm, rows):
+        """Return the results of a model's method on some rows."""
+        some = X if rows.all() else np.asarray(X)[rows]
         params = {} if rpm is None or not self._can[name].takes_rpm else {"rpm": rpm[rows]}
-        return getattr(self._models[name], method)(X, **params)
+        return getattr(self._models[name], method)(some, **params)
 
     def _limits(self, rpm, n):
-        """For each row, whether healthy limits hold at its speed, or why not."""
-        if not self.detects:
-            return np.full(n, "no healthy limits were learned", dtype=object)
+        """Return for each row whether healthy limits hold at its speed, or why not."""
         can, listed = self._can.get("detector"), ", ".join(f"{v:g}" for v in self.train_rpm)
-        reason = f"healthy limits hold at {listed} rpm"
-        if rpm is None:
-            holds = self.same_speed if can is None else not can.needs_rpm
-            stated = "the speed is not stated"
-            stated += f", and {reason} only" if self.train_rpm else ""
-            return np.full(n, HOLD if holds else stated, dtype=object)
-        if can is not None and (can.takes_rpm or not self.train_rpm):
+        reason = f"healthy limits hold at {listed} rpm only"
+        holds = np.zeros(n, dtype=bool)
+        if not self.detects:
+            reason = "no healthy limits were learned"
+        elif rpm is None:
+            holds[:] = self.same_speed if can is None else not can.needs_rpm
+            reason = f"the speed is not stated{f', and {reason}' if listed else ''}"
+        elif can is not None and (can.takes_rpm or not listed):
             # These limits widen with the distance in speed.
-            return np.full(n, HOLD, dtype=object)
-        if not self.train_rpm:
-            return np.full(n, "the training speeds are not known", dtype=object)
-        # A detector without speeds has limits for speeds that differ by the factor 1.3.
-        tolerance = SAME_LOG_SPEED if can is None else UNIT_DISTANCE
-        with np.errstate(invalid="ignore", divide="ignore"):
-            speeds = np.log(rpm.reshape(n, -1).mean(axis=1, keepdims=True) / self.train_rpm)
-            is_near = np.min(np.abs(speeds), axis=1) <= tolerance + 1e-9
-        return np.where(is_near, HOLD, f"{reason} only").astype(object)
+            holds[:] = True
+        elif not listed:
+            reason = "the training speeds are not known"
+        else:
+            # A detector without speeds has limits for speeds that differ by the factor 1.3.
+            tolerance = SAME_LOG_SPEED if can is None else UNIT_DISTANCE
+            with np.errstate(invalid="ignore", divide="ignore"):
+                ratio = np.log(rpm.reshape(n, -1).mean(axis=1, keepdims=True) / self.train_rpm)
+            holds = np.abs(ratio).min(axis=1) <= tolerance + 1e-9
+        return np.where(holds, HOLD, reason).astype(object)
 
     def windows(self, X: NDArray[Any], rpm: ArrayLike | None = None) -> pd.DataFrame:
         """Return a row for each window, as `window_verdicts` does."""
