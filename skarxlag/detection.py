@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, ClassVar, Self
 
@@ -26,13 +27,15 @@ from .kernels.healthy_limits import (
 )
 from .kernels.healthy_rows import Rows, measure_rows, number_of_cepstra
 from .kernels.ladder import rows_that_hold
-from .kernels.speed_references import UNIT_DISTANCE, group_speeds
+from .kernels.speed_references import UNIT_DISTANCE, group_speeds, speed_distance
 from .speeds import log_speeds, with_plausible_speeds
 
 #: Begin of the warning that `fit` was given no speeds.
 UNKNOWN_SPEED = (
     "rpm is not given, so the limits are those for a speed that differs by the factor 1.3"
 )
+#: Fields of `Limits` that are attributes of a detector, with an underscore at the end.
+_LIMITS = [name for name in Limits._fields if name != "known"]
 #: Samples that a spectrum takes at least.
 _SHORTEST_SPECTRUM = 8
 #: Log p-value of a row without a plausible speed: the p-value is the smallest above 0.
@@ -171,6 +174,7 @@ def _n_cepstra(detector):
     return number_of_cepstra(int(detector.window_shape_[-1]) // detector.n_windows_)
 
 
+@dataclass(kw_only=True, eq=False, repr=False)
 class FaultDetector(RowOutlierDetector):
     r"""Outlier detector that flags rows unlike healthy ones, at any speed.
 
@@ -299,14 +303,10 @@ class FaultDetector(RowOutlierDetector):
     True
     """
 
-    offset_: float
-    speeds_: NDArray[Any]
-    drift_scale_: float
-    left_out_rates_: NDArray[Any]
-    n_rows_: int
-    n_windows_: int
-    axes_: NDArray[np.float32]
-    variances_: NDArray[Any]
+    false_alarm_rate: float = 0.01
+    fixed_gain: bool = False
+    window_length: int = 4800
+    n_jobs: int | None = None
 
     _state = INNOVATIONS | {
         "n_rows_": Values((), "at least 2", "i"),
@@ -318,9 +318,7 @@ class FaultDetector(RowOutlierDetector):
         "axes_": Values(lambda e: 2 * (_n_cepstra(e),)),
         "means_": Values(lambda e: (_n_references(e), len(e.deviations_))),
         "variances_": Values(lambda e: (_n_cepstra(e),), "at least 0"),
-        "left_out_rates_": Values(
-            lambda e: (len(e.speeds_) if len(e.speeds_) > 1 else 0,), "at least 0"
-        ),
+        "left_out_rates_": Values(lambda e: (len(e.speeds_) * (len(e.speeds_) > 1),), "at least 0"),
         "slopes_": Values(
             lambda e: (len(e.deviations_), 2),
             (lambda v, e: v[:, 1] >= 0, "variances of at least 0 in the second column"),
@@ -331,19 +329,7 @@ class FaultDetector(RowOutlierDetector):
         "offset_": Values((), "below 0"),
     }
 
-    def __init__(
-        self,
-        *,
-        false_alarm_rate: float = 0.01,
-        fixed_gain: bool = False,
-        window_length: int = 4800,
-        n_jobs: int | None = None,
-    ) -> None:
-        self.false_alarm_rate = false_alarm_rate
-        self.fixed_gain = fixed_gain
-        self.window_length = window_length
-        self.n_jobs = n_jobs
-
+    @one_thread
     def fit(
         self,
         X: ArrayLike,
@@ -398,41 +384,35 @@ class FaultDetector(RowOutlierDetector):
                 f"n_samples = {len(X)}: X has one row at each of {len(known)} speeds, expected at "
                 "least 2 rows of one speed."
             )
-        self.n_rows_ = len(X)
-        self.n_windows_ = max(X.shape[-1] // self.window_length, 1)
-        with_level = bool(self.fixed_gain) or X.shape[-1] < _SHORTEST_SPECTRUM
+        self.n_rows_: int = len(X)
+        self.n_windows_: int = max(X.shape[-1] // self.window_length, 1)
         # Few long rows are calibrated on their parts.
         n_parts = parts_of_rows(at, self.n_windows_)
         n_windows = self.n_windows_ // n_parts
-        at, weights = np.repeat(at, n_parts), np.repeat(weights, n_parts)
         length = n_windows * (X.shape[-1] // self.n_windows_)
         parts = X[..., : n_parts * length].reshape(-1, X.shape[1], length)
+        with_level = bool(self.fixed_gain) or X.shape[-1] < _SHORTEST_SPECTRUM
         rows = measure(parts, n_windows, with_level=with_level, n_jobs=self.n_jobs)
-        self._calibrate(HealthyRows(rows, known, at, weights))
-        self.speeds_ = np.exp(known) if rpm is not None else np.empty(0)
+        healthy = HealthyRows(rows, known, np.repeat(at, n_parts), np.repeat(weights, n_parts))
+        limits = calibrate(healthy)
+        vars(self).update({name + "_": limits._asdict()[name] for name in _LIMITS})
         # Most of a saved detector; seven digits are more than the scatter of rows leaves.
-        self.axes_ = self.axes_.astype(np.float32)
+        self.axes_: NDArray[np.float32] = limits.axes.astype(np.float32)
         # The mean of more windows has a smaller variance.
-        self.variances_ = self.variances_ * (n_windows / self.n_windows_)
+        self.variances_: NDArray[Any] = limits.variances * (n_windows / self.n_windows_)
+        self.speeds_: NDArray[Any] = np.empty(0) if rpm is None else np.exp(known)
+        self.offset_: float = float(np.log(self.false_alarm_rate))
+        scale, shares = 1.0, np.empty(0)
+        if len(known) > 1:
+            scale, left_out = drift_scale(healthy, limits)
+            shares = flagged_shares(left_out, healthy.at, self.offset_, healthy.weights)
+        self.drift_scale_: float = scale
+        self.left_out_rates_: NDArray[Any] = shares
         remember_parameters(self)
         for sentence in self._weak_points():
-            warnings.warn(sentence, stacklevel=2)
+            # One frame is that of the decorator.
+            warnings.warn(sentence, stacklevel=3)
         return self
-
-    @one_thread
-    def _calibrate(self, healthy):
-        """Set the limits and the drift scale."""
-        limits = calibrate(healthy)
-        for name, value in limits._asdict().items():
-            if name != "known":
-                setattr(self, name + "_", value)
-        self.offset_ = float(np.log(self.false_alarm_rate))
-        self.drift_scale_, self.left_out_rates_ = 1.0, np.empty(0)
-        if len(limits.known) > 1:
-            self.drift_scale_, left_out = drift_scale(healthy, limits)
-            self.left_out_rates_ = flagged_shares(
-                left_out, healthy.at, self.offset_, healthy.weights
-            )
 
     def _weak_points(self):
         """Yield sentences on a calibration that promises less than its user may think."""
@@ -494,22 +474,15 @@ class FaultDetector(RowOutlierDetector):
     def _log_p_values_of(self, rows, log_speed, two_sided=False):
         """Compute log p-values of measured rows; for unknown speeds, the largest of some speeds."""
         known = np.log(self.speeds_) if len(self.speeds_) > 0 else np.zeros(1)
-        fitted = {name: vars(self)[name + "_"] for name in Limits._fields if name != "known"}
-        limits = Limits(known=known, **fitted)
+        limits = Limits(known=known, **{name: vars(self)[name + "_"] for name in _LIMITS})
+        tried = [log_speed]
         if len(self.speeds_) == 0:
             tried = [UNIT_DISTANCE]
         elif log_speed is None:
             tried = [*known, known[0] - UNIT_DISTANCE, known[-1] + UNIT_DISTANCE]
-        else:
-            tried = [log_speed]
+        n, scale = len(rows.values), self.drift_scale_
         found = [
-            log_p_values(
-                limits,
-                rows,
-                np.broadcast_to(speed, len(rows.values)),
-                self.drift_scale_,
-                two_sided=two_sided,
-            )
+            log_p_values(limits, rows, np.broadcast_to(speed, n), scale, two_sided=two_sided)
             for speed in tried
         ]
         return np.max(found, axis=0)
@@ -523,13 +496,12 @@ class FaultDetector(RowOutlierDetector):
             )
         log_speed, is_plausible = super()._log_speeds(rpm, X, known)
         if log_speed is not None:
-            lowest, highest = np.log(known[[0, -1]])
-            far = np.maximum(lowest - log_speed, log_speed - highest) > UNIT_DISTANCE + 1e-9
-            if far.any():
-                outside = np.exp(log_speed[far])
+            beyond = np.abs(speed_distance(log_speed, np.log(known)).beyond)
+            outside = np.exp(log_speed[beyond > UNIT_DISTANCE + 1e-9])
+            if len(outside) > 0:
                 warnings.warn(
-                    f"{far.sum()} of {len(X)} rows at {outside.min():g} to {outside.max():g} rpm "
-                    f"lie more than the factor 1.3 outside the speeds of fit, {known[0]:g} to "
+                    f"{len(outside)} of {len(X)} rows at {outside.min():g} to {outside.max():g} "
+                    f"rpm lie more than the factor 1.3 outside the speeds of fit, {known[0]:g} to "
                     f"{known[-1]:g} rpm: limits are wide there, and faults are missed.",
                     stacklevel=5,
                 )
@@ -565,10 +537,9 @@ def measure(X: NDArray[Any], n_windows: int, *, with_level: bool, n_jobs: int | 
 def few_rows(rows: str, n: int, rate: float) -> list[str]:
     """Return a sentence if n rows do not hold a rate without assumptions, in a list."""
     needed = rows_that_hold(rate)
-    if n >= needed:
-        return []
-    return [
+    sentence = (
         f"{rows} are too few to hold the rate {rate:g} without assumptions: {n} rows hold "
         f"1/{n + 1} = {1 / (n + 1):.2g}. The stated rate rests on Student's t distribution; "
         f"{needed} rows would hold it."
-    ]
+    )
+    return [sentence] if n < needed else []

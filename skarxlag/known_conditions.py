@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, Self
 
@@ -12,12 +13,7 @@ from sklearn.utils import check_scalar
 
 from ._state import INNOVATIONS, Labels, Values, check_state, remember_parameters
 from ._validation import check_rate, validate_innovations, weighted_windows
-from .detection import (
-    UNKNOWN_SPEED,
-    FaultDetector,
-    RowOutlierDetector,
-    few_rows,
-)
+from .detection import UNKNOWN_SPEED, FaultDetector, RowOutlierDetector, few_rows
 from .kernels.speed_references import group_speeds
 from .speeds import log_speeds
 
@@ -26,6 +22,7 @@ from .speeds import log_speeds
 _DRIFT_OF_FAULTS = 3.0
 
 
+@dataclass(kw_only=True, eq=False, repr=False)
 class KnownConditions(RowOutlierDetector):
     r"""Outlier detector that rejects rows unlike every known condition.
 
@@ -107,23 +104,12 @@ class KnownConditions(RowOutlierDetector):
     array([[1., 0.]])
     """
 
-    offset_: float
-    classes_: NDArray[Any]
-    detectors_: list[FaultDetector]
+    false_rejection_rate: float = 0.01
+    window_length: int = 4800
+    n_jobs: int | None = None
+
     _two_sided = True
-
     _state = INNOVATIONS | {"offset_": Values((), "below 0"), "classes_": Labels()}
-
-    def __init__(
-        self,
-        *,
-        false_rejection_rate: float = 0.01,
-        window_length: int = 4800,
-        n_jobs: int | None = None,
-    ) -> None:
-        self.false_rejection_rate = false_rejection_rate
-        self.window_length = window_length
-        self.n_jobs = n_jobs
 
     def fit(
         self,
@@ -179,9 +165,9 @@ class KnownConditions(RowOutlierDetector):
                 f"n_samples = {len(X)}: X has one row of each condition at each speed, expected at "
                 "least 2 rows of one condition at one speed."
             )
-        self.classes_ = classes[can]
-        self.offset_ = float(np.log(self.false_rejection_rate))
-        self.detectors_ = [
+        self.classes_: NDArray[Any] = classes[can]
+        self.offset_: float = float(np.log(self.false_rejection_rate))
+        self.detectors_: list[FaultDetector] = [
             self._detector_of(X, labels == name, speeds, weights) for name in self.classes_
         ]
         remember_parameters(self)
@@ -266,8 +252,8 @@ class KnownConditions(RowOutlierDetector):
 
     def _check_relations(self):
         detectors, n = vars(self).get("detectors_"), len(self.classes_)
-        is_list = isinstance(detectors, list) and len(detectors) == n
-        if not is_list or not all(isinstance(each, FaultDetector) for each in detectors):
+        is_complete = isinstance(detectors, list) and len(detectors) == n
+        if not is_complete or not all(isinstance(each, FaultDetector) for each in detectors):
             raise ValueError(
                 f"detectors_ == {detectors!r}, expected {n} of FaultDetector, one for each of "
                 "classes_."
@@ -279,7 +265,7 @@ class KnownConditions(RowOutlierDetector):
             for each in detectors
         ]
         expected = (self.window_shape_.tolist(), *found[0][1:])
-        if any(each != expected for each in found):
+        if found != [expected] * n:
             raise ValueError(
                 f"detectors_ differ in window_shape_, n_windows_ or means_: {found}, expected "
                 f"{expected} for each."

@@ -164,10 +164,10 @@ def calibrate(healthy: HealthyRows) -> Limits:
     The scatter of rows about their expected values is measured on blocks of time. In turn, one
     block of each speed is excluded from the means and covariances, and then compared with them.
     """
-    healthy = healthy._replace(weights=healthy.weights / healthy.weights.mean())
     rows, known, at, weights = healthy
     block = time_blocks(at)
-    score, moved = np.full(len(at), np.nan), np.full(rows.values.shape, np.nan)
+    # Score of the cepstra, and distances of the values, from what the other blocks predict.
+    away = np.full((len(at), 1 + rows.values.shape[1]), np.nan)
     for number in range(block.max() + 1):
         # A speed all of whose rows are left out has nothing to be compared with.
         rest = (block != number) & np.isin(at, at[block == number])
@@ -177,28 +177,27 @@ def calibrate(healthy: HealthyRows) -> Limits:
         others = healthy.take(rest)
         expected = _expected(others)
         place = np.searchsorted(others.known, known[at[own]])
-        score[own] = _cepstral_score(
-            expected, rows.take(own), expected["references"][place], np.zeros(own.sum())
+        away[own, 0] = _cepstral_score(
+            rows.take(own),
+            expected["axes"],
+            expected["references"][place],
+            expected["variances"] + SAME_SPEED,
         )
-        moved[own] = rows.values[own] - expected["means"][place]
-    seen = ~np.isnan(score)
-    code = np.unique((at * MOST_BLOCKS + block)[seen], return_inverse=True)[1]
+        away[own, 1:] = rows.values[own] - expected["means"][place]
+    seen = ~np.isnan(away[:, 0])
+    code = np.unique((at * MOST_BLOCKS + block)[seen], return_inverse=True)[1].reshape(-1)
     n_blocks = int(code.max()) + 1
-    counted = weights[seen]
-    count = np.bincount(code, counted)
-
-    def mean_of_blocks(values):
-        return np.mean(np.bincount(code, counted * values) / count)
-
-    unbiased = n_blocks / (n_blocks - 1)
-    score_mean = mean_of_blocks(score[seen])
-    score_variance = mean_of_blocks((score[seen] - score_mean) ** 2) * unbiased
-    variances = [mean_of_blocks(column[seen] ** 2) * unbiased for column in moved.T]
+    # Each block counts as one.
+    share = weights[seen] / np.bincount(code, weights[seen])[code] / n_blocks
+    away = away[seen]
+    score_mean = share @ away[:, 0]
+    away[:, 0] -= score_mean
+    deviations = np.sqrt(share @ away**2 * n_blocks / (n_blocks - 1))
     return Limits(
         **_expected(healthy),
-        deviations=np.maximum(np.sqrt(variances), _LEAST_DEVIATION),
+        deviations=np.maximum(deviations[1:], _LEAST_DEVIATION),
         score_mean=float(score_mean),
-        score_deviation=float(max(np.sqrt(score_variance), _LEAST_SCORE_DEVIATION)),
+        score_deviation=float(max(deviations[0], _LEAST_SCORE_DEVIATION)),
         n_blocks=n_blocks,
     )
 
@@ -208,10 +207,7 @@ def _expected(healthy):
     rows, known, at, weights = healthy
     n_windows, n_features = rows.cepstra.shape[1:]
 
-    def means(part):
-        return group_means(part, at, weights)
-
-    references = means(rows.cepstra.mean(axis=1))
+    references = group_means(rows.cepstra.mean(axis=1), at, weights)
     about = rows.cepstra - references[at][:, np.newaxis]
     # A covariance holds squares, so a weight counts by its root.
     about = (about * np.sqrt(weights)[:, np.newaxis, np.newaxis]).reshape(-1, n_features)
@@ -220,9 +216,11 @@ def _expected(healthy):
     # Few windows state the variances more precisely than the correlations.
     weight = n_features / (n_features + len(about))
     scatter = (1 - weight) * scatter + weight * np.diag(np.diag(scatter))
-    drift = drift_covariance(means(rows.colour), means(rows.steadiness), **DRIFT)
+    colour, steadiness, values = (
+        group_means(part, at, weights) for part in (rows.colour, rows.steadiness, rows.values)
+    )
+    drift = drift_covariance(colour, steadiness, **DRIFT)
     axes, variances = joint_axes(scatter / n_windows, drift)
-    values = means(rows.values)
     slopes = [
         slope_against_speed(column, known, **prior)
         for column, prior in zip(values.T, SLOPES, strict=False)
@@ -237,16 +235,10 @@ def _expected(healthy):
     }
 
 
-def _cepstral_score(limits, rows, expected, variance):
-    """Return the log mean square distance of rows from their expectation, given the drift."""
-    gone = along_axes(rows.cepstra.mean(axis=1), limits["axes"]) - expected
-    spread = limits["variances"] + (variance + SAME_SPEED)[:, np.newaxis]
-    return np.log(np.mean(gone**2 / spread, axis=1) + 1e-3)
-
-
-def drift_variance(variance: Any, scale: float) -> Any:
-    """Return the variance of the drift from the variance of the Brownian motion and the scale."""
-    return scale * np.sqrt(variance) + SAME_RECORDING
+def _cepstral_score(rows, axes, expected, variances):
+    """Return the log mean square distance of rows from their expectation."""
+    gone = along_axes(rows.cepstra.mean(axis=1), axes) - expected
+    return np.log(np.mean(gone**2 / variances, axis=1) + 1e-3)
 
 
 def log_p_values(
@@ -293,30 +285,31 @@ def log_p_values(
         Natural logarithms, finite, at most 0.
     """
     at = speed_distance(log_speed, limits.known)
-    variance = drift_variance(at.variance, scale)
-    expected = at.interpolate(limits.references)
-    score = _cepstral_score(limits._asdict(), rows, expected, variance)
+    drift = scale * np.sqrt(at.variance) + SAME_RECORDING + SAME_SPEED
     more = 1 + 1 / limits.n_blocks
-    scores = [(score - limits.score_mean) / (limits.score_deviation * np.sqrt(more))]
+    # Blocks of one recording are not independent, however many speeds there are.
+    freedom = min(limits.n_blocks, MOST_BLOCKS) - 1
+    score = _cepstral_score(
+        rows,
+        limits.axes,
+        at.interpolate(limits.references),
+        limits.variances + drift[:, np.newaxis],
+    )
+    score = (score - limits.score_mean) / (limits.score_deviation * np.sqrt(more))
+    tails = [stdtr(freedom, -score)]
     for j, prior in zip(range(rows.values.shape[1]), SLOPES, strict=False):
         slope, slope_variance = limits.slopes[j]
         expected = at.interpolate(limits.means[:, j]) + slope * at.beyond
         spread = (
             limits.deviations[j] ** 2 * more
-            + (variance + SAME_SPEED) * prior["drift"] ** 2
+            + drift * prior["drift"] ** 2
             + scale * slope_variance * at.beyond**2
         )
-        scores.append((rows.values[:, j] - expected) / np.sqrt(spread))
-    # Blocks of one recording are not independent, however many speeds there are.
-    freedom = min(limits.n_blocks, MOST_BLOCKS) - 1
-    is_one_sided = [True, not two_sided, False][: len(scores)]
-    tails = np.stack(
-        [
-            stdtr(freedom, -score) if one_sided else 2 * stdtr(freedom, -np.abs(score))
-            for score, one_sided in zip(scores, is_one_sided, strict=True)
-        ]
-    )
-    least = np.maximum(tails.min(axis=0), _TINY)
+        score = (rows.values[:, j] - expected) / np.sqrt(spread)
+        # The second value is the level.
+        is_two_sided = two_sided or j == 1
+        tails.append(2 * stdtr(freedom, -abs(score)) if is_two_sided else stdtr(freedom, -score))
+    least = np.maximum(np.min(tails, axis=0), _TINY)
     return np.minimum(np.log(least) + np.log(len(tails)), 0.0)
 
 
