@@ -13,13 +13,14 @@ import numpy as np
 from benchmarks.pages.diagrams import DIAGRAMS, draw
 from benchmarks.paper.ladders import make_single_ladder
 from skarxlag import ExtendedStatePIObserver, make_extended_state_pio
-from skarxlag.commands.figures import (
-    identification_figure,
-    ladder_figure,
-    raw_signal_figure,
-    residual_figure,
-)
+from skarxlag.commands.evaluation_figures import new_figure
 from skarxlag.datasets import simulate_rig
+from skarxlag.plotting import (
+    IdentificationDisplay,
+    ResidualDisplay,
+    ThresholdLadderDisplay,
+    condition_styles,
+)
 from skarxlag.plotting._style import ANY_PAGE
 
 RPM, CRACK_MM = 500, 6
@@ -35,6 +36,8 @@ RESIDUAL_FIGURES = {
     "IR-OR-Ball": 19,
 }
 TITLE = f"Simulated rig, crack {CRACK_MM} mm"
+#: Samples of a window that an identification is drawn of, and parts of a raw signal.
+_SHOWN_SAMPLES, _BINS = 320, 800
 
 
 def figures():
@@ -59,8 +62,73 @@ def figures():
         "bank": ladder_figure(bank, rig, tested, f"{title}: a bank of residuals", "isolation"),
     }
     for name, number in RESIDUAL_FIGURES.items():
-        drawn[f"figure_{number}"] = residual_figure(ladder, rig, {name: windows[name]}, title)
+        drawn[f"figure_{number}"] = residual_figure(ladder, rig, name, windows[name], title)
     return drawn
+
+
+def identification_figure(diagnoser, rig, condition, window, title):
+    """Draw the output of a window, its prediction by the healthy model, and their difference."""
+    figure = new_figure(f"{title}, window of {condition}", 9, 4.6)
+    display = IdentificationDisplay.from_estimator(
+        diagnoser,
+        window,
+        condition=condition,
+        conditions=rig.target_names,
+        sampling_rate=rig.sampling_rate,
+        axes=figure.subplots(2, sharex=True),
+    )
+    display.axes_[0].set_xlim(0, _SHOWN_SAMPLES / rig.sampling_rate)
+    return figure
+
+
+def raw_signal_figure(rig, rpm, title):
+    """Draw the first recording of each condition at one speed.
+
+    A signal is drawn as the area between the smallest and the largest sample of each of 800 parts,
+    so that no peak is lost.
+    """
+    names = rig.target_names
+    figure = new_figure(f"{title}, {rpm:g} rpm", 9, 0.9 + 0.85 * len(names))
+    styles = condition_styles(names)
+    all_axes = figure.subplots(len(names), sharex=True, sharey=True, squeeze=False)[:, 0]
+    for ax, name in zip(all_axes, names, strict=True):
+        chosen = (rig.target == name) & (rig.rpm == rpm)
+        chosen &= rig.recording == rig.recording[chosen][0]
+        windows = rig.data[chosen][np.argsort(rig.start[chosen])]
+        signal = (windows[:, 0] if windows.ndim == 3 else windows).ravel()
+        begins = np.unique(np.linspace(0, len(signal), _BINS, endpoint=False).astype(int))
+        low, high = (each.reduceat(signal, begins) for each in (np.minimum, np.maximum))
+        color = styles[name]["color"]
+        time = begins / rig.sampling_rate
+        ax.fill_between(time, low, high, color=color, linewidth=0.5, step="post")
+        ax.set_title(name, fontsize="small", loc="left", pad=2)
+        ax.set_xlim(0, len(signal) / rig.sampling_rate)
+    figure.supylabel("Output", fontsize="medium")
+    all_axes[-1].set_xlabel("Time (s)")
+    return figure
+
+
+def ladder_figure(diagnoser, rig, chosen, title, decision="detection"):
+    """Draw the levels of many windows with the thresholds of one of the ladder's decisions."""
+    figure = new_figure(title, 9, 4.4)
+    ThresholdLadderDisplay.from_estimator(
+        diagnoser,
+        rig.data[chosen],
+        rig.target[chosen],
+        decision=decision,
+        conditions=rig.target_names,
+        ax=figure.subplots(),
+    )
+    return figure
+
+
+def residual_figure(ladder, rig, condition, window, title):
+    """Draw the residual of a window."""
+    figure = new_figure(title, 8.5, 3.2)
+    ResidualDisplay.from_estimator(
+        ladder, window, condition=condition, conditions=rig.target_names, ax=figure.subplots()
+    )
+    return figure
 
 
 def draw_diagrams(folder):

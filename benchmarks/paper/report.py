@@ -1,5 +1,6 @@
 """Tables 2-9 of the paper, filled on the simulated rig, as text and as CSV."""
 
+from dataclasses import dataclass
 from functools import partial
 
 import pandas as pd
@@ -14,13 +15,22 @@ from benchmarks.paper.comparison import (
 )
 from benchmarks.paper.ladders import DIAGNOSERS
 from benchmarks.paper.printed_tables import load_tables
-from skarxlag.commands.tables import Table, file_stem, matrix_text, number_text
 
 _IN_PAPER = {DIAGNOSERS["extended-state"][0]: "proposed"}
 #: Figures of the paper are shown with all decimals that they have, or come to.
 _DIGITS = {"paper": 3, "simulated rig": 1}
 _INNER_UNITS = {"crack_mm": "{:g} mm", "test_rpm": "{:g} rpm"}
 _SAME_WINDOWS = "At 500 rpm the same windows are calibrated and scored, as in the paper's Table 5."
+
+
+@dataclass(frozen=True)
+class Table:
+    """Table with a title, captions and cells as text, and the frame in its csv file `stem`."""
+
+    title: str
+    blocks: list[tuple[str, pd.DataFrame]]
+    stem: str
+    frame: pd.DataFrame
 
 
 def paper_report(outcome):
@@ -132,3 +142,27 @@ def _flat(frame):
         for key in frame.columns
     ]
     return frame.set_axis(heads, axis=1)
+
+
+def file_stem(title):
+    """Return the name of a diagnoser in the name of a file."""
+    return title.lower().replace(" ", "-")
+
+
+def matrix_text(table, digits=1):
+    """Return a confusion matrix with margins as text with at most that many decimals."""
+    cells = table.map(lambda value: number_text(value, digits) or "-")
+    return cells.rename_axis(None).rename_axis(None, axis=1)
+
+
+def number_text(value, digits):
+    """Return a number with at most `digits` decimals, and nothing for NaN.
+
+    Examples
+    --------
+    >>> [number_text(value, 1) for value in (97.0, 0.25, 100.0, float("nan"))]
+    ['97', '0.2', '100', '']
+    """
+    if pd.isna(value):
+        return ""
+    return f"{round(value, digits) + 0.0:.{digits}f}".rstrip("0").rstrip(".")

@@ -1,0 +1,186 @@
+"""Rigs that ``skarxlag evaluate`` takes, with their splits and the diagnosers to compare."""
+
+import argparse
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import welch
+from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+from sklearn.ensemble import RandomForestClassifier
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import FunctionTransformer, scale
+from sklearn.utils import Bunch
+
+from ..datasets import FETCHERS, simulate_rig
+from ..diagnosers import make_diagnoser
+from ..model_selection import first_and_second_half
+from ..recordings.rig import load_recordings
+from .messages import UsageError, as_command_error, report_progress
+from .models import DIAGNOSERS
+
+TITLES = {
+    "simulated": "Simulated rig",
+    **{name: f"{name.upper().replace('_', '-')} rig" for name in FETCHERS},
+}
+#: The simulated rig: samples of a recording, crack sizes, and the speed of the calibration.
+N_SAMPLES = 120_000
+_CRACKS_MM = (3.0, 6.0)
+_SIMULATED_RPM = 500.0
+#: Windows of a table are long if every recording holds two of them. Those of a rig are short.
+_LONG, _SHORT = 4800, 1200
+
+
+@dataclass(frozen=True)
+class Split:
+    """Windows of a training and of its test.
+
+    Parameters
+    ----------
+    train, test : ndarray of int
+        Rows of the windows.
+    label : str
+        Description for progress lines.
+    columns : dict
+        Constant columns of the verdicts.
+    """
+
+    train: NDArray[Any]
+    test: NDArray[Any]
+    label: str
+    columns: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A rig, its splits, and the makers of the diagnosers that are compared on it."""
+
+    title: str
+    stem: str
+    rig: Bunch
+    splits: list[Split]
+    makers: dict[str, Callable[[], Any]]
+
+    @property
+    def heading(self) -> str:
+        """Description of the rig in one sentence."""
+        rig = self.rig
+        speeds = ", ".join(f"{speed:g}" for speed in np.unique(rig.rpm))
+        return (
+            f"{self.title}: {len(rig.target_names)} conditions ({', '.join(rig.target_names)}) at "
+            f"{speeds} rpm, windows of {rig.data.shape[-1]} samples at {rig.sampling_rate:g} Hz."
+        )
+
+
+def rig_cases(args: argparse.Namespace) -> list[Case]:
+    """Return the cases of a rig: one for each crack size of the simulated rig."""
+    report_progress(args, f"{TITLES[args.rig]}: loading")
+    length, title = args.window_length or _SHORT, TITLES[args.rig]
+    try:
+        with as_command_error(OSError):
+            if args.rig in FETCHERS:
+                rig = FETCHERS[args.rig](data_home=args.data_home, window_length=length)
+                return [_rig_case(args, title, args.rig, rig)]
+    except ValueError as error:
+        # The files of a fetcher are the original ones, so only the window length can be wrong.
+        raise UsageError(f"argument --window-length: {error}") from error
+    # A tail that fills no window is not simulated.
+    n_samples = (args.n_samples or N_SAMPLES) // length * length
+    simulate = partial(simulate_rig, n_samples=n_samples, window_length=length)
+    return [
+        _rig_case(args, f"{title}, crack {crack:g} mm", f"{args.rig}_{crack:g}mm", rig)
+        for crack, rig in ((crack, simulate(crack_mm=crack)) for crack in _CRACKS_MM)
+    ]
+
+
+def _rig_case(args, title, stem, rig):
+    if np.unique(rig.recording, return_counts=True)[1].min() < 2:
+        raise UsageError(
+            f"argument --window-length: {rig.data.shape[-1]}, expected at most half of the "
+            "shortest recording"
+        )
+    speeds = np.unique(rig.rpm).tolist()
+    wanted = args.train_rpm or ("all" if args.rig in FETCHERS else _SIMULATED_RPM)
+    if wanted not in (*speeds, "all"):
+        listed = ", ".join(f"{speed:g}" for speed in speeds)
+        raise UsageError(f"argument --train-rpm: {wanted:g}, expected {listed}, or all")
+    first, second = first_and_second_half(rig.recording)
+    splits = []
+    for speed in speeds if wanted == "all" else [wanted]:
+        train, label = np.flatnonzero(first & (rig.rpm == speed)), f"calibrated at {speed:g} rpm"
+        splits.append(Split(train, np.flatnonzero(second), label, {"train_rpm": speed}))
+    healthy = rig.target_names[0]
+    makers = {name: partial(make, healthy=healthy) for name, make in DIAGNOSERS.values()}
+    return Case(title, stem, rig, splits, makers)
+
+
+def own_case(args: argparse.Namespace) -> Case:
+    """Return the splits of the recordings of a table, and the diagnosers to compare.
+
+    Recordings that are tested are never those of the training. If the table has a column
+    ``campaign``, neither are their campaigns: recordings between which nothing was remounted.
+    """
+    with as_command_error():
+        try:
+            rig = load_recordings(args.table, window_length=args.window_length or _LONG)
+        except ValueError:
+            if args.window_length is not None:
+                raise
+            rig = load_recordings(args.table, window_length=_SHORT)
+    if rig.target is None or rig.rpm is None:
+        raise UsageError(f"{args.table}: needs the columns condition and rpm")
+    n_speeds = len(np.unique(rig.rpm))
+    if n_speeds < 2 or len(rig.target_names) < 2:
+        raise UsageError(
+            f"{args.table}: {len(rig.target_names)} conditions at {n_speeds} speeds; expected "
+            "at least two of each"
+        )
+    splits = list(_own_splits(rig))
+    if not splits:
+        raise UsageError(f"{args.table}: no speed or campaign can be left out")
+    makers = {
+        "make_diagnoser": partial(make_diagnoser, sampling_rate=float(rig.sampling_rate)),
+        "log spectrum + LDA": lambda: _peer(256, LinearDiscriminantAnalysis()),
+        "band energies + forest": lambda: _peer(64, RandomForestClassifier(random_state=0)),
+    }
+    return Case(args.table, Path(args.table).stem, rig, splits, makers)
+
+
+def _own_splits(rig) -> Iterator[Split]:
+    """Yield the splits of both protocols, without those whose training lacks a condition."""
+    parts = [(True, True)]
+    if "campaign" in rig.further:
+        campaign = rig.further["campaign"].loc[rig.recording].to_numpy(dtype=str)
+        parts = [(campaign != each, campaign == each) for each in np.unique(campaign)]
+    for protocol, speed, (learned, tested) in product(["in", "out"], np.unique(rig.rpm), parts):
+        at_speed = rig.rpm == speed
+        is_train = at_speed if protocol == "in" else ~at_speed
+        train, test = np.flatnonzero(is_train & learned), np.flatnonzero(~is_train & tested)
+        if len(test) > 0 and len(set(rig.target[train])) == len(rig.target_names):
+            label = f"one speed {protocol}: {speed:g} rpm"
+            yield Split(train, test, label, {"protocol": protocol, "left": float(speed)})
+
+
+def _peer(nperseg, classifier):
+    return make_pipeline(
+        FunctionTransformer(log_spectrum, kw_args={"nperseg": nperseg}), classifier
+    )
+
+
+def log_spectrum(X: NDArray[Any], nperseg: int) -> NDArray[Any]:
+    """Compute the log power spectrum of the output at unit RMS, by Welch's method.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_windows, n_samples) or (n_windows, n_channels, n_samples)
+        Windows.
+    nperseg : int
+        Samples in a segment; there are half as many bands.
+    """
+    y = scale(X if X.ndim == 2 else X[:, 0], axis=1)
+    return np.log(welch(y, nperseg=nperseg, axis=1)[1][:, 1:] + np.finfo(float).tiny)
