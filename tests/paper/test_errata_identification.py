@@ -115,7 +115,7 @@ def test_input_vectors_of_equation_15_do_not_fit_equation_11():
     np.testing.assert_array_equal(b[:, 0], [*b_y, 0, 0])
 
 
-def test_a_fault_vector_cannot_be_told_from_one_output():
+def test_a_fault_vector_cannot_be_estimated_from_one_output():
     rng = np.random.default_rng(0)
     n = 5
     A, _ = network_matrices([3, 2], [0.4, 0.1])
