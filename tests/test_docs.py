@@ -166,18 +166,27 @@ def test_example(example, monkeypatch, capsys):
     assert has_figure and capsys.readouterr().out
 
 
-def test_notebook_runs(monkeypatch):
+@pytest.mark.parametrize("name", ["getting_started", "real_recordings"])
+def test_notebook_runs(name, monkeypatch):
     pyplot = pytest.importorskip("matplotlib.pyplot")
     pyplot.switch_backend("Agg")
     monkeypatch.setattr(pyplot, "show", lambda: None)
-    notebook = json.loads((ROOT / "examples" / "getting_started.ipynb").read_text("utf-8"))
+    if name == "real_recordings":
+        if not os.environ.get("SKARXLAG_DATA"):
+            pytest.skip("needs the recordings of the real rigs")
+        monkeypatch.setenv("SCIKIT_LEARN_DATA", os.environ["SKARXLAG_DATA"])
+    notebook = json.loads((ROOT / "examples" / f"{name}.ipynb").read_text("utf-8"))
     cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
     names = {}
     for cell in cells:
         exec("".join(cell["source"]), names)
-    assert pyplot.get_fignums() and len(names["verdicts"]) == len(names["conditions"])
+    assert pyplot.get_fignums()
     pyplot.close("all")
     assert not any(cell["outputs"] for cell in cells)
+    if name == "real_recordings":
+        assert names["places"].tolist() == names["rig"].target.tolist()
+    else:
+        assert len(names["verdicts"]) == len(names["conditions"])
 
 
 def test_readme_has_a_place_for_the_cross_speed_table():
