@@ -14,6 +14,8 @@ from sklearn.utils import check_array, check_scalar, get_tags
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import validate_data
 
+from ._state import as_fitted
+
 
 def validate_signals(
     estimator: Any,
@@ -60,6 +62,7 @@ def validate_signals(
     if isinstance(X, np.ndarray) and not X.dtype.isnative:
         X = X.astype(X.dtype.newbyteorder("="))
     if not reset:
+        as_fitted(estimator)
         if y is None and is_plain(estimator, X, tuple(estimator.window_shape_.tolist())):
             return X, None
         _check_window_shape(estimator, np.asarray(X).shape[1:], any_length)

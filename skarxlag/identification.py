@@ -12,7 +12,7 @@ from sklearn.utils import Bunch
 
 from ._base import ArrayTransformer, SignalEstimator
 from ._parallel import map_batches
-from ._state import WINDOWS, Labels, Values, as_fitted, remember_parameters, uses_fitted
+from ._state import WINDOWS, Labels, Values, remember_parameters, uses_fitted
 from ._validation import (
     UP_TO_1,
     check_input_names,
@@ -216,8 +216,6 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         return self._identify(X, y, sample_weight, start_afresh="sums_" not in vars(self))
 
     def _identify(self, X, y, sample_weight, *, start_afresh):
-        if not start_afresh:
-            as_fitted(self)
         windows, y = self._validate_windows(X, y, reset=start_afresh)
         if not start_afresh:
             self._check_conditions_go_on(y)

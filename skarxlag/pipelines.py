@@ -11,12 +11,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from sklearn import config_context
+from sklearn.base import is_classifier
 from sklearn.pipeline import Pipeline
 from sklearn.utils import Bunch
 from sklearn.utils.metadata_routing import process_routing
 from sklearn.utils.metaestimators import available_if
 
-from ._answers import answers, offers, unfolded_steps
+from ._answers import offers, unfolded_steps
 from ._base import DocumentedEstimator
 from ._parallel import map_batches, one_thread
 from .kernels.lanes import LANES
@@ -242,21 +243,21 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
     def _diagnose(self, X, **params):
         levels, routed = self._before_last_step(X, params)
-        last, can = self.steps[-1][1], answers(self)
+        last = self.steps[-1][1]
         if offers(last, "diagnose"):
             return Bunch(**last.diagnose(levels, **routed) | {"levels": levels})
         found = Bunch(levels=levels)
         if offers(last, "decision_function"):
             found.score = last.decision_function(levels, **routed)
-        if can.conditions is None:
+        if not is_classifier(last):
             # An outlier detector: its verdict is the sign of its score.
             found.alarm = found.score < 0
             found.verdict = np.where(found.alarm, -1, 1)
             return found
-        if can.states_probabilities:
+        if offers(last, "predict_proba"):
             found.probability = last.predict_proba(levels, **routed)
         found.verdict = last.predict(levels, **routed)
-        if can.alarm:
+        if offers(last, "detect"):
             found.alarm = last.detect(levels, **routed)
         return found
 
