@@ -6,15 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import compiled, inlined
+from .compiled import compiled
 from .lanes import LANES, TILE, carry
 from .observer import ERROR, carry_loop, loop_histories, observe, observe_block, start_loop
 from .scaling import root_mean_square
 from .spectra import cepstrum
 
-#: Rows of what the switching gain's loop keeps: the sum of squares of the surface, the gain, its
-#: steps up less those down, and the sum of these once it has settled.
-POWER, GAIN, STEPS, SETTLED_STEPS = range(4)
 #: Share of a window over which the switching gain is averaged, at its end, once it has settled.
 _SETTLED = 0.5
 
@@ -89,10 +86,8 @@ def adapt_switching_gain(surface: NDArray[Any], start: NDArray[Any], step: float
         k_s = start[signal]
         for k in range(n_samples):
             size = abs(surface[signal, k])
-            if size > k_s:
-                k_s *= up
-            elif size < k_s:
-                k_s *= down
+            # A selection, because branches that depend on noise are mispredicted.
+            k_s *= up if size > k_s else (down if size < k_s else 1.0)
             gain[signal, k] = k_s
     return gain
 
@@ -103,24 +98,6 @@ def settled_level(gain: NDArray[Any]) -> NDArray[Any]:
     silent = tail[..., 0] == 0
     level = np.exp(np.mean(np.log(np.where(silent[..., np.newaxis], 1.0, tail)), axis=-1))
     return np.where(silent, 0.0, level)
-
-
-def power_levels(innovations: NDArray[Any], loop: tuple[Any, ...]) -> NDArray[Any]:
-    """Compute the root mean square of the output error.
-
-    Parameters
-    ----------
-    innovations : ndarray of shape (n_windows, n_models, n_samples)
-        The innovations.
-    loop : tuple of 7 floats
-        Parameters of the loop, see `observer.observe`.
-
-    Returns
-    -------
-    ndarray of shape (n_windows, n_models)
-        Levels, in the unit of the innovations.
-    """
-    return _levels(innovations, loop, 0.0, 0.0)
 
 
 def switching_gain_levels(
@@ -146,115 +123,53 @@ def switching_gain_levels(
     ndarray of shape (n_windows, n_models)
         Levels, in the unit of the innovations.
     """
-    return _levels(innovations, loop, slope, step)
+    surface = sliding_surface(observe(innovations, loop)[0], slope)
+    gain = switching_gain(surface.reshape(-1, surface.shape[-1]), step)
+    return settled_level(gain).reshape(surface.shape[:2])
 
 
-def _levels(innovations, loop, slope, step):
-    """Return power levels if the step is 0, and switching-gain levels otherwise."""
-    n_samples = innovations.shape[-1]
+def power_levels(innovations: NDArray[Any], loop: tuple[Any, ...]) -> NDArray[Any]:
+    """Compute the root mean square of the output error, without its trajectory.
+
+    Parameters
+    ----------
+    innovations : ndarray of shape (n_windows, n_models, n_samples)
+        The innovations.
+    loop : tuple of 7 floats
+        Parameters of the loop, see `observer.observe`.
+
+    Returns
+    -------
+    ndarray of shape (n_windows, n_models)
+        Levels, in the unit of the innovations.
+    """
     levels = np.empty(innovations.shape[:2])
-    fill_levels(
-        innovations,
-        loop,
-        slope,
-        step,
-        int(_SETTLED * n_samples),
-        loop_histories(),
-        np.empty((-(-n_samples // TILE), TILE * LANES)),
-        np.zeros((4, (TILE + 1) * LANES)),
-        levels,
-    )
+    _fill_power_levels(innovations, loop, loop_histories(), loop_histories()[0], levels)
     # Squares of extreme windows may have overflowed or underflowed.
     extreme = np.flatnonzero(np.any(~((levels > 1e-140) & (levels < 1e140)), axis=1))
     if len(extreme) > 0:
-        error = observe(innovations[extreme], loop)[0]
-        if step == 0:
-            levels[extreme] = root_mean_square(error)
-        else:
-            surface = sliding_surface(error, slope)
-            gain = switching_gain(surface.reshape(-1, n_samples), step).reshape(surface.shape)
-            levels[extreme] = settled_level(gain)
+        levels[extreme] = root_mean_square(observe(innovations[extreme], loop)[0])
     return levels
 
 
 @compiled
-def fill_levels(
-    innovations: Any,
-    loop: Any,
-    slope: Any,
-    step: Any,
-    settled: Any,
-    histories: Any,
-    sizes: Any,
-    votes: Any,
-    levels: Any,
-) -> None:
-    """Fill `levels`, block by block.
-
-    `settled` is the first sample of the average. `sizes` and `votes` are working memory: sizes of
-    the surface, and the histories of the gain's loop.
-    """
+def _fill_power_levels(innovations, loop, histories, squares, levels):
+    """Fill `levels`, block by block; `squares` is the history of the sum of squares."""
     n_windows, n_models, n_samples = innovations.shape
-    up, down = math.exp(step), math.exp(-step)
     for w in range(0, n_windows, LANES):
         for c in range(n_models):
             start_loop(innovations, w, c, histories)
-            for row in range(len(votes)):
-                for lane in range(LANES):
-                    votes[row, lane] = 0.0
-            for tile in range(len(sizes)):
-                start = tile * TILE
+            for lane in range(LANES):
+                squares[lane] = 0.0
+            for start in range(0, n_samples, TILE):
                 observe_block(innovations, w, c, start, loop, histories)
-                if step > 0:
-                    _size_block(histories, slope, sizes, tile, votes)
-                else:
-                    _square_block(histories, votes)
+                for i in range(TILE * LANES):
+                    squares[i + LANES] = squares[i] + histories[ERROR, i + LANES] ** 2
                 length = min(TILE, n_samples - start)
                 carry_loop(histories, length)
-                carry(votes[POWER], length)
-            for lane in range(LANES):
-                votes[GAIN, lane] = math.sqrt(votes[POWER, lane] / n_samples)
-            # The gain starts at the root mean square of the surface, so it needs a second pass.
-            for tile in range(len(sizes) if step > 0 else 0):
-                start = tile * TILE
-                _vote_block(sizes, tile, settled - start, up, down, votes)
-                for row in range(GAIN, SETTLED_STEPS + 1):
-                    carry(votes[row], min(TILE, n_samples - start))
+                carry(squares, length)
             for lane in range(min(LANES, n_windows - w)):
-                mean = votes[SETTLED_STEPS, lane] / (n_samples - settled)
-                levels[w + lane, c] = math.sqrt(votes[POWER, lane] / n_samples) * math.exp(
-                    step * mean
-                )
-
-
-@inlined
-def _square_block(histories, votes):
-    """Add the squares of a block of errors."""
-    for i in range(TILE * LANES):
-        votes[POWER, i + LANES] = votes[POWER, i] + histories[ERROR, i + LANES] ** 2
-
-
-@inlined
-def _size_block(histories, slope, sizes, tile, votes):
-    """Compute the absolute value of the sliding surface, and the sum of its squares."""
-    for i in range(TILE * LANES):
-        error = histories[ERROR, i + LANES]
-        surface = slope * error + (error - histories[ERROR, i])
-        sizes[tile, i] = abs(surface)
-        votes[POWER, i + LANES] = votes[POWER, i] + surface * surface
-
-
-@inlined
-def _vote_block(sizes, tile, settled, up, down, votes):
-    """Change the gain by one step for each sample."""
-    for i in range(TILE * LANES):
-        size, gain = sizes[tile, i], votes[GAIN, i]
-        steps = votes[STEPS, i] + ((1.0 if size > gain else 0.0) - (1.0 if size < gain else 0.0))
-        votes[GAIN, i + LANES] = gain * (up if size > gain else (down if size < gain else 1.0))
-        votes[STEPS, i + LANES] = steps
-        votes[SETTLED_STEPS, i + LANES] = votes[SETTLED_STEPS, i] + (
-            steps if i >= settled * LANES else 0.0
-        )
+                levels[w + lane, c] = math.sqrt(squares[lane] / n_samples)
 
 
 def cepstral_norm(log_spectra: NDArray[Any], exponent: float) -> NDArray[Any]:
