@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -61,11 +61,6 @@ class IdentificationDisplay:
     condition: Any = None
     conditions: Sequence[Any] | None = None
     sampling_rate: float | None = None
-    output_line_: Any = field(init=False)
-    prediction_line_: Any = field(init=False)
-    error_line_: Any = field(init=False)
-    axes_: NDArray[Any] = field(init=False)
-    figure_: Any = field(init=False)
 
     def __post_init__(self) -> None:
         self.output, self.prediction = np.asarray(self.output), np.asarray(self.prediction)
@@ -158,22 +153,21 @@ class IdentificationDisplay:
         IdentificationDisplay
             The display, after drawing.
         """
-        self.axes_ = new_axes(2) if axes is None else np.asarray(axes, dtype=object)
+        self.axes_: NDArray[Any] = new_axes(2) if axes is None else np.asarray(axes, dtype=object)
         upper, lower = self.axes_
-        self.figure_ = upper.figure
+        self.figure_: Any = upper.figure
         time = np.arange(len(self.output))
         if self.sampling_rate is not None:
             time = 1e3 / self.sampling_rate * time
         color = color_of(self.condition, self.conditions)
         style = {"color": color, "linewidth": 3, "alpha": 0.6, "label": "measured"} | line_kw
-        (self.output_line_,) = upper.plot(time, self.output, **style)
+        self.output_line_: Any = upper.plot(time, self.output, **style)[0]
         of_model = "" if self.model is None else f", model of {self.model}"
         label = f"prediction{of_model}: fit {self.fit_percentage:.1f} %"
-        (self.prediction_line_,) = upper.plot(
-            time, self.prediction, color=ink(), linewidth=0.9, label=label
-        )
+        style = {"color": ink(), "linewidth": 0.9, "label": label}
+        self.prediction_line_: Any = upper.plot(time, self.prediction, **style)[0]
         error = self.output - self.prediction
-        (self.error_line_,) = lower.plot(time, error, color=color, linewidth=0.9)
+        self.error_line_: Any = lower.plot(time, error, color=color, linewidth=0.9)[0]
         upper.legend(
             loc="lower left", bbox_to_anchor=(0, 1), ncols=2, fontsize="small", frameon=False
         )

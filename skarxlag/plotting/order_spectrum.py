@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -82,11 +82,6 @@ class OrderSpectrumDisplay:
     rpm: float | None = None
     fault_orders: dict[str, float] | None = None
     conditions: list[str] | None = None
-    axes_: Any = field(init=False)
-    figure_: Any = field(init=False)
-    lines_: dict[str, Any] = field(init=False)
-    reference_lines_: dict[str, Any] = field(init=False)
-    fault_lines_: dict[str, Any] = field(init=False)
 
     @classmethod
     def from_estimator(
@@ -158,12 +153,14 @@ class OrderSpectrumDisplay:
         OrderSpectrumDisplay
             The display, after drawing.
         """
-        self.axes_ = new_axes(len(self.spectra))
-        self.figure_ = self.axes_[0].figure
+        self.axes_: NDArray[Any] = new_axes(len(self.spectra))
+        self.figure_: Any = self.axes_[0].figure
         styles = condition_styles(self.conditions or list(self.spectra))
         known = self.fault_orders or {}
         faults = [fault for fault in _MULTIPLES if fault in known]
-        self.lines_, self.reference_lines_, self.fault_lines_ = {}, {}, {}
+        self.lines_: dict[str, Any] = {}
+        self.reference_lines_: dict[str, Any] = {}
+        self.fault_lines_: dict[str, Any] = {}
         for ax, (name, spectrum) in zip(self.axes_, self.spectra.items(), strict=True):
             style = {key: styles[name][key] for key in LINE} | {"label": f"reference of {name}"}
             (self.reference_lines_[name],) = ax.plot(self.orders, self.references[name], **style)

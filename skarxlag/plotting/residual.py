@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -84,11 +84,6 @@ class ResidualDisplay:
     model: Any = None
     condition: Any = None
     conditions: Sequence[Any] | None = None
-    line_: Any = field(init=False)
-    level_line_: Any = field(init=False)
-    threshold_lines_: dict[str, Any] = field(init=False)
-    ax_: Any = field(init=False)
-    figure_: Any = field(init=False)
 
     def __post_init__(self) -> None:
         self.residual = np.asarray(self.residual)
@@ -201,13 +196,13 @@ class ResidualDisplay:
         of_model = "" if self.model is None else f", model of {self.model}"
         style = {"linewidth": 0.6, "alpha": 0.4, "label": f"residual{of_window}{of_model}"}
         style["color"] = color_of(self.condition, self.conditions, other=ink())
-        (self.line_,) = ax.plot(self.residual, **style | line_kw)
+        self.line_: Any = ax.plot(self.residual, **style | line_kw)[0]
 
         def on_both_sides(value, label, **style):
             ax.axhline(-value, **style)
             return ax.axhline(value, label=label, **style)
 
-        self.level_line_ = None
+        self.level_line_: Any = None
         if self.level is not None:
             label = "level of the window"
             self.level_line_ = on_both_sides(self.level, label, color=ink(), linewidth=2.4)
@@ -217,7 +212,7 @@ class ResidualDisplay:
             thresholds[r"$\Gamma$"] = self.detection_threshold, style
         for name, delta in self._shown_deltas():
             thresholds[rf"$\Delta$ {name}"] = delta, {key: styles[name][key] for key in LINE}
-        self.threshold_lines_ = {
+        self.threshold_lines_: dict[str, Any] = {
             label: on_both_sides(value, label, linewidth=1.4, **style)
             for label, (value, style) in thresholds.items()
         }
@@ -230,7 +225,8 @@ class ResidualDisplay:
         level = [] if self.level_line_ is None else [self.level_line_]
         legend_beside(ax, [*level, *self.threshold_lines_.values()])
         ax.set_title(self.line_.get_label(), fontsize="medium", loc="left")
-        self.ax_, self.figure_ = ax, ax.figure
+        self.ax_: Any = ax
+        self.figure_: Any = ax.figure
         return self
 
     def _shown_deltas(self):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, InitVar, dataclass, field
+from dataclasses import KW_ONLY, InitVar, dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from sklearn.utils import check_consistent_length
 
+from ..accuracy_tables import speed_accuracy
 from ._style import condition_styles, new_axes
 
 if TYPE_CHECKING:
@@ -55,18 +55,18 @@ class SpeedAccuracyDisplay:
     train_rpm: ArrayLike
     test_rpm: ArrayLike
     name: str | None = None
-    accuracy: NDArray[Any] = field(init=False)
-    lines_: list[Any] = field(init=False)
-    ax_: Any = field(init=False)
-    figure_: Any = field(init=False)
 
     def __post_init__(self, y_true: ArrayLike, y_pred: ArrayLike) -> None:
-        right = np.asarray(y_true) == np.asarray(y_pred)
-        speeds = {"train": np.asarray(self.train_rpm), "test": np.asarray(self.test_rpm)}
-        check_consistent_length(y_true, y_pred, *(each for each in speeds.values() if each.ndim))
-        verdicts = pd.DataFrame({"right": right, **speeds})
-        table = verdicts.pivot_table("right", index="train", columns="test", aggfunc="mean")
-        self.accuracy = table.to_numpy(dtype=float)
+        verdicts = pd.DataFrame(
+            {
+                "true": np.asarray(y_true),
+                "predicted": np.asarray(y_pred),
+                "train_rpm": np.asarray(self.train_rpm),
+                "test_rpm": np.asarray(self.test_rpm),
+            }
+        )
+        table = speed_accuracy(verdicts) / 100
+        self.accuracy: NDArray[Any] = table.to_numpy(dtype=float)
         self.train_rpm, self.test_rpm = table.index.to_numpy(), table.columns.to_numpy()
 
     def plot(self, ax: Axes | None = None, *, name: str | None = None, **line_kw: Any) -> Self:
@@ -89,7 +89,7 @@ class SpeedAccuracyDisplay:
         ax = new_axes(1)[0] if ax is None else ax
         name = self.name if name is None else name
         prefix = "" if name is None else f"{name}, "
-        self.lines_ = []
+        self.lines_: list[Any] = []
         # Lines of earlier displays on these axes keep their styles; new lines take the next ones.
         n_before = len(ax.get_legend_handles_labels()[0])
         styles = list(condition_styles(range(n_before + len(self.train_rpm))).values())[n_before:]
@@ -114,5 +114,6 @@ class SpeedAccuracyDisplay:
         ax.set_xticks(self.test_rpm)
         ax.grid(alpha=0.3)
         ax.legend()
-        self.ax_, self.figure_ = ax, ax.figure
+        self.ax_: Any = ax
+        self.figure_: Any = ax.figure
         return self
