@@ -1,5 +1,3 @@
-import ast
-import inspect
 import subprocess
 import sys
 
@@ -13,13 +11,6 @@ def test_every_public_name_is_found_and_listed():
         public = getattr(skarxlag, name)
         assert public.__name__ == name and public.__doc__
         assert name in dir(skarxlag)
-
-
-def test_type_checkers_see_the_names_that_there_are():
-    tree = ast.parse(inspect.getsource(skarxlag))
-    (block,) = [node for node in tree.body if isinstance(node, ast.If)]
-    seen = {alias.asname: line.module for line in block.body for alias in line.names}
-    assert seen == skarxlag._MODULES
 
 
 def test_an_unknown_name_is_an_attribute_error():

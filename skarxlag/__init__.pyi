@@ -1,0 +1,45 @@
+# Public names: type checkers read them here, and the package when a name is first used.
+from ._version import __version__ as __version__
+from .bearings import BearingGeometry as BearingGeometry
+from .bearings import bearing_orders as bearing_orders
+from .channels import ChannelRows as ChannelRows
+from .comparison import SpectralDistance as SpectralDistance
+from .detection import FaultDetector as FaultDetector
+from .diagnosers import make_alpio as make_alpio
+from .diagnosers import make_detector as make_detector
+from .diagnosers import make_diagnoser as make_diagnoser
+from .diagnosers import make_extended_state_pio as make_extended_state_pio
+from .diagnosers import make_fault_order_classifier as make_fault_order_classifier
+from .diagnosers import make_known_conditions as make_known_conditions
+from .envelope_spectra import envelope_spectrum as envelope_spectrum
+from .fault_classifier import FaultOrderClassifier as FaultOrderClassifier
+from .identification import ARXLaguerre as ARXLaguerre
+from .known_conditions import KnownConditions as KnownConditions
+from .ladder import ThresholdLadder as ThresholdLadder
+from .model_selection import SpeedSplit as SpeedSplit
+from .model_selection import cross_speed_predict as cross_speed_predict
+from .monitoring import ConditionMonitor as ConditionMonitor
+from .monitoring import load_monitor_state as load_monitor_state
+from .monitoring import save_monitor_state as save_monitor_state
+from .observer_bank import ExtendedStatePIObserverBank as ExtendedStatePIObserverBank
+from .observers import ExtendedStatePIObserver as ExtendedStatePIObserver
+from .observers import PIObserver as PIObserver
+from .orders import OrderResidual as OrderResidual
+from .persistence import load_diagnoser as load_diagnoser
+from .persistence import save_diagnoser as save_diagnoser
+from .pipelines import DiagnosisPipeline as DiagnosisPipeline
+from .quality import signal_quality as signal_quality
+from .recordings.files import iter_windows as iter_windows
+from .recordings.files import list_channels as list_channels
+from .recordings.files import read_recording as read_recording
+from .recordings.rig import load_recordings as load_recordings
+from .recordings.rig import read_recording_table as read_recording_table
+from .recordings.windows import make_windows as make_windows
+from .spectra import LogSpectra as LogSpectra
+from .speeds import estimate_shaft_speed as estimate_shaft_speed
+from .speeds import rpm_from_tacho as rpm_from_tacho
+from .stretches import StretchResidual as StretchResidual
+from .verdicts import recording_verdicts as recording_verdicts
+from .verdicts import window_verdicts as window_verdicts
+
+__all__: list[str]
