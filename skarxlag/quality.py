@@ -10,7 +10,7 @@ from sklearn.utils import check_array
 
 from ._parallel import map_batches
 from ._validation import check_real
-from .kernels.scaling import ROUNDING
+from .kernels.scaling import ROUNDING, largest
 from .speeds import speeds_of_rows
 
 #: Share of samples that may repeat the sample before, and of those that may do so in one run.
@@ -167,60 +167,44 @@ def signal_quality(
 
 def _quality_of_batch(windows, sampling_rate, shaft_frequency):
     """Return the first criterion that each window fails, and the share of the window affected."""
-    output = windows if windows.ndim == 2 else windows[:, 0]
-    # NaN and infinity show in the extremes, which are needed anyway.
-    highest, lowest = output.max(axis=1), output.min(axis=1)
-    finite = np.isfinite(highest) & np.isfinite(lowest)
-    if windows.ndim == 3 and windows.shape[1] > 1:
-        finite &= np.isfinite(windows[:, 1:]).all(axis=(1, 2))
-    not_finite = np.zeros(len(windows))
-    if not finite.all():
-        bad = ~np.isfinite(windows[~finite])
-        not_finite[~finite] = bad.reshape(len(bad), -1).mean(axis=1)
-        output = np.where(finite[:, np.newaxis], output, 0)
-        highest, lowest = np.where(finite, highest, 0), np.where(finite, lowest, 0)
-    n_samples = output.shape[1]
-    largest = np.maximum(highest, -lowest)
-    # Halved, so that the range of values near the largest number does not overflow.
-    half_range = highest / 2 - lowest / 2
-    if largest.max() > np.finfo(output.dtype).max / 4:
-        steps = np.diff(output / 2, axis=1)
-    else:
-        steps = np.diff(output, axis=1)
-        steps /= 2
-    np.abs(steps, out=steps)
-    leaps = np.count_nonzero(steps > _LEAP * half_range[:, np.newaxis], axis=1)
+    not_finite = (~np.isfinite(windows)).reshape(len(windows), -1).mean(axis=1)
+    output = np.asarray(windows if windows.ndim == 2 else windows[:, 0], dtype=np.float64)
+    output = np.where(not_finite[:, np.newaxis] > 0, 0.0, output)
+    # In units of the largest value, so that no range overflows.
+    peak = largest(output)
+    scaled = output / np.where(peak == 0, 1.0, peak)
+    highest, lowest = scaled.max(axis=1, keepdims=True), scaled.min(axis=1, keepdims=True)
+    n_windows, n_samples = scaled.shape
+    span = (highest - lowest)[:, 0]
+    steps = np.abs(np.diff(scaled, axis=1))
+    leaps = np.count_nonzero(steps > _LEAP * span[:, np.newaxis], axis=1)
     # Steps below the rounding of the largest value are lost, for instance next to one huge sample.
-    stays = steps <= ROUNDING / 2 * largest[:, np.newaxis]
-    held = np.count_nonzero(stays, axis=1) / n_samples
+    stays = steps <= ROUNDING
     steps[stays] = np.inf
     with np.errstate(divide="ignore", invalid="ignore"):
-        coarse = np.nan_to_num(steps.min(axis=1, initial=np.inf) / half_range, posinf=0.0)
-    run = _longest_runs(stays)
-    n_extreme = np.count_nonzero(output == highest[:, np.newaxis], axis=1)
-    n_extreme += np.count_nonzero(output == lowest[:, np.newaxis], axis=1)
+        coarse = np.nan_to_num(steps.min(axis=1, initial=np.inf) / span, posinf=0.0)
+    held, run = stays.sum(axis=1) / n_samples, _longest_runs(stays)
+    n_extreme = (scaled == highest).sum(axis=1) + (scaled == lowest).sum(axis=1)
     clipped = n_extreme / n_samples
     checks = {
-        "not finite": (~finite, not_finite),
-        "constant": (half_range <= ROUNDING / 2 * largest, np.ones(len(output))),
+        "not finite": (not_finite > 0, not_finite),
+        "constant": (span <= ROUNDING, np.ones(n_windows)),
         "held": (held > _HELD, held),
         "stuck": ((run > _STUCK * n_samples) & (run > _SHORTEST_STUCK), run / n_samples),
         "coarse": ((coarse * (_FEWEST_LEVELS - 1.5) > 1) & (n_samples >= _SHORTEST_COARSE), coarse),
         "clipped": ((clipped > _CLIPPED) & (n_extreme > 2), clipped),
     }
-    quality, share = _first_failed(checks, len(output))
+    quality, share = _first_failed(checks, n_windows)
     # The other criteria cost more, and only make sense for a signal that moves.
     rest = np.flatnonzero(quality == "good")
-    if len(rest):
-        scaled = (output[rest] / largest[rest, np.newaxis]).astype(np.float64)
-        checks = {"wrapped": (_wrapped(scaled, leaps[rest]), leaps[rest] / n_samples)}
+    if len(rest) > 0:
+        scaled, leaps = scaled[rest], leaps[rest]
+        checks = {"wrapped": (_wrapped(scaled, leaps), leaps / n_samples)}
         if n_samples >= 2 * _FEWEST_BINS:
             checks["band missing"] = _missing_decade(scaled)
         if sampling_rate is not None:
-            slow, hum = _slow(scaled, sampling_rate), np.zeros(len(rest))
-            if len(slow):
-                frequency = None if shaft_frequency is None else shaft_frequency[rest[slow]]
-                hum[slow] = _hum(scaled[slow], sampling_rate, frequency)
+            frequency = None if shaft_frequency is None else shaft_frequency[rest]
+            hum = _hum(scaled, sampling_rate, frequency)
             checks["hum"] = (hum > _HUM, hum)
         quality[rest], share[rest] = _first_failed(checks, len(rest))
     return quality, share
@@ -228,9 +212,8 @@ def _quality_of_batch(windows, sampling_rate, shaft_frequency):
 
 def _first_failed(checks, n_windows):
     quality, share = np.full(n_windows, "good", dtype="<U12"), np.zeros(n_windows)
-    for name, (fails, share_of_check) in checks.items():
-        new = fails & (quality == "good")
-        quality[new], share[new] = name, share_of_check[new]
+    for name, (fails, share_of_check) in reversed(checks.items()):
+        quality[fails], share[fails] = name, share_of_check[fails]
     return quality, share
 
 
@@ -284,44 +267,37 @@ def _detrended(windows):
     return windows - windows @ basis @ basis.T
 
 
-def _slow(windows, sampling_rate):
-    """Return the rows with steps as small as those of hum, which need the closer look.
-
-    The steps of a sine have at most the power of its angular frequency, and those of the rest at
-    most twice its amplitude.
-    """
-    steps = np.diff(windows, axis=1)
-    power = np.einsum("ij,ij->i", steps, steps) / windows.shape[1]
-    largest = 2 * np.pi * (max(_MAINS) + _DEVIATION) / sampling_rate + 2 * np.sqrt(1 - _HUM)
-    return np.flatnonzero(power <= 1.2 * largest**2 * windows.var(axis=1))
-
-
 def _hum(windows, sampling_rate, shaft_frequency):
-    """Share of energy that a sine of 50 or 60 Hz has, apart from a linear trend.
+    """Return the share of energy that a sine of 50 or 60 Hz has, apart from a linear trend.
 
-    It is 0 where the shaft has a harmonic there.
+    It is 0 if the shaft has a harmonic there.
     """
-    n_samples = windows.shape[1]
+    n_samples, share = windows.shape[1], np.zeros(len(windows))
     seconds = (np.arange(n_samples) - (n_samples - 1) / 2) / sampling_rate
-    duration, share = n_samples / sampling_rate, np.zeros(len(windows))
-    signal = _detrended(windows)
+    duration = n_samples / sampling_rate
+    # The steps of a sine have at most the power of its angular frequency, and those of the rest at
+    # most twice its amplitude. Windows with larger steps need no closer look.
+    steps = np.mean(np.diff(windows, axis=1) ** 2, axis=1)
+    most = 2 * np.pi * (max(_MAINS) + _DEVIATION) / sampling_rate + 2 * np.sqrt(1 - _HUM)
+    slow = np.flatnonzero(steps <= 1.2 * most**2 * windows.var(axis=1))
+    signal = _detrended(windows[slow])
     energy = np.sum(signal**2, axis=1)
     for mains in _MAINS:
-        if duration * mains < _FEWEST_PERIODS or mains > sampling_rate / 4:
+        if duration * mains < _FEWEST_PERIODS or mains > sampling_rate / 4 or len(slow) == 0:
             continue
-        is_of_shaft = np.zeros(len(windows), dtype=bool)
+        counts = np.ones(len(slow), dtype=bool)
         if shaft_frequency is not None:
             with np.errstate(divide="ignore", invalid="ignore"):
-                order = np.maximum(np.round(mains / shaft_frequency), 1)
-                distance = np.abs(order * shaft_frequency - mains)
+                order = np.maximum(np.round(mains / shaft_frequency[slow]), 1)
+                distance = np.abs(order * shaft_frequency[slow] - mains)
             # Closer lines cannot be told apart in the window.
-            is_of_shaft = distance <= max(_DEVIATION, _SPEED_ERROR * mains, 1 / duration)
+            counts = ~(distance <= max(_DEVIATION, _SPEED_ERROR * mains, 1 / duration))
         # With its derivative, a sine fits frequencies that differ by a quarter of the resolution.
         n_steps = int(np.ceil(2 * _DEVIATION * duration))
         for frequency in mains + np.arange(-n_steps, n_steps + 1) / (2 * duration):
             phase = 2 * np.pi * frequency * seconds
-            sine = np.stack([np.cos(phase), np.sin(phase)], axis=1)
-            basis = _detrended(np.hstack([sine, seconds[:, np.newaxis] * sine]).T).T
-            fitted = np.sum((signal @ np.linalg.qr(basis)[0]) ** 2, axis=1)
-            share = np.maximum(share, np.where(is_of_shaft, 0.0, fitted / energy))
+            sine = np.stack([np.cos(phase), np.sin(phase)])
+            basis = np.linalg.qr(_detrended(np.concatenate([sine, seconds * sine])).T)[0]
+            fitted = np.sum((signal @ basis) ** 2, axis=1) / energy
+            share[slow] = np.maximum(share[slow], np.where(counts, fitted, 0.0))
     return share.clip(max=1.0)
