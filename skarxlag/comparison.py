@@ -118,7 +118,7 @@ class SpectralDistance(StretchTransformer):
     references_ : ndarray of shape (n_speeds or 1, n_classes, n_groups, n_coefficients)
         Means of the conditions times the axes of their group; 0 without a recording.
     joint_axes_ : ndarray of shape (n_all_coefficients, n_all_coefficients)
-        The same for the joined groups, if `joint_weight` is above 0.
+        The same for the joined groups. It is empty if `joint_weight` is 0 or there is one group.
     joint_variances_ : ndarray of shape (n_all_coefficients,)
         The same for the joined groups.
     joint_references_ : ndarray of shape (n_speeds or 1, n_classes, n_all_coefficients)
@@ -161,9 +161,6 @@ class SpectralDistance(StretchTransformer):
     rough_drift: float = 0.01
     frequency_drift: float = 0.1
     learned_drift: float = 1.0
-    classes_: NDArray[Any] = field(init=False)
-    speeds_: NDArray[Any] = field(init=False)
-    recorded_: NDArray[Any] = field(init=False)
     axes_: NDArray[Any] = field(init=False)
     variances_: NDArray[Any] = field(init=False)
     references_: NDArray[Any] = field(init=False)
@@ -189,6 +186,11 @@ class SpectralDistance(StretchTransformer):
         "references_": Values(
             lambda e: (e._n_speeds(), len(e.classes_), e._n_groups(), e._n_coefficients()),
             "within 1e150",
+        ),
+        "joint_axes_": Values(lambda e: 2 * (e._n_joint(),), "within 1e150"),
+        "joint_variances_": Values(lambda e: (e._n_joint(),), "at least 0"),
+        "joint_references_": Values(
+            lambda e: (e._n_speeds(), len(e.classes_), e._n_joint()), "within 1e150"
         ),
     }
 
@@ -226,30 +228,28 @@ class SpectralDistance(StretchTransformer):
         """
         X, y = self._validate(X, y, reset=True)
         self._check_parameters()
-        self._check_groups()
+        self._check_relations()
         log_speed = log_speeds(rpm, len(X))
         rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         self.classes_, target = np.unique(y, return_inverse=True)
         speed = np.zeros(len(X)) if log_speed is None else log_speed
         known, at = group_speeds(speed[rows])
-        self.speeds_ = np.exp(known) if log_speed is not None else np.empty(0)
+        self.speeds_: NDArray[Any] = np.empty(0) if log_speed is None else np.exp(known)
         spectra = X[rows].astype(np.float64, copy=False)
-        cepstra = _cepstra(spectra)
+        cepstra = cepstrum(spectra)
         means, recorded = mean_by_speed(cepstra, at, target, weights)
-        self.recorded_ = recorded.astype(np.intp)
+        self.recorded_: NDArray[Any] = recorded.astype(np.intp)
         # A covariance holds squares, so a weight counts by its root.
         root = np.sqrt(weights / weights.sum())[:, np.newaxis, np.newaxis]
         scatter = (cepstra - means[at, target]) * root
-        moved = _cepstra(_moved(group_means(spectra, target, weights)))
+        of_class = group_means(spectra, target, weights).reshape(-1, X.shape[-1])
+        moved = cepstrum(scaled_frequency(of_class).reshape(-1, *X.shape[1:]))
         learned = drift_learned(known, means, recorded)
-        parts = [[g] for g in range(X.shape[1])]
-        calibrated = [self._calibrate(chosen, scatter, moved, learned, means) for chosen in parts]
-        self.axes_, self.variances_, references = map(np.stack, zip(*calibrated, strict=True))
+        parts = [[g] for g in range(X.shape[1])] + [self._joined_groups()]
+        found = [self._calibrate(chosen, scatter, moved, learned, means) for chosen in parts]
+        self.axes_, self.variances_, references = map(np.stack, zip(*found[:-1], strict=True))
         self.references_ = np.moveaxis(references, 0, 2)
-        if self._is_joint():
-            self.joint_axes_, self.joint_variances_, self.joint_references_ = self._calibrate(
-                self._joint_groups(), scatter, moved, learned, means
-            )
+        self.joint_axes_, self.joint_variances_, self.joint_references_ = found[-1]
         remember_parameters(self)
         return self
 
@@ -302,7 +302,7 @@ class SpectralDistance(StretchTransformer):
                 f"y has conditions that were not in fit: {unknown.tolist()}, expected among "
                 f"{self.classes_.tolist()}."
             )
-        own, cepstra = np.searchsorted(self.classes_, y), _cepstra(X)
+        own, cepstra = np.searchsorted(self.classes_, y), cepstrum(X.astype(np.float64))
         self._check_rpm_is_taken(rpm)
         log_speed, known = log_speeds(rpm, len(X)), self._known_log_speeds()
         at = np.full(len(X), known.mean()) if log_speed is None else log_speed
@@ -316,15 +316,14 @@ class SpectralDistance(StretchTransformer):
             share = np.mean(rows * (factor / (variances + factor)), axis=0)
             smooth = self._smooth_variance(len(chosen), 0.0)
             moved.append(axes.T @ (smooth * (axes @ share)))
-        n_groups = len(self.axes_)
-        references = {"references_": self.references_ + np.stack(moved[:n_groups])}
-        if self._is_joint():
-            references["joint_references_"] = self.joint_references_ + moved[n_groups]
-        return references
+        return {
+            "references_": self.references_ + np.stack(moved[:-1]),
+            "joint_references_": self.joint_references_ + moved[-1],
+        }
 
     @one_thread
     def _residuals(self, X, rpm):
-        cepstra, known = _cepstra(X), self._known_log_speeds()
+        cepstra, known = cepstrum(X.astype(np.float64)), self._known_log_speeds()
         if rpm is None:
             speeds = speeds_to_try(known)
             places = [np.full(len(X), number) for number in range(len(speeds))]
@@ -345,22 +344,22 @@ class SpectralDistance(StretchTransformer):
 
     def _parts(self):
         """Yield the groups, axes, variances, references and weight of each distance."""
-        joint, n_groups = self.joint_weight if self._is_joint() else 0.0, len(self.axes_)
+        joined, n_groups = self._joined_groups(), len(self.axes_)
+        joint = self.joint_weight if joined else 0.0
         for g, axes in enumerate(self.axes_):
             own = self.variances_[g], self.references_[:, :, g]
             yield [g], axes, *own, (1 - joint) / n_groups
-        if self._is_joint():
-            own = self.joint_axes_, self.joint_variances_, self.joint_references_
-            yield self._joint_groups(), *own, joint
+        yield joined, self.joint_axes_, self.joint_variances_, self.joint_references_, joint
+
+    def _joined_groups(self):
+        """Return the groups in the joint distance, or none if there is no such distance."""
+        n_groups = self._n_groups()
+        if self.joint_weight == 0 or n_groups == 1:
+            return []
+        return list(range(n_groups) if self.joint_groups is None else self.joint_groups)
 
     def _known_log_speeds(self):
         return np.log(self.speeds_) if len(self.speeds_) > 0 else np.zeros(1)
-
-    def _joint_groups(self):
-        return list(range(self._n_groups()) if self.joint_groups is None else self.joint_groups)
-
-    def _is_joint(self):
-        return self.joint_weight > 0 and self._n_groups() > 1
 
     def _smooth_variance(self, n_groups, rough):
         of_group = smooth_variance(self._n_coefficients(), self.smooth_drift, rough)
@@ -402,37 +401,15 @@ class SpectralDistance(StretchTransformer):
     def _n_coefficients(self):
         return int(self.window_shape_[-1]) - 1
 
-    def _check_relations(self):
-        self._check_groups()
-        if self._is_joint():
-            n = len(self._joint_groups()) * self._n_coefficients()
-            shapes = {
-                "joint_axes_": Values((n, n), "within 1e150"),
-                "joint_variances_": Values((n,), "at least 0"),
-                "joint_references_": Values(
-                    (self._n_speeds(), len(self.classes_), n), "within 1e150"
-                ),
-            }
-            for name, expected in shapes.items():
-                expected.check(self, name, vars(self).get(name))
+    def _n_joint(self):
+        return len(self._joined_groups()) * self._n_coefficients()
 
-    def _check_groups(self):
-        if max(self._joint_groups()) >= self._n_groups():
+    def _check_relations(self):
+        if max([0] if self.joint_groups is None else self.joint_groups) >= self._n_groups():
             raise ValueError(
                 f"joint_groups == {self.joint_groups!r}, expected different integers from 0 to "
                 f"{self._n_groups() - 1}."
             )
-
-
-def _moved(means):
-    """Changes of mean log spectra when the frequency axis is scaled, for each group."""
-    return np.stack([scaled_frequency(of_group) for of_group in means.swapaxes(0, 1)], axis=1)
-
-
-def _cepstra(log_spectra):
-    """Cosine coefficients, without the first, of shape (n_rows, n_groups, n_coefficients)."""
-    rows = np.asarray(log_spectra, dtype=np.float64).reshape(-1, log_spectra.shape[-1])
-    return cepstrum(rows).reshape(*log_spectra.shape[:2], log_spectra.shape[-1] - 1)
 
 
 def _joined(cepstra):

@@ -117,7 +117,6 @@ def test_every_fitted_attribute_stands_in_the_table_or_is_checked_by_its_estimat
     checked = {"_check_relations", "feature_names_in_"}
     in_relations = {
         "ThresholdLadder": {"rungs_"},
-        "SpectralDistance": {"joint_axes_", "joint_references_", "joint_variances_"},
         "StretchResidual": {"window_residual_", "order_residual_"},
         "KnownConditions": {"detectors_"},
         # Computed again from the parameters.

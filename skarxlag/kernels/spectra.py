@@ -123,12 +123,12 @@ def cepstrum(log_spectra: NDArray[Any]) -> NDArray[Any]:
 
     Parameters
     ----------
-    log_spectra : ndarray of shape (n_signals, n_frequencies)
+    log_spectra : ndarray of shape (..., n_frequencies)
         Log spectra.
 
     Returns
     -------
-    ndarray of shape (n_signals, n_frequencies - 1)
+    ndarray of shape (..., n_frequencies - 1)
         Coefficients in nepers of power.
 
     Examples
@@ -137,5 +137,5 @@ def cepstrum(log_spectra: NDArray[Any]) -> NDArray[Any]:
     >>> cepstrum(3 + 2 * np.cos(frequency)[np.newaxis])[0, :3].round(6) + 0.0
     array([2., 0., 0.])
     """
-    coefficients = fft.dct(log_spectra, type=2, norm="ortho")[:, 1:]
-    return coefficients * math.sqrt(2 / log_spectra.shape[1])
+    coefficients = fft.dct(log_spectra, type=2, norm="ortho")[..., 1:]
+    return coefficients * math.sqrt(2 / log_spectra.shape[-1])
