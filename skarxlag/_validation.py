@@ -161,6 +161,16 @@ def validate_innovations(
     return (X if X.ndim == 3 else X[:, np.newaxis]), y
 
 
+def of_one_model(X: NDArray[Any]) -> NDArray[Any]:
+    """Return innovations of shape (n_windows, n_samples), and refuse those of several models."""
+    if X.shape[1] != 1:
+        raise ValueError(
+            f"X has the innovations of {X.shape[1]} models, expected those of one: "
+            "ARXLaguerre(bank=False)."
+        )
+    return X[:, 0]
+
+
 def weighted_windows(
     X: NDArray[Any], y: NDArray[Any] | None, sample_weight: ArrayLike | None
 ) -> tuple[Any, Any, NDArray[Any]]:

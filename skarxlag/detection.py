@@ -15,7 +15,7 @@ from sklearn.utils import check_scalar
 from ._base import SignalEstimator
 from ._parallel import BATCH, map_batches, one_thread
 from ._state import INNOVATIONS, SPEEDS, Values, remember_parameters, uses_fitted
-from ._validation import check_rate, validate_innovations, weighted_windows
+from ._validation import check_rate, of_one_model, validate_innovations, weighted_windows
 from .kernels.healthy_limits import (
     HealthyRows,
     Limits,
@@ -524,11 +524,10 @@ class FaultDetector(RowOutlierDetector):
 
 def measure(X: NDArray[Any], n_windows: int, *, with_level: bool, n_jobs: int | None) -> Rows:
     """Compute the features of rows of shape (n_rows, 1, n_samples) in batches."""
-    if X.shape[1] != 1:
-        raise ValueError(f"X has the innovations of {X.shape[1]} models, expected those of one.")
+    signals = of_one_model(X)
 
     def of_batch(batch):
-        return measure_rows(X[batch, 0], n_windows, with_level=with_level)
+        return measure_rows(signals[batch], n_windows, with_level=with_level)
 
     parts = map_batches(of_batch, len(X), n_jobs, max(BATCH // n_windows, 1))
     return Rows(*(np.concatenate(part) for part in zip(*parts, strict=True)))

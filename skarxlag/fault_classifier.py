@@ -13,7 +13,7 @@ from sklearn.utils import Bunch
 
 from ._base import SignalEstimator
 from ._state import INNOVATIONS, Labels, Values, remember_parameters, uses_fitted
-from ._validation import check_rate, check_real, validate_innovations
+from ._validation import check_rate, check_real, of_one_model, validate_innovations
 from .bearings import BearingLike, bearing_orders
 from .envelope_spectra import match_faults, turns_of_rows
 from .fault_places import (
@@ -237,10 +237,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         """
         X, y = validate_innovations(self, X, y, reset=True)
         self._check_parameters()
-        if X.shape[1] != 1:
-            raise ValueError(
-                f"X has the innovations of {X.shape[1]} models, expected 1: ARXLaguerre(bank=False)"
-            )
+        of_one_model(X)
         orders = [bearing_orders(each, self.gear_ratio) for each in self._bearings()]
         self.orders_ = np.array(
             [[of[key] for key in ("cage", "spin", "inner", "outer")] for of in orders]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, Self
 
@@ -13,7 +13,13 @@ from sklearn.utils import Bunch, check_scalar
 from ._base import StretchTransformer
 from ._parallel import map_batches
 from ._state import INNOVATIONS, SPEEDS, Labels, Values, remember_parameters, uses_fitted
-from ._validation import ABOVE_0, check_real, validate_innovations, weighted_windows
+from ._validation import (
+    ABOVE_0,
+    check_real,
+    of_one_model,
+    validate_innovations,
+    weighted_windows,
+)
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
 from .kernels.speed_references import drift_factor, group_means, group_speeds, speed_distance
 from .speeds import LEAST_TURNS, log_speeds, samples_a_turn
@@ -107,7 +113,7 @@ class OrderResidual(StretchTransformer):
     window_shape_ : ndarray of int
         Shape of one training stretch.
     n_models_ : int
-        Number of models that the innovations are from; 0 for plain stretches.
+        1 if rows were innovations, 0 for plain stretches.
     n_features_in_ : int
         Number of models, or samples in a plain stretch.
     feature_names_in_ : ndarray of str
@@ -148,13 +154,6 @@ class OrderResidual(StretchTransformer):
     speed_range: float = 2.5
     drift: float = 1.0
     n_jobs: int | None = None
-    orders_: NDArray[Any] = field(init=False)
-    references_: NDArray[Any] = field(init=False)
-    variances_: NDArray[Any] = field(init=False)
-    samples_a_turn_: float = field(init=False)
-    classes_: NDArray[Any] = field(init=False)
-    speeds_: NDArray[Any] = field(init=False)
-
     _suffix = "orders"
 
     _state = INNOVATIONS | {
@@ -179,9 +178,8 @@ class OrderResidual(StretchTransformer):
 
         Parameters
         ----------
-        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
-            Innovations of one model, or of one model for each condition in `y`, sorted; or plain
-            stretches.
+        X : array-like of shape (n_stretches, 1, n_samples) or (n_stretches, n_samples)
+            Innovations of one model, or plain stretches.
         y : array-like of shape (n_stretches,)
             Condition of each stretch.
         rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
@@ -206,31 +204,25 @@ class OrderResidual(StretchTransformer):
         self._check_parameters()
         rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         self.classes_, target = np.unique(y, return_inverse=True)
-        n_classes, n_models = len(self.classes_), X.shape[1]
-        if n_models not in (1, n_classes):
-            raise ValueError(
-                f"X has the innovations of {n_models} models, expected 1 or one for each of the "
-                f"{n_classes} conditions in y."
-            )
-        self.orders_ = _LOWEST_ORDER + _ORDER_STEP * np.arange(self._n_orders())
-        if rpm is None:
-            turns, self.speeds_ = np.full(len(X), X.shape[-1] / _SUPPOSED_TURNS), np.empty(0)
-        else:
-            turns = samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])
-            self.speeds_ = np.exp(group_speeds(log_speeds(rpm, len(X), X.shape[-1])[rows])[0])
-        mean_of_row = np.log(turns[rows]).reshape(len(rows), -1).mean(axis=1)
-        self.samples_a_turn_ = float(np.exp(np.average(mean_of_row, weights=weights)))
+        self.orders_: NDArray[Any] = _LOWEST_ORDER + _ORDER_STEP * np.arange(self._n_orders())
+        signals = of_one_model(X)[rows]
+        speeds, turns = np.empty(0), np.full(len(rows), X.shape[-1] / _SUPPOSED_TURNS)
+        if rpm is not None:
+            turns = samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])[rows]
+            speeds = np.exp(group_speeds(log_speeds(rpm, len(X), X.shape[-1])[rows])[0])
+        self.speeds_: NDArray[Any] = speeds
+        mean_of_row = np.log(turns).reshape(len(rows), -1).mean(axis=1)
+        self.samples_a_turn_: float = float(np.exp(np.average(mean_of_row, weights=weights)))
 
         def of_batch(batch):
-            row, model = rows[batch.start], target[batch.start] % n_models
-            envelopes, step = self._envelopes(X[row, model], turns[row])
+            envelopes, step = self._envelopes(signals[batch.start], turns[batch.start])
             spectrum = order_spectrum(envelopes, step, self.n_turns)
             return at_orders(*spectrum, self.orders_, np.ones(1))[0][0]
 
         found = np.stack(map_batches(of_batch, len(rows), self.n_jobs, batch_size=1))
-        self.references_ = group_means(found, target, weights)
+        self.references_: NDArray[Any] = group_means(found, target, weights)
         scatter = (found - self.references_[target]) ** 2
-        self.variances_ = np.average(scatter, axis=0, weights=weights)
+        self.variances_: NDArray[Any] = np.average(scatter, axis=0, weights=weights)
         remember_parameters(self)
         return self
 
@@ -240,7 +232,7 @@ class OrderResidual(StretchTransformer):
 
         Parameters
         ----------
-        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
+        X : array-like of shape (n_stretches, 1, n_samples) or (n_stretches, n_samples)
             Innovations, or plain stretches.
         rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
             Nominal speed in revolutions per minute.
@@ -269,23 +261,18 @@ class OrderResidual(StretchTransformer):
             factors = drift_factor(speed_distance(log_speed, np.log(self.speeds_)).variance)
             deviation = self.speed_tolerance
 
+        signals = of_one_model(X)
+
         def of_batch(batch):
             row = batch.start
-            variances = self.variances_ + self.drift * factors[row]
-            # With one model for each condition, each is compared with its own reference.
-            references = np.split(self.references_, X.shape[1])
-            found = [
-                match(
-                    *self._envelopes(samples, turns[row]),
-                    self.n_turns,
-                    self.orders_,
-                    deviation,
-                    own,
-                    variances,
-                )
-                for samples, own in zip(X[row], references, strict=True)
-            ]
-            return tuple(map(np.concatenate, zip(*found, strict=True)))
+            return match(
+                *self._envelopes(signals[row], turns[row]),
+                self.n_turns,
+                self.orders_,
+                deviation,
+                self.references_,
+                self.variances_ + self.drift * factors[row],
+            )
 
         found = map_batches(of_batch, len(X), self.n_jobs, batch_size=1)
         residuals, factors, spectra = map(np.stack, zip(*found, strict=True))
@@ -307,13 +294,6 @@ class OrderResidual(StretchTransformer):
 
     def _answers(self):
         return super()._answers() | {"is_stretch": True, "sampling_rate": self.sampling_rate}
-
-    def _check_relations(self):
-        if self.n_models_ not in (0, 1, len(self.classes_)):
-            raise ValueError(
-                f"n_models_ == {self.n_models_}, expected 1 or one for each of "
-                f"{len(self.classes_)} conditions in classes_."
-            )
 
     def _n_orders(self):
         return int((self.max_order - _LOWEST_ORDER) / _ORDER_STEP + 1 + 1e-9)

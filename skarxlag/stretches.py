@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, Self
 
@@ -143,12 +143,8 @@ class StretchResidual(StretchTransformer):
         The fitted residual of windows.
     order_residual_ : OrderResidual or None
         The fitted residual of order spectra. None if a training row has less than three turns.
-    fault_orders_ : FaultOrderClassifier
-        The fitted classifier of combs, if there is a bearing and more than one condition.
-    compares_orders_ : bool
-        Whether there is a residual of order spectra.
-    uses_combs_ : bool
-        Whether combs count.
+    fault_orders_ : FaultOrderClassifier or None
+        The fitted classifier of combs. None if there is no bearing, or only one condition.
     speed_known_ : bool
         Whether `fit` was given `rpm`.
     window_shape_ : ndarray of int
@@ -177,20 +173,10 @@ class StretchResidual(StretchTransformer):
     order_weight: float = ORDER_WEIGHT
     window_length: int = 4800
     fault_orders: FaultOrderClassifier | None = None
-    classes_: NDArray[Any] = field(init=False)
-    window_residual_: Any = field(init=False)
-    order_residual_: OrderResidual | None = field(init=False)
-    fault_orders_: FaultOrderClassifier = field(init=False)
-    compares_orders_: bool = field(init=False)
-    uses_combs_: bool = field(init=False)
-    speed_known_: bool = field(init=False)
-
     _suffix = "stretch"
 
     _state = INNOVATIONS | {
         "classes_": Labels(),
-        "compares_orders_": Values((), kind="b"),
-        "uses_combs_": Values((), kind="b"),
         "speed_known_": Values((), kind="b"),
     }
 
@@ -206,8 +192,7 @@ class StretchResidual(StretchTransformer):
         Parameters
         ----------
         X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
-            Innovations of one model, or of one model for each condition in `y`, sorted; or plain
-            rows.
+            Innovations, or plain rows. Orders require those of one model.
         y : array-like of shape (n_rows,)
             Condition of each row.
         rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
@@ -228,15 +213,14 @@ class StretchResidual(StretchTransformer):
         """
         X, y = validate_innovations(self, X, y, reset=True)
         self._check_parameters()
-        self.classes_ = np.unique(weighted_windows(y, None, sample_weight)[0])
-        self.speed_known_ = rpm is not None
+        self.classes_: NDArray[Any] = np.unique(weighted_windows(y, None, sample_weight)[0])
+        self.speed_known_: bool = rpm is not None
         orders = OrderResidual() if self.order_residual is None else self.order_residual
-        self.order_residual_ = None
-        self.compares_orders_ = bool(_turns(X, rpm, orders.sampling_rate).min() >= LEAST_TURNS)
-        if self.compares_orders_:
+        self.order_residual_: OrderResidual | None = None
+        if len(_long_rows(X, rpm, orders.sampling_rate)[0]) == len(X):
             self.order_residual_ = clone(orders).fit(X, y, rpm=rpm, sample_weight=sample_weight)
-        self.uses_combs_ = self.fault_orders is not None and len(self.classes_) > 1
-        if self.uses_combs_:
+        self.fault_orders_: FaultOrderClassifier | None = None
+        if self.fault_orders is not None and len(self.classes_) > 1:
             rows = weighted_windows(np.arange(len(X)), y, sample_weight)[0]
             speeds = None if rpm is None else speeds_of_rows(rpm, len(X))[rows]
             self.fault_orders_ = clone(self.fault_orders).fit(X[rows], np.asarray(y)[rows], speeds)
@@ -245,7 +229,8 @@ class StretchResidual(StretchTransformer):
         # A residual of windows need not take weights if there are none.
         if sample_weight is not None:
             metadata["sample_weight"] = np.repeat(np.asarray(sample_weight), n_windows)
-        self.window_residual_ = clone(of_windows).fit(windows, np.repeat(y, n_windows), **metadata)
+        self.window_residual_: Any = clone(of_windows)
+        self.window_residual_.fit(windows, np.repeat(y, n_windows), **metadata)
         remember_parameters(self)
         return self
 
@@ -255,12 +240,10 @@ class StretchResidual(StretchTransformer):
         of_windows = of_windows.reshape(len(X), -1, len(self.classes_))
         with np.errstate(divide="ignore"):
             residuals = np.exp(np.log(of_windows).mean(axis=1))
-        if self.compares_orders_:
-            turns = _turns(X, rpm, self.order_residual_.sampling_rate)
-            rows = np.flatnonzero(turns >= LEAST_TURNS)
+        if self.order_residual_ is not None:
+            rows, speeds = _long_rows(X, rpm, self.order_residual_.sampling_rate)
             if len(rows) > 0:
-                own = None if rpm is None else speeds_of_rows(rpm, len(X))[rows]
-                of_orders = self.order_residual_.transform(X[rows], rpm=own)
+                of_orders = self.order_residual_.transform(X[rows], rpm=speeds)
                 residuals[rows] *= np.asarray(of_orders) ** self.order_weight
         evidence = self._evidence(X, rpm)
         rows = ~np.isnan(evidence[:, 0])
@@ -270,14 +253,14 @@ class StretchResidual(StretchTransformer):
     def _evidence(self, X, rpm):
         """Log probability of the place of each condition by combs alone, NaN if they are unused."""
         evidence = np.full((len(X), len(self.classes_)), np.nan)
-        if not self.uses_combs_ or rpm is None:
-            return evidence
         classifier = self.fault_orders_
-        rows = np.flatnonzero(_turns(X, rpm, classifier.sampling_rate) >= LEAST_TURNS)
+        if classifier is None or rpm is None:
+            return evidence
+        rows, speeds = _long_rows(X, rpm, classifier.sampling_rate)
         if len(rows) > 0:
             knows_healthy = len(classifier.healthy_scores_) > 0
             without = classifier.reference_ if knows_healthy else WITHOUT_COMB
-            scores = classifier.match(X[rows], speeds_of_rows(rpm, len(X))[rows]).scores - without
+            scores = classifier.match(X[rows], speeds).scores - without
             evidence[rows] = comb_evidence(scores, classifier.class_places_)
         return evidence
 
@@ -358,18 +341,16 @@ class StretchResidual(StretchTransformer):
 
     def _answers(self):
         rate = self.order_residual.sampling_rate if self.order_residual else None
-        places = tuple(self.fault_orders_.class_places_.tolist()) if self.uses_combs_ else None
-        own = {"is_stretch": self.compares_orders_, "sampling_rate": rate, "places": places}
+        combs, is_stretch = self.fault_orders_, self.order_residual_ is not None
+        places = None if combs is None else tuple(combs.class_places_.tolist())
+        own = {"is_stretch": is_stretch, "sampling_rate": rate, "places": places}
         return super()._answers() | own
 
     def _check_relations(self):
-        wanted = {
-            "window_residual_": True,
-            "order_residual_": self.compares_orders_,
-            "fault_orders_": self.uses_combs_,
-        }
-        for name in (each for each, is_used in wanted.items() if is_used):
+        for name in ("window_residual_", "order_residual_", "fault_orders_"):
             part = vars(self).get(name)
+            if part is None and name != "window_residual_":
+                continue
             try:
                 agrees = np.array_equal(part.classes_, self.classes_)
             except AttributeError:
@@ -379,6 +360,12 @@ class StretchResidual(StretchTransformer):
                     f"{name} == {part!r}, expected a fitted estimator of the conditions "
                     f"{self.classes_.tolist()}."
                 )
+
+
+def _long_rows(X, rpm, sampling_rate):
+    """Return the rows of three turns and more, and their speeds."""
+    rows = np.flatnonzero(_turns(X, rpm, sampling_rate) >= LEAST_TURNS)
+    return rows, None if rpm is None else speeds_of_rows(rpm, len(X))[rows]
 
 
 def _turns(X, rpm, sampling_rate):

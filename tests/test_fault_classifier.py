@@ -205,7 +205,7 @@ def test_speeds_are_checked(rows):
     fitted = classifier().fit(rows)
     with pytest.raises(ValueError, match="turns at 100 rpm"):
         fitted.predict(rows, rpm=100)
-    with pytest.raises(ValueError, match="expected 1: ARXLaguerre"):
+    with pytest.raises(ValueError, match="expected those of one: ARXLaguerre"):
         classifier().fit(np.ones((2, 3, 100)))
 
 

@@ -257,8 +257,8 @@ def test_bearing_needs_speeds_and_a_rate(data):
 
 def test_damaged_combs_are_refused(with_bearing):
     damaged = copy.deepcopy(with_bearing)
-    damaged["compare"].fault_orders_ = None
-    with pytest.raises(ValueError, match="fault_orders_ == None"):
+    damaged["compare"].fault_orders_ = "combs"
+    with pytest.raises(ValueError, match="fault_orders_ == 'combs'"):
         check_model_state(damaged)
 
 

@@ -144,7 +144,7 @@ def compare(diagnoser, rows, bearing):
     combs = residual.fault_orders_
     innovations = diagnoser["identify"].transform(rows.X)
     spectra = copy.copy(residual)
-    spectra.uses_combs_ = False
+    spectra.fault_orders_ = None
     rate = combs.sampling_rate
     matcher = FaultOrderClassifier(bearing=bearing, sampling_rate=rate).fit(innovations[:1])
     found = matcher.match(innovations, rpm=rows.rpm)
