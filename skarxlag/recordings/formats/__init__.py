@@ -3,14 +3,16 @@
 A format is a module with these names:
 
 - ``FORMAT``: its name, file names and library, see :class:`Format`.
-- ``contents(path)``: the :class:`Contents` of a file. It may raise anything on a damaged file, and
-  raises `ContentError` if an intact file does not hold what is asked for.
+- ``contents(path)``: opens a file, yields its :class:`Contents` once, and closes the file. It may
+  raise anything on a damaged file, and raises `ContentError` if an intact file does not hold what
+  is asked for.
 
 This package imports nothing from the rest of skarxlag, so that the process that reads isolated
 formats starts fast.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from types import ModuleType
@@ -26,7 +28,7 @@ FORMATS = (matlab, npy, npz, text, wav, audio, arrow, hdf5, tdms, uff, vallen, r
 
 def find_format(
     path: Path, dtype: str | None = None
-) -> tuple[ModuleType, Callable[[Path], Contents]]:
+) -> tuple[ModuleType, Callable[[Path], Iterator[Contents]]]:
     """Return the module of a file's format, and the function that opens the file.
 
     Parameters
@@ -51,7 +53,9 @@ def find_format(
     raise ValueError(f"{path}: unknown suffix {path.suffix!r}; expected one of {known}")
 
 
-def read_blocks(path: Path, dtype: str | None, channel: Any, n_samples: int | None) -> Any:
+def read_blocks(
+    path: Path, dtype: str | None, channel: Any, n_samples: int | None
+) -> Iterator[Any]:
     """Yield blocks of the chosen channels and their sampling rate, see `signal_blocks`.
 
     Raises
@@ -59,20 +63,24 @@ def read_blocks(path: Path, dtype: str | None, channel: Any, n_samples: int | No
     FileNotFoundError, ValueError, ImportError
         The message begins with the path.
     """
-    return _rescued(path, dtype, lambda contents: signal_blocks(contents, channel, n_samples))
+    with _opened(path, dtype) as contents:
+        yield from signal_blocks(contents, channel, n_samples)
 
 
-def describe(path: Path, dtype: str | None) -> Any:
+def describe(path: Path, dtype: str | None) -> Iterator[list[dict[str, Any]]]:
     """Yield what `describe_channels` returns; errors as in `read_blocks`."""
-    return _rescued(path, dtype, lambda contents: [describe_channels(contents)])
+    with _opened(path, dtype) as contents:
+        yield describe_channels(contents)
 
 
-def _rescued(path, dtype, read):
+@contextmanager
+def _opened(path, dtype):
     module, contents = find_format(path, dtype)
     try:
         if not path.is_file():
             raise FileNotFoundError
-        yield from read(contents(path))
+        with contextmanager(contents)(path) as opened:
+            yield opened
     except Exception as error:
         raise _error_of(path, error, module) from error
 

@@ -1,10 +1,12 @@
 """Find the channels in files of named arrays, and read them."""
 
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
 from typing import Any
 
-from ._contents import Channel, Contents, slices
+import numpy as np
+from numpy.typing import DTypeLike
+
+from ._contents import Channel, Contents, is_numeric, slices
 from ._facts import state_facts
 
 
@@ -13,6 +15,8 @@ class NamedArrays:
 
     Parameters
     ----------
+    array_of : callable
+        Returns the array of a key, which is sliced. It is called for each block.
     separator : str, default="."
         Between the parts of a name.
 
@@ -22,10 +26,30 @@ class NamedArrays:
         Single numbers by name, of which some state sampling rates and speeds.
     """
 
-    def __init__(self, separator: str = ".") -> None:
+    def __init__(self, array_of: Callable[[Any], Any], separator: str = ".") -> None:
         self.scalars: dict[str, Any] = {}
-        self._separator = separator
+        self._array_of, self._separator = array_of, separator
         self._channels, self._refused, self._places, self._parts = {}, {}, {}, {}
+
+    def add_variable(
+        self, name: str, shape: Sequence[int], dtype: DTypeLike, key: Any = None, **facts: Any
+    ) -> None:
+        """Add a numeric array of several values, or a single number; others are left out.
+
+        Parameters
+        ----------
+        name, shape, key, **facts
+            As in `add`.
+        dtype : dtype
+            Type of the array.
+        """
+        if not is_numeric(dtype):
+            return
+        if np.prod(shape) == 1:
+            values = self._array_of(name if key is None else key)
+            self.scalars[name] = np.asarray(values[()]).item()
+        elif np.prod(shape) > 1:
+            self.add(name, shape, key=key, **facts)
 
     def add(
         self,
@@ -46,7 +70,7 @@ class NamedArrays:
         shape : sequence of int
             One dimension or more.
         key : object, default=None
-            Passed to the function that reads the array. None takes `name`.
+            Passed to the function that returns the array. None takes `name`.
         place : str, default=None
             Name of the array among those of `scalars`. None takes `name`.
         **facts
@@ -61,13 +85,12 @@ class NamedArrays:
             )
             return
         time = shape.index(0) if 0 in shape else max(long, key=lambda axis: shape[axis], default=0)
-        across = next((axis for axis in long if axis != time), None)
-        if across is None or 0 in shape:
-            names = [name or "0"]
-        else:
-            names = [f"{name}[{i}]" if name else str(i) for i in range(shape[across])]
+        across = [axis for axis in long if axis != time and 0 not in shape]
+        names = [name or "0"]
+        if across:
+            names = [f"{name}[{i}]" if name else str(i) for i in range(shape[across[0]])]
         for i, channel in enumerate(names):
-            index: list[int | None] = [i if axis == across else 0 for axis in range(len(shape))]
+            index: list[int | None] = [i if axis in across else 0 for axis in range(len(shape))]
             index[time] = None
             self._channels[channel] = Channel(shape[time], **facts)
             self._parts[channel] = (name if key is None else key, index)
@@ -79,27 +102,17 @@ class NamedArrays:
         """Record why an array is not a channel."""
         self._refused[name] = reason
 
-    def contents(
-        self, opened: Callable[[], AbstractContextManager[Callable[[Any], Any]]]
-    ) -> Contents:
-        """Return the contents of the file.
-
-        Parameters
-        ----------
-        opened : callable
-            Returns a context manager of a function from keys to arrays, which are sliced.
-        """
-
-        def read(names, n_samples):
-            with opened() as array_of:
-                for part in slices(self._channels[names[0]].length, n_samples):
-                    block = []
-                    for key, index in map(self._parts.__getitem__, names):
-                        place = tuple(part if i is None else i for i in index)
-                        block.append(array_of(key)[place if len(place) > 1 else part])
-                        if len(block[-1]) != part.stop - part.start:
-                            raise ValueError(f"the samples end before sample {part.stop}")
-                    yield block
-
+    def contents(self) -> Contents:
+        """Return the contents of the file."""
         state_facts(self._channels, self._places, self.scalars, self._separator)
-        return Contents(self._channels, read, self._refused)
+        return Contents(self._channels, self._read, self._refused)
+
+    def _read(self, names, n_samples):
+        for part in slices(self._channels[names[0]].length, n_samples):
+            block = []
+            for key, index in map(self._parts.__getitem__, names):
+                place = tuple(part if i is None else i for i in index)
+                block.append(self._array_of(key)[place if len(place) > 1 else part])
+                if len(block[-1]) != part.stop - part.start:
+                    raise ValueError(f"the samples end before sample {part.stop}")
+            yield block

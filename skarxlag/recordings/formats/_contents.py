@@ -1,8 +1,8 @@
 """The channels of one file: their names, how they are read, and what the file states."""
 
-import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from numbers import Integral
 from typing import Any, NamedTuple
 
@@ -75,7 +75,7 @@ class Channel:
 
 @dataclass
 class Contents:
-    """Channels of a file.
+    """Channels of an open file.
 
     Attributes
     ----------
@@ -116,8 +116,9 @@ def choose_channel(names: list[str], channel: str | int) -> str:
         return text
     if (isinstance(channel, Integral) or text.isdecimal()) and 0 <= int(channel) < len(names):
         return names[int(channel)]
-    pattern = re.escape(text).replace(r"\*", ".*").replace(r"\?", ".")
-    matching = [name for name in names if re.fullmatch(pattern, name)]
+    # A bracket is part of a name such as x[0].
+    pattern = text.replace("[", "[[]")
+    matching = [name for name in names if fnmatchcase(name, pattern)]
     if len(matching) > 1:
         raise ContentError(f"channel {channel!r} fits several channels: {listed(matching)}")
     if not matching:

@@ -1,5 +1,6 @@
 """Parquet and Feather files, which are read in parts by pyarrow."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 from ._contents import Channel, Contents, Format, check_unpacked
@@ -18,23 +19,30 @@ FORMAT = Format(
 _BUFFER_BYTES = 2**20
 
 
-def contents(path: Path) -> Contents:
+def contents(path: Path) -> Iterator[Contents]:
     """Return the channels by the names of the columns."""
     import pyarrow
-    from pyarrow import parquet
+    from pyarrow.parquet import ParquetFile
 
     if path.suffix.lower() == ".parquet":
-        columns, batches = _columns(parquet.read_schema(path)), _parquet_batches
+        # With the defaults, a whole row group is loaded before its first rows are returned.
+        opened = ParquetFile(path, pre_buffer=False, buffer_size=_BUFFER_BYTES)
+        schema, batches = opened.schema_arrow, _parquet_batches
     else:
-        with pyarrow.ipc.open_file(str(path)) as file:
-            columns, batches = _columns(file.schema), _feather_batches
+        opened = pyarrow.ipc.open_file(str(path))
+        schema, batches = opened.schema, _feather_batches
+    with opened as file:
+        columns = _columns(schema)
 
-    def read(names, n_samples):
-        chosen = [columns[name] for name in names]
-        for batch in batches(path, chosen, n_samples):
-            yield [batch.column(name).to_pandas() for name in chosen]
+        def read(names, n_samples):
+            chosen = [columns[name] for name in names]
+            if n_samples is None and batches is _parquet_batches:
+                # Constants take no space in a file: a small file can hold any number of samples.
+                check_unpacked(path.stat().st_size, file.metadata.num_rows * 8 * len(chosen))
+            for batch in batches(file, chosen, n_samples):
+                yield [batch.column(name).to_pandas() for name in chosen]
 
-    return Contents({name: Channel() for name in columns}, read)
+        yield Contents({name: Channel() for name in columns}, read)
 
 
 def _columns(schema):
@@ -50,31 +58,22 @@ def _columns(schema):
     return columns
 
 
-def _parquet_batches(path, columns, n_samples):
-    from pyarrow.parquet import ParquetFile
-
-    # With the defaults, a whole row group is loaded before its first rows are returned.
-    with ParquetFile(path, pre_buffer=False, buffer_size=_BUFFER_BYTES) as file:
-        if n_samples is None:
-            # Constants take no space in a file, so a small file can hold any number of samples.
-            check_unpacked(path.stat().st_size, file.metadata.num_rows * 8 * len(columns))
-            yield file.read(columns, use_threads=False)
-            return
-        # In one call, pyarrow would keep all row groups until the last is read.
-        for group in range(file.num_row_groups):
-            yield from file.iter_batches(
-                n_samples, row_groups=[group], columns=columns, use_threads=False
-            )
+def _parquet_batches(file, columns, n_samples):
+    if n_samples is None:
+        yield file.read(columns, use_threads=False)
+        return
+    # In one call, pyarrow would keep all row groups until the last is read.
+    for group in range(file.num_row_groups):
+        yield from file.iter_batches(
+            n_samples, row_groups=[group], columns=columns, use_threads=False
+        )
 
 
-def _feather_batches(path, columns, n_samples):
-    import pyarrow
-
-    with pyarrow.ipc.open_file(str(path)) as file:
-        if n_samples is None:
-            yield file.read_all().select(columns)
-            return
-        for i in range(file.num_record_batches):
-            batch = file.get_batch(i).select(columns)
-            for start in range(0, batch.num_rows, n_samples):
-                yield batch.slice(start, n_samples)
+def _feather_batches(file, columns, n_samples):
+    if n_samples is None:
+        yield file.read_all().select(columns)
+        return
+    for i in range(file.num_record_batches):
+        batch = file.get_batch(i).select(columns)
+        for start in range(0, batch.num_rows, n_samples):
+            yield batch.slice(start, n_samples)

@@ -1,9 +1,10 @@
 """Lossless audio formats that libsndfile reads."""
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
-from ._contents import Channel, Contents, Format
+from ._contents import Channel, Contents, Format, slices
 
 FORMAT = Format(
     "FLAC, W64, RF64, AIFF, CAF, AU",
@@ -14,33 +15,30 @@ FORMAT = Format(
 )
 
 
-def contents(path: Path) -> Contents:
+def contents(path: Path) -> Iterator[Contents]:
     """Return the channels ``0``, ``1``, ...; integer samples are divided by full scale."""
     import soundfile
 
     with soundfile.SoundFile(path) as file:
-        names = [str(i) for i in range(file.channels)]
-        rate, n_total = float(file.samplerate), file.frames
-        _check_whole(file.extra_info)
+        _check_whole(file)
 
-    def read(names, n_samples):
-        with soundfile.SoundFile(path) as file:
-            n_read = 0
-            while n_read < n_total or n_read == 0:
-                block = file.read(n_samples or n_total, dtype="float64", always_2d=True)
+        def read(names, n_samples):
+            for part in slices(file.frames, n_samples):
+                file.seek(part.start)
+                block = file.read(part.stop - part.start, dtype="float64", always_2d=True)
+                if len(block) != part.stop - part.start:
+                    raise ValueError(f"{part.start + len(block)} samples of {file.frames}")
                 yield [block[:, int(name)] for name in names]
-                n_read += len(block)
-                if not len(block):
-                    break
-        if n_read != n_total:
-            raise ValueError(f"{n_read} samples of {n_total}")
 
-    return Contents({name: Channel(sampling_rate=rate) for name in names}, read)
+        rate = float(file.samplerate)
+        yield Contents({str(i): Channel(sampling_rate=rate) for i in range(file.channels)}, read)
 
 
-def _check_whole(log):
-    """Refuse a truncated file, which libsndfile only reports in its log."""
-    for stated, found in re.findall(r": (\d+) \(should be (\d+)\)", log):
+def _check_whole(file):
+    """Refuse a truncated file, which libsndfile only reports in its log or takes for raw sound."""
+    if file.format == "RAW":
+        raise ValueError("no header")
+    for stated, found in re.findall(r": (\d+) \(should be (\d+)\)", file.extra_info):
         # Writers to a pipe state the largest length, because they do not know it.
         if int(found) < int(stated) < 0xFFFF_FFFF:
             raise ValueError(f"{found} bytes of {stated}")

@@ -1,6 +1,6 @@
 """HDF5 files of any layout, MATLAB 7.3 among them, which are read in parts."""
 
-from contextlib import contextmanager
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +23,7 @@ _INTERNAL = ("#refs#", "#subsystem#")
 _DEEPEST, _MOST_NODES = 20, 200_000
 
 
-def contents(path: Path, is_matlab: bool = False) -> Contents:
+def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
     """Return the channels of every numeric data set of more than one value.
 
     Parameters
@@ -37,14 +37,8 @@ def contents(path: Path, is_matlab: bool = False) -> Contents:
     import h5py
 
     separator = "." if is_matlab else "/"
-    arrays = NamedArrays(separator)
-
-    @contextmanager
-    def opened():
-        with h5py.File(path, "r") as file:
-            yield file.__getitem__
-
     with h5py.File(path, "r") as file:
+        arrays = NamedArrays(file.__getitem__, separator)
         for name, node in _nodes(file, is_matlab):
             for key, value in node.attrs.items():
                 value = np.asarray(value)
@@ -56,28 +50,47 @@ def contents(path: Path, is_matlab: bool = False) -> Contents:
             if node.external or node.is_virtual:
                 where = "lies in another file" if node.external else "is a view of other files"
                 arrays.refuse(name, f"data set {node.name!r} {where}, which is not followed")
-            elif node.size == 1:
-                arrays.scalars[name] = np.asarray(node[()]).item()
-            elif node.size:
-                arrays.add(name, node.shape, key=node.name, unit=_unit(node.attrs))
-    return arrays.contents(opened)
+            else:
+                unit = _unit(node.attrs)
+                arrays.add_variable(name, node.shape, node.dtype, node.name, unit=unit)
+        yield arrays.contents()
 
 
 def _nodes(file, is_matlab):
-    """Yield the root, all groups and all data sets with their names; links are left out.
+    """Yield the root, all groups and all data sets with their names; links are left out."""
+    seen, n_nodes = set(), 0
+    # What is still to come in each of the groups that lead to a node.
+    way = [iter([("", file)])]
+    while way:
+        name, node = next(way[-1], (None, None))
+        if node is None:
+            way.pop()
+            continue
+        n_nodes += 1
+        if len(way) - 1 > _DEEPEST or n_nodes > _MOST_NODES:
+            raise ContentError(
+                f"groups are nested more than {_DEEPEST} deep, or there are more than "
+                f"{_MOST_NODES}, which is refused"
+            )
+        if node.id not in seen:
+            seen.add(node.id)
+            yield name, node
+            way.append(_below(name, node, file, is_matlab))
+
+
+def _below(name, node, file, is_matlab):
+    """Yield the nodes directly below a node.
 
     Elements of a MATLAB cell array are ``name[0]``, ``name[1]``, ..., row by row, as are those of
     an array of structs; of one element the name stays as it is.
     """
     import h5py
 
-    seen, n_nodes = set(), 0
-
     def is_reference(node):
         is_set = is_matlab and isinstance(node, h5py.Dataset)
         return is_set and h5py.check_ref_dtype(node.dtype) is h5py.Reference
 
-    def elements(name, node):
+    def elements(node):
         if "MATLAB_object_decode" in node.attrs or node.size > _MOST_NODES:
             return
         # MATLAB writes columns first.
@@ -86,36 +99,17 @@ def _nodes(file, is_matlab):
             if reference:
                 yield (name if len(references) == 1 else f"{name}[{i}]"), file[reference]
 
-    def walk(name, node, depth):
-        nonlocal n_nodes
-        n_nodes += 1
-        if depth > _DEEPEST or n_nodes > _MOST_NODES:
-            raise ContentError(
-                f"groups are nested more than {_DEEPEST} deep, or there are more than "
-                f"{_MOST_NODES}, which is refused"
-            )
-        if is_reference(node):
-            for own, element in elements(name, node):
-                yield from walk(own, element, depth + 1)
-            return
-        yield name, node
-        if not isinstance(node, h5py.Group) or "MATLAB_sparse" in node.attrs or node.id in seen:
-            return
-        seen.add(node.id)
+    if is_reference(node):
+        yield from elements(node)
+    elif isinstance(node, h5py.Group) and "MATLAB_sparse" not in node.attrs:
+        separator = "." if is_matlab else "/"
         for key in node:
-            is_own = isinstance(node.get(key, getlink=True), h5py.HardLink)
-            if not is_own or key in _INTERNAL or (child := node[key]).id in seen:
+            if key in _INTERNAL or not isinstance(node.get(key, getlink=True), h5py.HardLink):
                 continue
-            if isinstance(child, h5py.Dataset):
-                seen.add(child.id)
-            if name and is_reference(child) and "MATLAB_class" not in child.attrs:
-                for own, element in elements(name, child):
-                    yield from walk(f"{own}.{key}", element, depth + 1)
+            if name and is_reference(node[key]) and "MATLAB_class" not in node[key].attrs:
+                yield from ((f"{own}.{key}", element) for own, element in elements(node[key]))
             else:
-                separator = "." if is_matlab else "/"
-                yield from walk(f"{name}{separator}{key}" if name else key, child, depth + 1)
-
-    yield from walk("", file, 0)
+                yield (f"{name}{separator}{key}" if name else key), node[key]
 
 
 def _is_signal(node):

@@ -3,7 +3,7 @@
 import struct
 import warnings
 import zlib
-from contextlib import nullcontext
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ from scipy.io.matlab import mat_struct
 
 from . import hdf5
 from ._arrays import NamedArrays
-from ._contents import Contents, Format, check_unpacked, is_numeric
+from ._contents import Contents, Format, check_unpacked
 
 # SciPy's compiled parser can crash or hang on a damaged file.
 # Version 7.3 is read in parts.
@@ -28,7 +28,7 @@ _COMPRESSED = 15
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
-def contents(path: Path) -> Contents:
+def contents(path: Path) -> Iterator[Contents]:
     """Return the channels of every numeric array of more than one value.
 
     A channel has the name of its variable. Fields of a struct are ``struct.field``, and elements
@@ -38,32 +38,34 @@ def contents(path: Path) -> Contents:
         head = file.read(520)
     # HDF5 files of early versions of MATLAB do not state version 7.3.
     if (head.startswith(b"MATLAB 7.3") and len(head) >= 512) or head[512:] == _HDF5:
-        return hdf5.contents(path, is_matlab=True)
+        yield from hdf5.contents(path, is_matlab=True)
+        return
     check_unpacked(path.stat().st_size, _unpacked_size(path))
     with warnings.catch_warnings():
         # Function handles and other objects that SciPy cannot read are not channels.
         warnings.simplefilter("ignore")
         variables = loadmat(path, appendmat=False, squeeze_me=False, struct_as_record=False)
-    arrays, by_name = NamedArrays(), {}
-    for variable, content in variables.items():
-        for name, values in () if variable.startswith("__") else _numeric(variable, content):
-            if values.size == 1:
-                arrays.scalars[name] = values.item()
-            elif values.size > 1:
-                arrays.add(name, values.shape)
-                by_name[name] = values
-    return arrays.contents(lambda: nullcontext(by_name.__getitem__))
+    found = {
+        name: values
+        for variable, content in variables.items()
+        if not variable.startswith("__")
+        for name, values in _arrays(variable, content)
+    }
+    arrays = NamedArrays(found.__getitem__)
+    for name, values in found.items():
+        arrays.add_variable(name, values.shape, values.dtype)
+    yield arrays.contents()
 
 
-def _numeric(name, values):
-    """Yield the numeric arrays of a variable with their names."""
+def _arrays(name, values):
+    """Yield the arrays of a variable with their names."""
     if isinstance(values, mat_struct):
         for field in values._fieldnames:
-            yield from _numeric(f"{name}.{field}", getattr(values, field))
+            yield from _arrays(f"{name}.{field}", getattr(values, field))
     elif isinstance(values, np.ndarray) and values.dtype == object:
         for i, element in enumerate(values.ravel()):
-            yield from _numeric(name if values.size == 1 else f"{name}[{i}]", element)
-    elif isinstance(values, np.ndarray) and is_numeric(values.dtype):
+            yield from _arrays(name if values.size == 1 else f"{name}[{i}]", element)
+    elif isinstance(values, np.ndarray):
         yield name, values
 
 

@@ -1,6 +1,6 @@
 """NumPy files of one array, which are mapped and read in parts."""
 
-from contextlib import nullcontext
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +11,13 @@ from ._contents import Contents, Format
 FORMAT = Format("NumPy array", (".npy",), states="nothing")
 
 
-def contents(path: Path) -> Contents:
+def contents(path: Path) -> Iterator[Contents]:
     """Return the channels ``0``, ``1``, ... of the array."""
 
     def mapped(_):
         # Called for each block: the pages of a block stay in memory as long as its map.
         return np.atleast_1d(np.load(path, mmap_mode="r", allow_pickle=False))
 
-    arrays = NamedArrays()
+    arrays = NamedArrays(mapped)
     arrays.add("", mapped("").shape)
-    return arrays.contents(lambda: nullcontext(mapped))
+    yield arrays.contents()

@@ -1,18 +1,20 @@
 """Binary files without a header, whose type the user states."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ._contents import Channel, ContentError, Contents, Format, is_numeric, slices
+from ._arrays import NamedArrays
+from ._contents import ContentError, Contents, Format, is_numeric
 
 FORMAT = Format("raw binary, with a stated `dtype`", (".bin", ".raw"), states="nothing")
 
 _MOST_CHANNELS = 4096
 
 
-def contents(path: Path, dtype: str | None = None) -> Contents:
+def contents(path: Path, dtype: str | None = None) -> Iterator[Contents]:
     """Return the channels ``0``, ``1``, ... of interleaved samples, or the fields of a type.
 
     Parameters
@@ -35,15 +37,15 @@ def contents(path: Path, dtype: str | None = None) -> Contents:
         raise ContentError(
             f"{n_bytes} bytes are no multiple of the {frame.itemsize} bytes of dtype {dtype!r}"
         )
-    n_frames = n_bytes // frame.itemsize
 
-    def read(names, n_samples):
-        for part in slices(n_frames, n_samples):
-            count = part.stop - part.start
-            frames = np.fromfile(path, frame, count, offset=part.start * frame.itemsize)
-            yield [frames[name] for name in names]
+    def mapped(name):
+        # Called for each block, as in npy. An empty file cannot be mapped.
+        return np.memmap(path, frame, "r")[name] if n_bytes else np.zeros(0, frame)[name]
 
-    return Contents({name: Channel() for name in frame.names}, read)
+    arrays = NamedArrays(mapped)
+    for name in frame.names:
+        arrays.add(name, (n_bytes // frame.itemsize,))
+    yield arrays.contents()
 
 
 def frame_type(text: str) -> np.dtype[Any]:

@@ -1,6 +1,7 @@
 """TDMS files of LabVIEW, which are read in parts."""
 
-from contextlib import contextmanager
+from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -24,45 +25,33 @@ _SEPARATOR = "\0"
 _UNIT_NAMES = ("unitstring", "unit", "units", "niunitdescription")
 
 
-def contents(path: Path) -> Contents:
+def contents(path: Path) -> Iterator[Contents]:
     """Return the channels by name, or by ``group/name`` if two groups have one of that name."""
-    arrays, n_bytes = NamedArrays(_SEPARATOR), path.stat().st_size
-    with _opened(path) as file:
-        arrays.scalars |= _numbers(file)
+    from nptdms import TdmsFile
+
+    n_bytes = path.stat().st_size
+    # Read from a file that is opened here, npTDMS does not look for an index next to it.
+    with path.open("rb") as stream, TdmsFile.open(stream) as file:
+        channels = _by_name(file)
+        arrays = NamedArrays(channels.__getitem__, _SEPARATOR)
+        _add_numbers(arrays, file)
         for group in file.groups():
-            arrays.scalars |= _numbers(group, group.name)
-        for name, channel in _by_name(file).items():
+            _add_numbers(arrays, group, group.name)
+        for name, channel in channels.items():
             if len(channel) > 8 * n_bytes:
                 raise ContentError(f"{len(channel)} samples are stated in {n_bytes} bytes")
-            numbers = _numbers(channel, channel.group_name, name)
-            arrays.scalars |= numbers
+            _add_numbers(arrays, channel, channel.group_name, name)
             place = _SEPARATOR.join((channel.group_name, name))
-            start = None
-            date = channel.properties.get("wf_start_time")
-            if isinstance(date, np.datetime64) and date > _NO_DATE:
-                start = float(date.astype("datetime64[us]").astype(float) / 1e6)
-                start += numbers.get(f"{place}{_SEPARATOR}wf_start_offset", 0.0)
-            unit = None
+            unit = start = None
             for key, value in channel.properties.items():
                 if letters(key) in _UNIT_NAMES and value:
                     unit = str(value)
+            date = channel.properties.get("wf_start_time")
+            if isinstance(date, np.datetime64) and date > _NO_DATE:
+                start = float(date.astype("datetime64[us]").astype(float) / 1e6)
+                start += arrays.scalars.get(f"{place}{_SEPARATOR}wf_start_offset", 0.0)
             arrays.add(name, (len(channel),), place=place, unit=unit, start=start)
-
-    @contextmanager
-    def opened():
-        with _opened(path) as file:
-            yield _by_name(file).__getitem__
-
-    return arrays.contents(opened)
-
-
-@contextmanager
-def _opened(path):
-    from nptdms import TdmsFile
-
-    # Read from a file that is opened here, npTDMS does not look for an index next to it.
-    with path.open("rb") as stream, TdmsFile.open(stream) as file:
-        yield file
+        yield arrays.contents()
 
 
 def _by_name(file):
@@ -72,19 +61,17 @@ def _by_name(file):
         for channel in group.channels()
         if channel.dtype is not None and is_numeric(channel.dtype)
     ]
-    names = [channel.name for channel in channels]
+    counts = Counter(channel.name for channel in channels)
     return {
         channel.name
-        if names.count(channel.name) == 1
+        if counts[channel.name] == 1
         else f"{channel.group_name}/{channel.name}": channel
         for channel in channels
     }
 
 
-def _numbers(node, *place):
-    """Properties that are numbers, by their place in the file."""
-    return {
-        _SEPARATOR.join((*place, key)): float(value)
-        for key, value in node.properties.items()
-        if isinstance(value, int | float | np.number) and not isinstance(value, bool)
-    }
+def _add_numbers(arrays, node, *place):
+    """Add the properties that are numbers, by their place in the file."""
+    for key, value in node.properties.items():
+        if isinstance(value, int | float | np.number) and not isinstance(value, bool):
+            arrays.scalars[_SEPARATOR.join((*place, key))] = float(value)

@@ -8,6 +8,7 @@ import re
 import struct
 import warnings
 from collections import Counter
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -63,7 +64,7 @@ class TextLayout:
     units: dict[str, str]
 
 
-def contents(path: Path) -> Contents:
+def contents(path: Path) -> Iterator[Contents]:
     """Return the channels by the names in the header, ``0``, ``1``, ... if there is none."""
     n_packed = path.stat().st_size
     if path.suffix.lower() == ".gz" and n_packed > 18:
@@ -94,7 +95,7 @@ def contents(path: Path) -> Contents:
             yield [pd.concat(each, ignore_index=True) for each in columns]
 
     channels = {name: Channel(unit=layout.units.get(name)) for name in layout.names}
-    return Contents(channels, read)
+    yield Contents(channels, read)
 
 
 def _frames(path, layout, n_rows):

@@ -1,9 +1,12 @@
-"""Universal files: time responses in data sets 58 and 58b."""
+"""Universal files: time responses in data sets 58 and 58b. The chosen sets are read whole."""
 
 import warnings
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
-from ._contents import Channel, Contents, Format, slices
+from ._arrays import NamedArrays
+from ._contents import Contents, Format
 from ._facts import is_rate, rounded
 
 FORMAT = Format(
@@ -16,56 +19,35 @@ FORMAT = Format(
 )
 
 _TIME_RESPONSE = (0, 1)
-_DIRECTIONS = {0: "", 1: "+X", 2: "+Y", 3: "+Z", 4: "+RX", 5: "+RY", 6: "+RZ"}
 
 
-def contents(path: Path) -> Contents:
-    """Return the channels by the first line of each data set, or as ``node:direction``.
-
-    The latter names are used if first lines repeat.
-    """
+def contents(path: Path) -> Iterator[Contents]:
+    """Return the channels by the first line of each data set, or by position if lines repeat."""
     with path.open("rb") as file:
         file.seek(max(path.stat().st_size - 200, 0))
         if not file.read().rstrip().endswith(b"-1"):
             raise ValueError("the last data set has no end")
-    heads, channels = _time_responses(path), {}
-    for name, (_, head) in heads.items():
+    heads = {
+        number: head
+        for number, head in enumerate(_read(path, None))
+        if head.get("type") == 58 and head["func_type"] in _TIME_RESPONSE
+    }
+    names = [head["id1"].strip() for head in heads.values()]
+    if not all(names) or len(set(names)) < len(names):
+        names = [str(i) for i in range(len(heads))]
+    numbers = dict(zip(names, heads, strict=True))
+    arrays = NamedArrays(cache(lambda name: _read(path, [numbers[name]])[0]["data"]))
+    for name, head in zip(names, heads.values(), strict=True):
         step, unit = head["abscissa_inc"], head["ordinate_axis_units_lab"].strip()
         # The file has six digits of the step.
         is_even = head["abscissa_spacing"] == 1 and is_rate(step)
-        rate = rounded(1 / step, 5e-6) if is_even else None
-        channels[name] = Channel(head["num_pts"], rate, None if unit in ("", "NONE") else unit)
-
-    def read(names, n_samples):
-        sets = _read(path, [heads[name][0] for name in names])
-        n_total = channels[names[0]].length
-        for name, own in zip(names, sets, strict=True):
-            if len(own["data"]) != n_total:
-                raise ValueError(f"{len(own['data'])} samples of {n_total} in {name!r}")
-        for part in slices(n_total, n_samples):
-            yield [own["data"][part] for own in sets]
-
-    return Contents(channels, read)
-
-
-def _time_responses(path):
-    found = [
-        (number, head)
-        for number, head in enumerate(_read(path, None))
-        if head.get("type") == 58 and head["func_type"] in _TIME_RESPONSE
-    ]
-    labels = [head["id1"].strip() for _, head in found]
-    if len(set(labels)) < len(labels) or not all(labels):
-        labels = [_place(head) for _, head in found]
-    if len(set(labels)) < len(labels):
-        labels = [str(i) for i in range(len(found))]
-    return dict(zip(labels, found, strict=True))
-
-
-def _place(head):
-    direction = head["rsp_dir"]
-    axis = _DIRECTIONS.get(abs(direction), str(direction))
-    return f"{head['rsp_node']}:{axis.replace('+', '-') if direction < 0 else axis}"
+        arrays.add(
+            name,
+            (head["num_pts"],),
+            sampling_rate=rounded(1 / step, 5e-6) if is_even else None,
+            unit=None if unit in ("", "NONE") else unit,
+        )
+    yield arrays.contents()
 
 
 def _read(path, numbers):

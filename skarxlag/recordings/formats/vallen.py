@@ -1,5 +1,6 @@
 """Vallen's databases of transients: acoustic emission that was recorded without a gap."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -16,27 +17,25 @@ WHERE Chan IS NOT NULL GROUP BY Chan ORDER BY Chan
 """
 
 
-def contents(path: Path) -> Contents:
+def contents(path: Path) -> Iterator[Contents]:
     """Return the channels by their number, which counts from 1."""
     from vallenae.io import TraDatabase
 
     with TraDatabase(str(path)) as database:
-        rows = database.connection().execute(_SUMMARY).fetchall()
-    channels = {
-        str(number): Channel(length, float(least) if least == most else None, "V")
-        for number, length, least, most in rows
-    }
+        channels = {
+            str(number): Channel(length, float(least) if least == most else None, "V")
+            for number, length, least, most in database.connection().execute(_SUMMARY)
+        }
 
-    def read(names, n_samples):
-        n_samples = n_samples or max(channels[names[0]].length, 1)
-        with TraDatabase(str(path)) as database:
+        def read(names, n_samples):
+            n_samples = n_samples or max(channels[names[0]].length, 1)
             streams = [
                 _rechunked(_records(database, name, channels[name].sampling_rate), n_samples)
                 for name in names
             ]
             yield from map(list, zip(*streams, strict=True))
 
-    return Contents(channels, read)
+        yield Contents(channels, read)
 
 
 def _rechunked(arrays, n_samples):

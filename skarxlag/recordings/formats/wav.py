@@ -2,6 +2,7 @@
 
 import struct
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from ._contents import Channel, Contents, Format, slices
 FORMAT = Format("WAV", (".wav",), states="the rate")
 
 
-def contents(path: Path) -> Contents:
+def contents(path: Path) -> Iterator[Contents]:
     """Return the channels ``0``, ``1``, ...; integer samples are divided by full scale."""
     sampling_rate, samples = _map(path)
     n_total, n_channels = samples.shape[:2]
@@ -25,7 +26,7 @@ def contents(path: Path) -> Contents:
             yield [block[:, int(name)] for name in names]
 
     channels = {str(i): Channel(sampling_rate=float(sampling_rate)) for i in range(n_channels)}
-    return Contents(channels, read)
+    yield Contents(channels, read)
 
 
 def _map(path):
@@ -40,7 +41,7 @@ def _map(path):
             if "mmap=True not compatible" not in str(error):
                 raise
             return _map_24_bit(path)
-    return sampling_rate, samples[:, np.newaxis] if samples.ndim == 1 else samples
+    return sampling_rate, samples.reshape(len(samples), -1)
 
 
 def _map_24_bit(path):

@@ -83,7 +83,8 @@ import pathlib, sys
 from skarxlag.recordings.formats import arrow
 peaks = []
 for path in sys.argv[1:]:
-    n_rows = sum(len(block[0]) for block in arrow.contents(pathlib.Path(path)).read(["acc"], 9999))
+    for contents in arrow.contents(pathlib.Path(path)):
+        n_rows = sum(len(block[0]) for block in contents.read(["acc"], 9999))
     status = pathlib.Path("/proc/self/status").read_text()
     peaks.append(int(status.split("VmHWM:")[1].split()[0]) * 1024)
 print(n_rows, peaks[1] - peaks[0])
