@@ -3,6 +3,7 @@
 import difflib
 import os
 import re
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -15,7 +16,6 @@ from numpy.typing import NDArray
 
 from .files import recording_blocks, recording_speed
 from .formats import FORMATS
-from .formats.text import read_csv_frame
 from .rates import rates_agree
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
@@ -280,9 +280,13 @@ def _read_table(path):
         with path.open(encoding="utf-8-sig") as file:
             head = file.readline()
         separator = max(",;\t", key=head.count)
-        table = read_csv_frame(
-            path, dtype=str, keep_default_na=False, encoding="utf-8-sig", sep=separator
-        )
+        options = {"encoding": "utf-8-sig", "sep": separator, "index_col": False}
+        with warnings.catch_warnings():
+            # By default, fields without a column name would be dropped.
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            table = pd.read_csv(
+                path, dtype=str, keep_default_na=False, skip_blank_lines=False, **options
+            )
     except (ValueError, pd.errors.ParserWarning) as error:
         raise ValueError(f"{path}: cannot be read as a csv table ({error})") from error
     table = table.rename(columns=_column_name).apply(lambda column: column.str.strip())

@@ -160,5 +160,5 @@ def check_unpacked(n_packed: int, n_unpacked: int) -> None:
     if n_unpacked > max(_ALWAYS_ALLOWED, _RATIO * n_packed):
         raise ContentError(
             f"{n_packed} bytes would unpack to {n_unpacked}, which is refused: expected at most "
-            f"{_ALWAYS_ALLOWED} bytes or {_RATIO} times the size of the file"
+            f"{_ALWAYS_ALLOWED} bytes or {_RATIO} times the size of the file, damaged?"
         )

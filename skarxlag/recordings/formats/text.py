@@ -5,14 +5,13 @@ import csv
 import gzip
 import io
 import re
-import struct
-import warnings
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -25,9 +24,8 @@ FORMAT = Format(
     states="the rate, by a time column; units, in a second line or in brackets",
 )
 
-_HEAD = 2**16
-#: Lines from which the layout is inferred, and rows that are parsed at a time.
-_LINES, _ROWS = 200, 2**19
+#: Bytes and lines from which the layout is inferred.
+_HEAD, _LINES = 2**16, 200
 _NUMBER = r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?"
 _WITH_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
 _UNIT_IN_NAME = re.compile(r".*[(\[]([^()\[\]]+)[)\]]\s*")
@@ -66,36 +64,16 @@ class TextLayout:
 
 def contents(path: Path) -> Iterator[Contents]:
     """Return the channels by the names in the header, ``0``, ``1``, ... if there is none."""
-    n_packed = path.stat().st_size
-    if path.suffix.lower() == ".gz" and n_packed > 18:
-        with path.open("rb") as file:
-            # A gzip file ends with the number of bytes that it holds.
-            file.seek(-4, io.SEEK_END)
-            (n_unpacked,) = struct.unpack("<I", file.read())
-        try:
-            check_unpacked(n_packed, n_unpacked)
-        except ContentError as error:
-            # The end of a file that was cut is any number.
-            raise ValueError(str(error)) from error
     with _open(path) as file:
         head = file.read(_HEAD)
     layout = text_layout(head, is_whole=len(head) < _HEAD)
 
     def read(names, n_samples):
         positions = [layout.names.index(name) for name in names]
-        parts = (
-            [frame.iloc[:, position] for position in positions]
-            for frame in _frames(path, layout, n_samples or _ROWS)
-        )
-        if n_samples is not None:
-            yield from parts
-        elif columns := list(zip(*parts, strict=True)):
-            import pandas as pd
+        for frame in _frames(path, layout, n_samples or sys.maxsize):
+            yield [frame.iloc[:, position] for position in positions]
 
-            yield [pd.concat(each, ignore_index=True) for each in columns]
-
-    channels = {name: Channel(unit=layout.units.get(name)) for name in layout.names}
-    yield Contents(channels, read)
+    yield Contents({name: Channel(unit=layout.units.get(name)) for name in layout.names}, read)
 
 
 def _frames(path, layout, n_rows):
@@ -103,17 +81,22 @@ def _frames(path, layout, n_rows):
     import pandas as pd
 
     options = {"sep": layout.separator, "decimal": layout.decimal, "names": layout.names}
+    options |= {"header": None, "index_col": False, "skip_blank_lines": False}
     is_complete = len(layout.names) == 1
-    with _samples(path, layout) as text, _strict_parser(layout.n_head_lines):
+    with _samples(path, layout) as text:
         try:
-            frames = read_csv_frame(text, header=None, chunksize=n_rows, **options)
+            for frame in pd.read_csv(text, chunksize=n_rows, low_memory=False, **options):
+                # pandas fills a short row at its end, which may shift its values.
+                if not is_complete and frame.iloc[:, -1].isna().any():
+                    _check_complete(path, layout)
+                    is_complete = True
+                yield frame
         except pd.errors.EmptyDataError:
             return
-        for frame in frames:
-            if not is_complete and frame.iloc[:, -1].isna().any():
-                _check_complete(path, layout)
-                is_complete = True
-            yield frame
+        except pd.errors.ParserError as error:
+            n_head = layout.n_head_lines
+            in_file = re.sub(r"(?<=line )\d+", lambda m: str(int(m[0]) + n_head), str(error))
+            raise ValueError(in_file) from error
 
 
 @contextmanager
@@ -126,39 +109,18 @@ def _samples(path, layout):
 
 
 def _check_complete(path, layout):
-    """Refuse a row that lacks a field: pandas would fill it at its end and shift its values."""
-    n_columns = len(layout.names)
+    """Refuse a row that lacks a field."""
     with _samples(path, layout) as text:
         for sample, (_, fields) in enumerate(_rows(text, layout.separator)):
-            if 0 < len(fields) < n_columns:
-                raise ContentError(
-                    f"sample {sample} has {len(fields)} fields, expected {n_columns}: a value is "
-                    "missing, and it is unknown of which channel"
-                )
+            if 0 < len(fields) < len(layout.names):
+                raise _wrong_width(sample, len(fields), len(layout.names))
 
 
-def read_csv_frame(source: Any, **options: Any) -> Any:
-    """Read a csv file with pandas, dropping neither blank lines nor surplus fields."""
-    import pandas as pd
-
-    with _strict_parser():
-        return pd.read_csv(
-            source, index_col=False, skip_blank_lines=False, low_memory=False, **options
-        )
-
-
-@contextmanager
-def _strict_parser(n_skipped=0):
-    import pandas as pd
-
-    with warnings.catch_warnings():
-        # By default surplus fields would turn the first column into an index.
-        warnings.simplefilter("error", pd.errors.ParserWarning)
-        try:
-            yield
-        except pd.errors.ParserError as error:
-            shifted = re.sub(r"(?<=line )\d+", lambda m: str(int(m[0]) + n_skipped), str(error))
-            raise ValueError(shifted) from error
+def _wrong_width(sample, n_found, n_fields):
+    return ContentError(
+        f"sample {sample} has {n_found} fields, expected {n_fields}: a value is missing, and it is "
+        "unknown of which channel"
+    )
 
 
 @contextmanager
@@ -167,7 +129,10 @@ def _open(path):
         if path.suffix.lower() != ".gz":
             yield file
             return
-        n_packed = path.stat().st_size
+        # A gzip file ends with the number of bytes that it holds.
+        n_packed = file.seek(-4, io.SEEK_END) + 4
+        check_unpacked(n_packed, int.from_bytes(file.read(), "little"))
+        file.seek(0)
         with gzip.open(file) as unpacked, io.BufferedReader(_Bounded(unpacked, n_packed)) as text:
             yield text
 
@@ -176,15 +141,14 @@ class _Bounded(io.RawIOBase):
     """A stream that is unpacked while it is read, up to the bound for its file."""
 
     def __init__(self, stream, n_packed):
-        self._stream, self._n_packed, self._count = stream, n_packed, 0
+        self._stream, self._n_packed = stream, n_packed
 
     def readable(self):
         return True
 
     def readinto(self, buffer):
         n_bytes = self._stream.readinto(buffer)
-        self._count += n_bytes
-        check_unpacked(self._n_packed, self._count)
+        check_unpacked(self._n_packed, self._stream.tell())
         return n_bytes
 
 
@@ -228,15 +192,13 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
         raise ContentError("No columns to parse: the file holds no line of text")
     separator = _separator(filled[len(filled) // 2 :][-20:])
     before, rows = zip(*_rows(body, separator), strict=True)
-    decimal = "."
-    if separator != "," and any(_WITH_COMMA.fullmatch(f) for fields in rows for f in fields):
-        decimal = ","
+    is_comma = separator != "," and any(map(_WITH_COMMA.fullmatch, chain.from_iterable(rows)))
+    decimal = "," if is_comma else "."
     kinds = [[_kind(field, decimal) for field in fields] for fields in rows]
     n_fields, n_filled, first = _first_sample(kinds, may_be_cut)
-    above = [i for i in range(first) if rows[i]]
-    names, unit_line = None, []
+    above, names, unit_line = [fields for fields in rows[:first] if fields], None, []
     if above:
-        names, unit_line = _names_and_units([rows[i] for i in above], n_fields, n_filled, decimal)
+        names, unit_line = _names_and_units(above, n_fields, n_filled, decimal)
     elif n_comments:
         ((_, last),) = _rows([lines[n_comments - 1].lstrip("#% ")], separator)
         if len(last) == n_fields and not all(is_number(field, decimal) for field in last):
@@ -244,10 +206,8 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     has_header = names is not None
     n_ignored = max(len(above) - has_header - bool(unit_line), 0)
     names = _distinct(names) if has_header else [str(i) for i in range(n_fields)]
-    units = dict(zip(names, unit_line, strict=False))
-    for name in names:
-        if name not in units and (match := _UNIT_IN_NAME.fullmatch(name)):
-            units[name] = match[1]
+    in_names = {name: match[1] for name in names if (match := _UNIT_IN_NAME.fullmatch(name))}
+    units = in_names | dict(zip(names, unit_line, strict=False))
     units = {name: unit.strip("[]() ") for name, unit in units.items() if unit.strip("[]() ")}
     n_head = n_comments + (before[first] if first < len(rows) else len(body))
     return TextLayout(encoding, separator, decimal, has_header, n_head, n_ignored, names, units)
@@ -258,8 +218,11 @@ def _first_sample(kinds, may_be_cut):
     tail = [row for row in kinds[len(kinds) // 2 :] if row]
     n_fields = Counter(map(len, tail)).most_common(1)[0][0]
     columns = list(zip(*(row for row in tail if len(row) == n_fields), strict=True))
-    usual = [Counter(filter(None, column)) or Counter(["text"]) for column in columns]
-    usual = [counted.most_common(1)[0][0] for counted in usual]
+    usual = [Counter(kind or "text" for kind in column).most_common(1)[0][0] for column in columns]
+    n_filled = max((i + 1 for i, column in enumerate(columns) if any(column)), default=1)
+    if set(usual) == {"text"}:
+        # Without numbers, the first line holds the names.
+        return n_fields, n_filled, next(i for i, row in enumerate(kinds) if row) + 1
 
     def is_usual(row):
         return len(row) == n_fields and all(
@@ -268,16 +231,13 @@ def _first_sample(kinds, may_be_cut):
         )
 
     first = next(i for i, row in enumerate(kinds) if is_usual(row))
-    above = [_is_text(row) for row in kinds[:first] if len(row) == n_fields]
-    is_damaged = any(map(_is_sample, kinds[may_be_cut:first])) or (any(above) and not above[-1])
-    if set(usual) == {"text"} or is_damaged:
-        # Damaged samples are not taken for a preamble: the reader refuses them.
-        top = next(i for i, row in enumerate(kinds) if row)
-        head, second, third = [*kinds[top:], [], []][:3]
-        has_units = _is_unit_line(second) and "number" in third
-        first = top if _is_sample(head) else top + 1 + has_units
-        return len(head), len(head), first
-    n_filled = max(i + 1 for i, column in enumerate(columns) if any(column))
+    above = [row for row in kinds[:first] if len(row) == n_fields]
+    # Damaged samples are not taken for a preamble.
+    damaged = [row for row in kinds[may_be_cut:first] if any(row) and set(row) <= {"number", ""}]
+    if any(map(_is_text, above)) and not _is_text(above[-1]):
+        damaged.append(above[-1])
+    if damaged:
+        raise _wrong_width(0, len(damaged[0]), n_fields)
     return n_fields, n_filled, first
 
 
@@ -310,10 +270,6 @@ def _kind(field, decimal):
     if is_number(field, decimal):
         return "number"
     return "text" if np.isnan(seconds_of_dates([field])[0]) else "date"
-
-
-def _is_sample(kinds):
-    return any(kinds) and set(kinds) <= {"number", ""}
 
 
 def _is_text(kinds):

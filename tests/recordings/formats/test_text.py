@@ -85,7 +85,7 @@ def test_long_lines(tmp_path):
 def test_gzip_that_is_cut(tmp_path):
     path = write(tmp_path, "y\n" + "1.5\n" * 1000, "run.csv.gz")
     path.write_bytes(path.read_bytes()[:-10])
-    with pytest.raises(ValueError, match=r"run.csv.gz: cannot be read as .csv.gz, damaged"):
+    with pytest.raises(ValueError, match=r"run.csv.gz: .*damaged"):
         read_recording(path)
 
 
