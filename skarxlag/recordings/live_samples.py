@@ -5,7 +5,6 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from .formats._contents import ContentError, choose_channel
 from .formats._facts import names_speed, names_times
 from .formats.raw import frame_type
-from .formats.text import is_number, text_layout
+from .formats.text import is_number, number, text_layout
 from .live_times import StreamTimes
 
 #: Lines from which the layout of a text is inferred: names, units, and two of samples.
@@ -52,7 +51,30 @@ def chosen_channels(names: list[str], channel: str | Sequence[str] | None) -> li
     return [choose_channel(names, each) for each in wanted]
 
 
-class RawSamples:
+class _Samples:
+    """Parser of the bytes of a source, of which the last may wait for their rest."""
+
+    def __init__(self) -> None:
+        self.unread: Counter[str] = Counter()
+        self.begin()
+
+    def begin(self, head: bytes = b"") -> None:
+        """Prepare for the first bytes of a source.
+
+        Parameters
+        ----------
+        head : bytes
+            The beginning of the source, if parsing starts after it.
+        """
+        self._rest = b""
+
+    @property
+    def n_pending(self) -> int:
+        """Bytes of a sample or line that has not arrived in whole."""
+        return len(self._rest)
+
+
+class RawSamples(_Samples):
     """Parser of interleaved binary samples.
 
     Parameters
@@ -68,24 +90,12 @@ class RawSamples:
         Bytes at the end that do not make a whole sample.
     """
 
-    unread: Counter[str]
-
     def __init__(self, dtype: str, channel: str | Sequence[str] | None = None) -> None:
         self._frame = frame_type(dtype)
         if any(self._frame[name].kind == "c" for name in self._frame.names):
             raise ContentError(f"dtype is {dtype!r}, expected real numbers such as '<f4'")
         self._names = chosen_channels(list(self._frame.names), channel)
-        self.unread = Counter()
-        self.begin()
-
-    def begin(self, head: bytes = b"") -> None:
-        """Prepare for the first bytes of a source."""
-        self._rest = b""
-
-    @property
-    def n_pending(self) -> int:
-        """Bytes of a sample that has not arrived in whole."""
-        return len(self._rest)
+        super().__init__()
 
     def parts(
         self, data: bytes, *, is_end: bool = False
@@ -100,7 +110,7 @@ class RawSamples:
             yield np.stack([frames[name].astype(np.float64) for name in self._names]), None
 
 
-class TextSamples:
+class TextSamples(_Samples):
     """Parser of lines of numbers, one line for each moment.
 
     Separator, names and units are inferred from the first lines, as in `read_recording`. If the
@@ -123,8 +133,6 @@ class TextSamples:
         Lines and times that could not be read.
     """
 
-    unread: Counter[str]
-
     def __init__(
         self,
         channel: str | Sequence[str] | None = None,
@@ -132,27 +140,16 @@ class TextSamples:
         rpm_column: str | None = None,
     ) -> None:
         self._channel, self._times, self._rpm_column = channel, times, rpm_column
-        self.unread = Counter()
-        self.begin()
+        super().__init__()
 
     def begin(self, head: bytes = b"") -> None:
-        """Prepare for the first bytes of a source.
-
-        Parameters
-        ----------
-        head : bytes
-            The beginning of the source, if parsing starts after it.
-        """
-        self._rest, self._layout, self._time = b"", None, None
+        """Prepare for the first bytes of a source, which `head` may show."""
+        super().begin()
+        self._layout = self._time = None
         if self._times is not None:
             self._times.begin()
         if head:
             self._learn(head)
-
-    @property
-    def n_pending(self) -> int:
-        """Bytes of a line that has not arrived in whole."""
-        return len(self._rest)
 
     def parts(
         self, data: bytes, *, is_end: bool = False
@@ -179,12 +176,10 @@ class TextSamples:
             If the stream is not text with lines of numbers, lacks a column, or has the times of
             another sampling rate.
         """
-        rows = [
-            self._row(fields) for fields in map(self._fields, self._lines(data, is_end)) if fields
-        ]
+        rows = [self._row(fields) for fields in map(self._fields, self._lines(data, is_end))]
         if self._layout is None:
             return
-        rows = [row for row in rows if row is not None]
+        rows = [row for row in rows if row]
         values = np.array(rows, dtype=np.float64).reshape(-1, len(self._positions) + 1)
         samples, times = values[:, :-1].T, values[:, -1]
         if self._time is None:
@@ -202,10 +197,7 @@ class TextSamples:
             if is_end:
                 lines, self._rest = [*lines, self._rest], b""
         if len(self._rest) > _LONGEST_LINE:
-            raise ContentError(
-                f"{len(self._rest)} bytes without a line of numbers, expected csv lines; raw "
-                "samples need --dtype"
-            )
+            raise _no_numbers(f"{len(self._rest)} bytes without a line of numbers")
         return lines
 
     def _learn(self, head, is_end=False):
@@ -227,7 +219,7 @@ class TextSamples:
             raise ContentError(f"{error}, expected csv lines") from error
         self.unread[_BAD_LINES] += self._layout.n_ignored
         rows, n_head = [self._fields(line) for line in lines], self._layout.n_head_lines
-        self._head_rows = [sorted(row) for row in rows[:n_head] if row]
+        self._head_rows = [sorted(row) for row in rows[:n_head]]
         self._place_columns([row for row in rows[n_head:] if row])
         return True
 
@@ -246,11 +238,8 @@ class TextSamples:
             len(row) == len(names) and all(is_number(row[i], decimal) for i in self._positions)
             for row in rows
         ):
-            line = self._layout.separator.join(rows[0])
-            raise ContentError(
-                f"{line[:40]!r} is no line of {len(names)} numbers, expected csv lines; raw "
-                "samples need --dtype"
-            )
+            line = self._layout.separator.join(rows[0])[:40]
+            raise _no_numbers(f"{line!r} is no line of {len(names)} numbers")
 
     def _fields(self, line):
         text, separator = line.decode("utf-8", "replace").strip(), self._layout.separator
@@ -262,18 +251,17 @@ class TextSamples:
 
     def _row(self, fields):
         """Values and time of a line, NaN if they cannot be read; None for names and units."""
-        is_whole, values, time = len(fields) == len(self._layout.names), None, np.nan
-        with suppress(ValueError):
-            values = [_number(fields[i]) for i in self._positions] if is_whole else None
-        if values is None:
-            if self._comes_again(fields):
+        is_whole, time = len(fields) == len(self._layout.names), np.nan
+        texts = [fields[i] for i in self._positions] if is_whole else [""]
+        if not all(text and is_number(text, ",") for text in texts):
+            if not fields or self._comes_again(fields):
                 return None
             self.unread[_BAD_LINES] += 1
-            values = [np.nan] * len(self._positions)
+            texts = [""] * len(self._positions)
         if is_whole and self._time is not None:
             time = self._times.seconds(fields[self._time])
             self.unread[_BAD_TIMES] += np.isnan(time)
-        return [*values, time]
+        return [*map(number, texts), time]
 
     def _comes_again(self, fields):
         """Whether a line holds names or units; names in another order move the columns."""
@@ -287,6 +275,5 @@ class TextSamples:
         return True
 
 
-def _number(text):
-    # Python takes 1_000 for a number.
-    return float(text.replace(",", ".").replace("_", "no"))
+def _no_numbers(found):
+    return ContentError(f"{found}, expected csv lines; raw samples need --dtype")

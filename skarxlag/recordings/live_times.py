@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .formats._contents import ContentError, choose_channel
 from .formats._facts import SECONDS, names_times, seconds_of_dates
+from .formats.text import number
 
 #: Name that stands for no column.
 NO_TIMES = "none"
@@ -50,10 +51,11 @@ class StreamTimes:
 
     def begin(self) -> None:
         """Prepare for the first samples of a source."""
-        # Place and time of the sample whose time was stated last, of the one from which the rate is
-        # measured, and of the last known one. Places count from the first sample of the next block.
-        self._stated = self._origin = self._last = None
-        self._largest_step, self._n_wrong = 0.0, 0
+        # Place and time of the last sample of known time, and of that from which the rate is
+        # measured. Places count from the first sample of the source.
+        self._last = self._origin = None
+        self._stated = self._n_samples = self._n_wrong = 0
+        self._largest_step = 0.0
 
     def find(
         self, names: list[str], units: dict[str, str], rows: list[list[str]], taken: list[int]
@@ -83,14 +85,12 @@ class StreamTimes:
         if name is None:
             return None
         position, unit = names.index(name), units.get(name, "").strip().lower()
-        texts = [row[position] for row in rows if len(row) == len(names)]
-        # A number such as 10101010 is also a date in ISO 8601.
-        others = [text for text in texts if math.isnan(_number(text))]
-        if not np.isnan(seconds_of_dates(others)).all():
-            unit = "s"
-        self._scale = SECONDS.get(unit or "s")
+        values = [number(row[position]) for row in rows if len(row) == len(names)]
+        # Dates have no unit, whatever the header states.
+        is_date = len(values) > 0 and np.isnan(values).all()
+        self._scale = SECONDS.get("s" if is_date else unit or "s")
         # As in files: whole numbers without a unit may count samples.
-        is_counter = not unit and all(_number(text).is_integer() for text in texts)
+        is_counter = not unit and all(value.is_integer() for value in values)
         if self._column is None and (self._scale is None or is_counter):
             return None
         if self._scale is None:
@@ -99,7 +99,7 @@ class StreamTimes:
 
     def seconds(self, text: str) -> float:
         """Return a field of the column in seconds, NaN if it is not a time."""
-        value = _number(text) * self._scale
+        value = number(text) * self._scale
         value = float(seconds_of_dates([text])[0]) if math.isnan(value) else value
         return value if abs(value) < _LARGEST else math.nan
 
@@ -127,37 +127,36 @@ class StreamTimes:
         ContentError
             If the times are those of another sampling rate.
         """
-        n_samples, known = samples.shape[1], np.flatnonzero(np.isfinite(times))
-        before, last = self._last or (0, np.nan)
-        # A time that is equal to the one before was rounded.
-        known = known[np.diff(times[known], prepend=last) != 0]
-        steps = np.diff(times[known], prepend=last)
-        n_steps = np.diff(known, prepend=before)
-        is_leap = ~(np.abs(steps - n_steps / self._rate) <= self._tolerance)
         cuts = {0: None}
-        for i, now in enumerate(zip(known.tolist(), times[known].tolist(), strict=True)):
-            if is_leap[i]:
-                # The first known time has no step.
-                self._n_wrong += self._last is not None
-                if self._n_wrong >= _WRONG_STEPS:
-                    self._refuse(n_steps[i], steps[i])
-                self._origin, self._largest_step = now, 0.0
-            else:
-                self._largest_step, self._n_wrong = max(self._largest_step, abs(steps[i])), 0
-                self._check_rate(*now)
-            if is_leap[i] or now[0] - self._stated[0] >= self._every:
+        for i, time in enumerate(times.tolist()):
+            is_first = self._last is None
+            if math.isfinite(time) and self._must_be_stated(self._n_samples + i, time):
                 # Unknown times before the first known one follow from it.
-                is_first = self._stated is None
-                cuts |= {0: now[1] - now[0] / self._rate} if is_first else dict([now])
-                self._stated = now
-            self._last = now
-        if self._last is not None:
-            self._stated, self._origin, self._last = (
-                (place - n_samples, time)
-                for place, time in (self._stated, self._origin, self._last)
-            )
-        for start, end in pairwise([*cuts, n_samples]):
+                cuts |= {0: time - i / self._rate} if is_first else {i: time}
+        self._n_samples += len(times)
+        for start, end in pairwise([*cuts, len(times)]):
             yield samples[:, start:end], cuts[start]
+
+    def _must_be_stated(self, place, time):
+        """Whether a known time is the first, follows a leap, or was not stated for long."""
+        before, last = self._last or (place, math.nan)
+        # A time that is equal to the one before was rounded.
+        if time == last:
+            return False
+        n_samples, seconds = place - before, time - last
+        is_leap = not abs(seconds - n_samples / self._rate) <= self._tolerance
+        if is_leap:
+            self._n_wrong += self._last is not None
+            if self._n_wrong >= _WRONG_STEPS:
+                self._refuse(n_samples, seconds)
+            self._origin, self._largest_step = (place, time), 0.0
+        else:
+            self._largest_step, self._n_wrong = max(self._largest_step, abs(seconds)), 0
+            self._check_rate(place, time)
+        self._last = place, time
+        is_stated = is_leap or place - self._stated >= self._every
+        self._stated = place if is_stated else self._stated
+        return is_stated
 
     def _check_rate(self, place, time):
         n_samples, seconds = place - self._origin[0], time - self._origin[1]
@@ -173,11 +172,3 @@ class StreamTimes:
             f"{n_samples / self._rate:g} at {self._rate:g} Hz: another sampling rate, missing "
             "lines, or no unit as in 'time (ms)'; --time-column none ignores the times"
         )
-
-
-def _number(text):
-    """The number in a field; NaN if there is none."""
-    try:
-        return float(text.replace(",", "."))
-    except ValueError:
-        return math.nan

@@ -6,6 +6,7 @@ import gzip
 import io
 import re
 import sys
+import warnings
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -83,7 +84,9 @@ def _frames(path, layout, n_rows):
     options = {"sep": layout.separator, "decimal": layout.decimal, "names": layout.names}
     options |= {"header": None, "index_col": False, "skip_blank_lines": False}
     is_complete = len(layout.names) == 1
-    with _samples(path, layout) as text:
+    with _samples(path, layout) as text, warnings.catch_warnings():
+        # Surplus fields of the first row would be dropped.
+        warnings.simplefilter("error", pd.errors.ParserWarning)
         try:
             for frame in pd.read_csv(text, chunksize=n_rows, low_memory=False, **options):
                 # pandas fills a short row at its end, which may shift its values.
@@ -113,14 +116,10 @@ def _check_complete(path, layout):
     with _samples(path, layout) as text:
         for sample, (_, fields) in enumerate(_rows(text, layout.separator)):
             if 0 < len(fields) < len(layout.names):
-                raise _wrong_width(sample, len(fields), len(layout.names))
-
-
-def _wrong_width(sample, n_found, n_fields):
-    return ContentError(
-        f"sample {sample} has {n_found} fields, expected {n_fields}: a value is missing, and it is "
-        "unknown of which channel"
-    )
+                raise ContentError(
+                    f"sample {sample} has {len(fields)} fields, expected {len(layout.names)}: a "
+                    "value is missing, and it is unknown of which channel"
+                )
 
 
 @contextmanager
@@ -231,14 +230,12 @@ def _first_sample(kinds, may_be_cut):
         )
 
     first = next(i for i, row in enumerate(kinds) if is_usual(row))
-    above = [row for row in kinds[:first] if len(row) == n_fields]
-    # Damaged samples are not taken for a preamble.
-    damaged = [row for row in kinds[may_be_cut:first] if any(row) and set(row) <= {"number", ""}]
-    if any(map(_is_text, above)) and not _is_text(above[-1]):
+    # Damaged samples are not taken for a preamble: the reader refuses them.
+    damaged = [i for i in range(may_be_cut, first) if _is_sample(kinds[i])]
+    above = [i for i in range(first) if len(kinds[i]) == n_fields]
+    if any(_is_text(kinds[i]) for i in above) and not _is_text(kinds[above[-1]]):
         damaged.append(above[-1])
-    if damaged:
-        raise _wrong_width(0, len(damaged[0]), n_fields)
-    return n_fields, n_filled, first
+    return n_fields, n_filled, min([first, *damaged])
 
 
 def _names_and_units(above, n_fields, n_filled, decimal):
@@ -270,6 +267,10 @@ def _kind(field, decimal):
     if is_number(field, decimal):
         return "number"
     return "text" if np.isnan(seconds_of_dates([field])[0]) else "date"
+
+
+def _is_sample(kinds):
+    return any(kinds) and set(kinds) <= {"number", ""}
 
 
 def _is_text(kinds):
@@ -314,11 +315,16 @@ def _separator(lines):
 
 def is_number(field: str, decimal: str) -> bool:
     """Whether a field holds a number, or nothing."""
+    return field.lower() in ("", "nan") or not np.isnan(number(field, decimal))
+
+
+def number(field: str, decimal: str = ",") -> float:
+    """Return the number in a field, with the point or `decimal`; NaN if there is none."""
     try:
-        float(field.replace(decimal, ".") if field else "nan")
+        # Python takes 1_000 for a number.
+        return float(field.replace(decimal, ".").replace("_", "no number"))
     except ValueError:
-        return False
-    return True
+        return np.nan
 
 
 def _distinct(names):
