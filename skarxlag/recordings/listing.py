@@ -3,7 +3,6 @@
 import difflib
 import os
 import re
-import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from .files import recording_blocks, recording_speed
 from .formats import FORMATS
+from .formats.text import distinct
 from .rates import rates_agree
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
@@ -154,16 +154,14 @@ def list_files(
     ValueError
         If the pattern is no regular expression, has no named group, or does not fit a file.
     """
-    expression = None if pattern is None else _compiled(pattern)
     stated = {"channel": channel, "sampling_rate": sampling_rate, "dtype": dtype}
+    expression = re.compile("") if pattern is None else _compiled(pattern)
     listed = []
     for name, path in _found(source):
-        facts = {}
-        if expression is not None:
-            match = expression.search(name)
-            if match is None:
-                raise ValueError(f"{name}: does not fit the pattern {pattern!r}")
-            facts = {key: text for key, text in match.groupdict().items() if text is not None}
+        match = expression.search(name)
+        if match is None:
+            raise ValueError(f"{name}: does not fit the pattern {pattern!r}")
+        facts = {key: text for key, text in match.groupdict().items() if text is not None}
         listed.append(ListedRecording(None, name, path, **(stated | _parsed(name, facts))))
     return listed
 
@@ -280,19 +278,15 @@ def _read_table(path):
         with path.open(encoding="utf-8-sig") as file:
             head = file.readline()
         separator = max(",;\t", key=head.count)
-        options = {"encoding": "utf-8-sig", "sep": separator, "index_col": False}
-        with warnings.catch_warnings():
-            # By default, fields without a column name would be dropped.
-            warnings.simplefilter("error", pd.errors.ParserWarning)
-            table = pd.read_csv(
-                path, dtype=str, keep_default_na=False, skip_blank_lines=False, **options
-            )
-    except (ValueError, pd.errors.ParserWarning) as error:
+        options = {"encoding": "utf-8-sig", "sep": separator, "skip_blank_lines": False}
+        rows = pd.read_csv(path, header=None, dtype=str, keep_default_na=False, **options)
+    except ValueError as error:
         raise ValueError(f"{path}: cannot be read as a csv table ({error})") from error
-    table = table.rename(columns=_column_name).apply(lambda column: column.str.strip())
-    _check_columns(path, list(table.columns))
-    # The index is the line in the file, where the header is line 1.
-    table.index += 2
+    # The index becomes the line in the file.
+    rows.index += 1
+    names = [_column_name(name) for name in rows.loc[1]]
+    _check_columns(path, names)
+    table = rows.loc[2:].set_axis(distinct(names), axis=1).apply(lambda column: column.str.strip())
     table = table[(table != "").any(axis=1)]
     if table.empty:
         raise ValueError(f"{path}: lists no recording")
@@ -318,9 +312,7 @@ def _check_columns(path, names):
         raise ValueError(listed)
     missing = [each for each in _COLUMNS if each not in names]
     for name in names:
-        # pandas appends a number to a repeated name.
-        first = _column_name(name.rpartition(".")[0] if name[-1:].isdigit() else name)
-        if first in _COLUMNS and (name != first or names.count(name) > 1):
-            raise ValueError(f"{listed}; {first!r} is there twice")
+        if name in _COLUMNS and names.count(name) > 1:
+            raise ValueError(f"{listed}; {name!r} is there twice")
         for close in difflib.get_close_matches(name.lower(), missing, n=1, cutoff=0.8):
             raise ValueError(f"{listed}; is {name!r} meant to be {close!r}?")

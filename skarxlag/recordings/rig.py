@@ -1,7 +1,9 @@
 """Read the signals or the windows of all recordings of a table, a folder or a glob."""
 
+import io
 import os
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import nullcontext
 from functools import partial
 from numbers import Integral
 from pathlib import Path
@@ -362,27 +364,19 @@ class _WindowStore:
     """Windows of all recordings, in memory or in a memory-mapped file."""
 
     def __init__(self, path: Any) -> None:
-        self._path, self._parts, self._shape = path, [], (0,)
+        self._path, self._held, self._shape = path, io.BytesIO(), (0,)
         if path is not None:
             Path(path).write_bytes(b"")
 
     def add(self, windows: NDArray[Any]) -> int:
         """Keep windows and return their number."""
         self._shape = (self._shape[0] + len(windows), *windows.shape[1:])
-        if self._path is None:
-            self._parts.append(windows)
-        else:
-            with Path(self._path).open("ab") as file:
-                windows.tofile(file)
+        with nullcontext(self._held) if self._path is None else Path(self._path).open("ab") as file:
+            file.write(windows)
         return len(windows)
 
     def windows(self) -> NDArray[Any]:
         if self._path is None:
-            windows, place = np.empty(self._shape), 0
-            # Each part is freed as soon as it is copied, or memory would hold all windows twice.
-            while self._parts:
-                part = self._parts.pop(0)
-                windows[place : place + len(part)] = part
-                place += len(part)
-            return windows
+            # Without a copy, or memory would hold all windows twice.
+            return np.frombuffer(self._held.getbuffer()).reshape(self._shape)
         return np.memmap(self._path, np.float64, "r", shape=self._shape)

@@ -242,46 +242,38 @@ def find_time_axis(contents: Contents) -> TimeAxis | None:
     if name is None or len(contents.channels) < 2:
         return None
     channel = contents.channels[name]
-    unit = channel.unit
     for n_probed in (_N_PROBED, _N_COARSE):
         (values,) = next(contents.read([name], n_probed), [np.zeros(0)])
         values = np.asarray(values[:n_probed])
-        is_float = values.dtype.kind == "f"
-        if not unit and (values.dtype.kind in "iu" or (is_float and np.all(np.diff(values) == 1))):
+        times = _in_seconds(values, channel.unit)
+        if times is None or len(times) < 2:
             return None
-        times = _in_seconds(values, unit)
-        if times is None or len(times) < 2 or not np.isfinite(times).all():
+        steps = np.diff(times)
+        kind = values.dtype.kind
+        is_counter = kind in "iu" or (kind == "f" and np.all(steps == 1))
+        if (is_counter and not channel.unit) or not np.all((steps >= 0) & (steps < np.inf)):
             return None
-        if np.any(np.diff(times) < 0):
-            return None
-        rate, is_certain = _rate_of_times(times)
-        if is_certain or len(times) < n_probed:
+        rate, tolerance = _rate_of_times(times)
+        if tolerance < RATE_TOLERANCE or len(times) < n_probed:
             break
-    if rate is None:
+    if tolerance > _COARSE_TOLERANCE:
         return None
-    start = float(times[0]) if values.dtype.kind in "MOU" else None
-    steps = np.diff(times)
-    largest = max(1.6 / rate, 1.5 * steps[steps > 0].min())
-    return TimeAxis(name, channel, rate, start, largest)
+    start = float(times[0]) if kind in "MOU" else None
+    return TimeAxis(name, channel, rate, start, max(1.6 / rate, 1.5 * steps[steps > 0].min()))
 
 
 def _rate_of_times(times):
-    """Return the sampling rate of times or None, and whether more times cannot improve it."""
+    """Return the sampling rate of times, and its relative tolerance."""
     changes = 1 + np.flatnonzero(np.diff(times))
-    if len(changes) == len(times) - 1:
-        duration = times[-1] - times[0]
-        tolerance = max(1e-5, 2 * np.spacing(times[-1]) / duration)
-        return rounded(len(changes) / duration, tolerance), True
+    is_coarse = len(changes) < len(times) - 1
     # Coarse times are equal for several samples. How long the first and last of them were equal is
     # unknown, so the rate is that between two changes, which are known to about a sample.
-    if len(changes) < 2:
-        return None, False
-    n_steps = changes[-1] - changes[0]
-    rate = n_steps / (times[changes[-1]] - times[changes[0]])
-    tolerance = 1.5 / n_steps
-    if tolerance > _COARSE_TOLERANCE:
-        return None, False
-    return rounded(rate, tolerance), tolerance < RATE_TOLERANCE
+    ends = changes[[0, -1]] if is_coarse and len(changes) else np.array([0, len(times) - 1])
+    n_steps, seconds = np.diff(ends)[0], np.diff(times[ends])[0]
+    if n_steps == 0 or seconds == 0:
+        return np.nan, np.inf
+    tolerance = 1.5 / n_steps if is_coarse else max(1e-5, 2 * np.spacing(times[-1]) / seconds)
+    return rounded(n_steps / seconds, tolerance), tolerance
 
 
 def _in_seconds(values, unit):

@@ -16,6 +16,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -92,21 +93,14 @@ def _started():
 
 
 def _received(process, path, patience):
-    is_late = threading.Event()
-
-    def interrupt():
-        is_late.set()
-        process.kill()
-
-    timer = threading.Timer(patience, interrupt)
+    timer, start = threading.Timer(patience, process.kill), time.monotonic()
     timer.daemon = True
     timer.start()
     try:
         return pickle.load(process.stdout)
     except (EOFError, pickle.UnpicklingError) as error:
-        code = process.wait()
-        reason = f"crashed (exit status {code})"
-        if is_late.is_set():
+        reason = f"crashed (exit status {process.wait()})"
+        if time.monotonic() - start >= patience:
             reason = "was ended because it gave no answer in time"
         raise ValueError(f"{path}: its reader {reason}, damaged?") from error
     finally:
@@ -114,12 +108,9 @@ def _received(process, path, patience):
 
 
 def _end(process):
-    process.kill()
-    process.wait()
     # The pipe may hold a request that was never sent.
-    with suppress(OSError):
-        process.stdin.close()
-    process.stdout.close()
+    with suppress(OSError), process:
+        process.kill()
 
 
 @atexit.register

@@ -39,27 +39,23 @@ def signal_blocks(
     axis = find_time_axis(contents)
     names, is_single = _chosen_names(contents, channel, axis)
     chosen = {name: contents.channels[name] for name in names}
-    lengths = {name: each.length for name, each in chosen.items()}
-    if len(set(lengths.values())) > 1:
-        raise ContentError(f"channels of different length, in samples: {lengths}")
+    _agreed("length, in samples", {name: each.length for name, each in chosen.items()})
     rates = {name: each.sampling_rate for name, each in chosen.items() if each.sampling_rate}
-    if len(set(rates.values())) > 1:
-        raise ContentError(f"channels of different sampling rates, in Hz: {rates}")
-    rate = next(iter(rates.values()), None)
+    rate = _agreed("sampling rates, in Hz", rates)
     is_timed = rate is None and axis is not None and any(map(axis.covers, chosen.values()))
     if is_timed:
         rate = axis.sampling_rate
         chosen.setdefault(axis.name, axis.channel)
-    start, is_read = 0, False
+    start = None
     for block in contents.read(list(chosen), n_samples):
-        is_read = True
+        start = start or 0
         by_name = dict(zip(chosen, block, strict=True))
         signals = [_as_signal(name, by_name[name], start) for name in names]
         if is_timed:
             axis.check(by_name[axis.name], start)
         yield signals[0] if is_single else np.stack(signals), rate
         start += len(signals[0])
-    if not is_read:
+    if start is None:
         raise ContentError(f"channel {names[0]!r} is empty")
 
 
@@ -76,16 +72,22 @@ def describe_channels(contents: Contents) -> list[dict[str, Any]]:
     return rows
 
 
+def _agreed(what, values):
+    if len(set(values.values())) > 1:
+        raise ContentError(f"channels of different {what}: {values}")
+    return next(iter(values.values()), None)
+
+
 def _chosen_names(contents, channel, axis):
     if isinstance(channel, str) and channel in contents.refused:
         raise ContentError(contents.refused[channel])
     names = list(contents.channels)
-    if isinstance(channel, str | Integral):
-        return [choose_channel(names, channel)], True
     if channel is not None:
-        if not len(channel):
+        is_single = isinstance(channel, str | Integral)
+        chosen = [choose_channel(names, each) for each in ([channel] if is_single else channel)]
+        if not chosen:
             raise ContentError(f"channel is an empty sequence; available: {listed(names)}")
-        return [choose_channel(names, each) for each in channel], False
+        return chosen, is_single
     signals = [name for name in names if axis is None or name != axis.name]
     if len(signals) > 1:
         units = {name: each.unit for name, each in contents.channels.items()}

@@ -204,7 +204,7 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
             names = last
     has_header = names is not None
     n_ignored = max(len(above) - has_header - bool(unit_line), 0)
-    names = _distinct(names) if has_header else [str(i) for i in range(n_fields)]
+    names = distinct(names) if has_header else [str(i) for i in range(n_fields)]
     in_names = {name: match[1] for name in names if (match := _UNIT_IN_NAME.fullmatch(name))}
     units = in_names | dict(zip(names, unit_line, strict=False))
     units = {name: unit.strip("[]() ") for name, unit in units.items() if unit.strip("[]() ")}
@@ -327,8 +327,8 @@ def number(field: str, decimal: str = ",") -> float:
         return np.nan
 
 
-def _distinct(names):
-    """Names, with a number after those that occur a second time, as in pandas."""
+def distinct(names: list[str]) -> list[str]:
+    """Return the names, with a number after those that occur a second time, as in pandas."""
     seen, distinct = {}, []
     for i, name in enumerate(names):
         name = name or f"Unnamed: {i}"
