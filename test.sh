@@ -17,21 +17,30 @@ environment() {
 # the code of two versions of itself: each environment and each state of the kernels has its own.
 tests() {
     environment=$1 && shift
-    NUMBA_CACHE_DIR="$PWD/.venv-$environment/numba-$(cat skarxlag/kernels/*.py | cksum | tr ' ' -)" \
+    cache="$PWD/.venv-$environment/numba-$(cat skarxlag/kernels/*.py | cksum | tr ' ' -)"
+    exec env NUMBA_CACHE_DIR="$cache" \
         ".venv-$environment/bin/python" -m pytest -n logical --maxprocesses 8 --dist loadfile "$@"
 }
 
 environment lowest-direct test &
 environment highest test,docs
 wait $!
-sh checks.sh .venv-highest/bin
 
+# The parts run next to each other, so that no processor idles.
 rm -rf docs/_build docs/gallery docs/project docs/api/generated docs/api/backreferences
 .venv-highest/bin/python -m sphinx -q -W --keep-going -b html docs docs/_build/html &
-site=$!
-trap 'kill $site 2>/dev/null || true' EXIT
+site=$! oldest=
+trap 'kill $site $oldest 2>/dev/null || true' EXIT
+sh checks.sh .venv-highest/bin
+
 # What rests on other libraries: scikit-learn's contract, compiled code, files, and the main job.
-tests lowest-direct tests/kernels tests/recordings/formats tests/test_common.py tests/test_main.py \
-    tests/test_persistence.py tests/commands/test_evaluate.py "$@"
+report=.venv-lowest-direct/report.txt
+(tests lowest-direct tests/kernels tests/recordings/formats tests/test_common.py \
+    tests/test_main.py tests/test_persistence.py tests/commands/test_evaluate.py "$@") >$report &
+oldest=$! failed=0
+(tests highest "$@") || failed=1
+wait $oldest || failed=1
+echo "With the oldest versions:"
+cat $report
 wait $site
-tests highest "$@"
+exit $failed
