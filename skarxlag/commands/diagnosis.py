@@ -10,7 +10,7 @@ import pandas as pd
 
 from ..recordings.listing import ListedRecording
 from ..verdicts import no_verdict
-from .messages import CommandError, Progress
+from .messages import CommandError, Progress, percent
 from .workers import WorkerDied, executors, run_tasks
 
 
@@ -54,7 +54,7 @@ class Diagnosis:
             return ""
         verdict = self.verdict
         chance = verdict["probability"]
-        shown = "" if math.isnan(chance) else f", probability {chance:.0%}"
+        shown = "" if math.isnan(chance) else f", probability {percent(chance)}"
         return f"{verdict['windows']} windows{shown}, alarm {verdict['alarm']}"
 
 

@@ -68,7 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     arguments.add_source_arguments(parser, "a folder or glob")
     model = parser.add_argument_group("model")
     text = "default: stretches if the recordings are long enough and none of the options that cut "
-    text += "windows is given, else diagnoser"
+    text += "windows is given, else diagnoser; detector if the only condition is healthy"
     model.add_argument("--diagnoser", choices=[*DIAGNOSERS, *filter(None, _ROWS)], help=text)
     text = "name places of faults by the orders of this bearing: with recordings of faults, orders "
     text += "and spectra make one verdict (--diagnoser stretches); without, healthy recordings set "
@@ -149,7 +149,8 @@ def run(args: argparse.Namespace) -> int:
         report_progress(args, f"fitted in {perf_counter() - started:.1f} s")
     print(rig.DESCR, _length_line(kind, rows, X, rig.sampling_rate, rpm), sep="\n")
     for name, n_own_recordings, n_own in zip(conditions, n_recordings, n_windows, strict=True):
-        print(f"{name}: {counted(n_own_recordings, 'recordings')}, {counted(n_own, rows)}")
+        if n_own_recordings:
+            print(f"{name}: {counted(n_own_recordings, 'recordings')}, {counted(n_own, rows)}")
     print(f"Healthy: {healthy or 'none'} ({reason})", *notes, *lines, sep="\n")
     if healthy is not None:
         decide = companions.get("detector", diagnoser)[-1]
@@ -162,9 +163,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check_options(args, listed):
+    present = {recording.condition for recording in listed}
     if args.bearing is not None and args.diagnoser is None:
-        several = len({recording.condition for recording in listed}) > 1
-        args.diagnoser = "stretches" if several else "orders"
+        args.diagnoser = "stretches" if len(present) > 1 else "orders"
+    elif args.diagnoser is None and len(present) == 1 and None not in present:
+        (name,) = present
+        is_healthy = _is_named_healthy(name) if args.healthy is None else name == args.healthy
+        args.diagnoser = "detector" if is_healthy else None
     for name, kinds in {"fixed_gain": ["detector"], "bearing": ["orders", "stretches"]}.items():
         if vars(args)[name] and args.diagnoser not in kinds:
             option_name = arguments.option_of(name)

@@ -57,6 +57,15 @@ def below_common_folder(names: Iterable[str]) -> tuple[str, list[str]]:
     return folder, [name.removeprefix(folder) for name in names]
 
 
+def percent(probability: float) -> str:
+    """Return the probability of a verdict in percent. No verdict is certain: at most 99.9 %.
+
+    >>> percent(0.5), percent(0.99999)
+    ('50.0%', '99.9%')
+    """
+    return f"{min(probability, 0.999):.1%}"
+
+
 def counted(number: int, things: str) -> str:
     """Return a number and the noun that it counts, in the singular for one.
 

@@ -18,7 +18,7 @@ from ..recordings.listing import ListedRecording
 from ..stretches import StretchResidual
 from ..verdicts import NO_SIGNAL, NO_VERDICT
 from .diagnosis import Diagnosis
-from .messages import CommandError, below_common_folder, counted
+from .messages import CommandError, below_common_folder, counted, percent
 from .results import MARK
 
 #: Recordings with figures, the worst first.
@@ -67,6 +67,7 @@ def html_report(
     return page.render(
         title=f"Diagnosis of {counted(len(rows), 'recordings')}",
         mark=MARK,
+        percent=percent,
         saved=f"{date.today().isoformat()}, skarxlag {__version__}",
         heading=model.heading,
         healthy=model.healthy,

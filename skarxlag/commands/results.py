@@ -12,7 +12,7 @@ import pandas as pd
 from .._files import write_atomically
 from ..recordings.listing import ListedRecording
 from .diagnosis import Diagnosis
-from .messages import UsageError, printable
+from .messages import UsageError, percent, printable
 
 #: Part of every file of results, so that a later run may replace it.
 MARK = "skarxlag results 1"
@@ -161,10 +161,6 @@ def _parquet(frame):
     return file.getvalue()
 
 
-#: Largest probability that a person is shown.
-_MOST = 0.999
-
-
 def verdict_table(rows: pd.DataFrame) -> str:
     """Return a line of text for each recording: stated facts, verdict, probability, alarm.
 
@@ -178,9 +174,8 @@ def verdict_table(rows: pd.DataFrame) -> str:
     """
     table = rows.set_index("recording").rename_axis(None)
     table["alarm"] += table["p_value"].map(" (p {:.2g})".format, na_action="ignore").fillna("")
-    forms = {"condition": "{}", "rpm": "{:g}", "verdict": "{}", "probability": "{:.1%}"}
-    # No verdict is certain.
-    table["probability"] = table["probability"].clip(upper=_MOST)
+    table["probability"] = table["probability"].map(percent, na_action="ignore")
+    forms = {"condition": "{}", "rpm": "{:g}", "verdict": "{}", "probability": "{}"}
     is_known = table.notna().any()
     shown = [name for name in [*forms, "alarm"] if name in table and is_known[name]]
     texts = [table[name].map(forms.get(name, "{}").format, na_action="ignore") for name in shown]

@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.description = _DESCRIPTION
     add, seconds = parser.add_argument, {"type": positive_number, "metavar": "SECONDS"}
     add("model", type=Path, metavar="MODEL.skops", help="file that fit has saved, or a csv table")
-    add("source", nargs="?", metavar="SOURCE", help="-, a file or a folder; none with a table")
+    add("source", nargs="?", metavar="SOURCE", help="file or folder; default: standard input")
     add("--dtype", help="of raw samples: <i2, or '(4,)<f4' for four interleaved channels")
     add(
         "--channel",
@@ -79,6 +79,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
+    if args.source is None and is_model_file(args.model):
+        args.source = "-"
     sensors = [args] if args.source is not None else _listed_sensors(args)
     models = {path: SavedModel(path) for path in dict.fromkeys(each.model for each in sensors)}
     streams = [SensorStream(each, models[each.model]) for each in sensors]
@@ -98,8 +100,6 @@ def run(args: argparse.Namespace) -> int:
 def _listed_sensors(args):
     """Arguments of each sensor in a table."""
     path = args.model
-    if is_model_file(path):
-        raise UsageError("argument SOURCE: needed, expected -, a file or a folder")
     with as_command_error():
         table = pd.read_csv(path, dtype=str, keep_default_na=False)
     columns, sensors = list(table.columns), []

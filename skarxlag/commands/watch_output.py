@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 
 from ..monitoring import ConditionMonitor, MonitorVerdict
-from .messages import printable
+from .messages import percent, printable
 
 #: Range of the seconds since 1970 that are taken for dates, from 1973 to 2096. A clock that counts
 #: from the start of a machine is below it.
@@ -110,12 +110,12 @@ def sentence(verdict: MonitorVerdict) -> str:
     ...     0, 0.5, 900.0, "good", "worn", "worn", 0.93, True, False, 0.25, 0.003, "hold"
     ... )
     >>> sentence(first)
-    '0.5 s, worn, probability 93%, alarm off at 25%, p-value 0.003'
+    '0.5 s, worn, probability 93.0%, alarm off at 25%, p-value 0.003'
     """
     parts = [f"{verdict.time:.1f} s"]
     parts.append("no verdict" if verdict.verdict is None else f"{verdict.verdict}")
     if not math.isnan(verdict.probability):
-        parts.append(f"probability {verdict.probability:.0%}")
+        parts.append(f"probability {percent(verdict.probability)}")
     if verdict.alarm is not None:
         parts.append(f"alarm {'ON' if verdict.alarm else 'off'} at {verdict.alarm_level:.0%}")
     if not math.isnan(verdict.p_value):

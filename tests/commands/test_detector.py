@@ -50,6 +50,22 @@ def model(run, plant):
     return path
 
 
+@pytest.mark.parametrize(
+    ("condition", "options", "kind"),
+    [("Normal", (), "detector"), ("x", ("--healthy", "x"), "detector"), ("worn", (), None)],
+)
+def test_one_healthy_condition_alone_makes_a_detector(run, plant, condition, options, kind):
+    lines = (plant / "healthy.csv").read_text().splitlines()
+    rows = [f"{line},{condition if number else 'condition'}" for number, line in enumerate(lines)]
+    (plant / "named.csv").write_text("\n".join(rows))
+    path = plant / "named.skops"
+    code, _, err = run("fit", plant / "named.csv", "-o", path, *options)
+    if kind is None:
+        assert code == 1 and "needs two or more" in err
+    else:
+        assert code == 0 and load_diagnoser(path)[1]["diagnoser"] == kind
+
+
 def test_one_speed_for_all_files_of_a_folder(run, plant, tmp_path):
     path, options = tmp_path / "d.skops", ("--sampling-rate", RATE, "--rpm", 750)
     command = ("fit", "--diagnoser", "detector", "-o", path, "--force", *options)

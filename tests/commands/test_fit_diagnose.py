@@ -318,7 +318,7 @@ def test_tables_that_cannot_be_fitted_are_named(run, workshop):
     table = workshop / "other.csv"
     for content, message in [
         ("path,sampling_rate\ngood_300.npy,5\n", "conditions []; --diagnoser diagnoser needs"),
-        ("path,condition,sampling_rate\ngood_300.npy,good,5\n", "conditions ['good']; --diag"),
+        ("path,condition,sampling_rate\ngood_300.npy,worn,5\n", "conditions ['worn']; --diag"),
         ("path,condition,sampling_rate\ngone.npy,good,5\n", "line 2"),
     ]:
         table.write_text(content)

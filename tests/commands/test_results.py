@@ -151,7 +151,7 @@ def test_progress_is_told_and_can_be_silenced(run, plant):
     code, more_out, err = run(*arguments, plant / "dead.npy", "-v", "--n-jobs", "1")
     assert more_out.startswith(out.splitlines()[0])
     lines = err.splitlines()
-    assert re.search(r"good \(\d+ windows, probability \d+%, alarm \S+", lines[0])
+    assert re.search(r"good \(\d+ windows, probability [\d.]+%, alarm \S+", lines[0])
     assert re.search(r"no signal \(\d+ windows, alarm -\)", lines[2])
     assert re.fullmatch(r"3 recordings in \d+\.\d s", lines[3])
     assert run(*arguments, "-v", "-q")[0] == 2

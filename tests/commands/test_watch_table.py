@@ -1,6 +1,7 @@
 """Several sensors in one process, from a table."""
 
 import json
+import os
 
 import numpy as np
 import pandas as pd
@@ -102,6 +103,8 @@ def test_an_option_that_a_column_replaces_is_refused(run, plant, option, column)
     assert code == 2 and f"argument {option}: " in err and f"has a column {column}" in err
 
 
-def test_a_model_alone_needs_a_source(run, models):
-    code, _, err = run("watch", models[0])
-    assert code == 2 and "argument SOURCE: needed" in err
+def test_a_model_alone_reads_standard_input(run, models, monkeypatch):
+    with open(os.devnull) as nothing:
+        monkeypatch.setattr("sys.stdin", nothing)
+        code, out, err = run("watch", models[0])
+    assert code == 0 and out == "" and "0 samples" in err
