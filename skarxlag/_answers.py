@@ -56,8 +56,6 @@ class Answers:
         Whether a row holds several windows.
     sampling_rate : float or None, default=None
         In Hz. None if it is not known.
-    places : tuple of int or None, default=None
-        Place of each condition, if the combs of a bearing name places beside the conditions.
     """
 
     conditions: tuple[Any, ...] | None = None
@@ -74,7 +72,6 @@ class Answers:
     n_channels: int = 1
     is_stretch: bool = False
     sampling_rate: float | None = None
-    places: tuple[int, ...] | None = None
 
 
 def answers(model: Any) -> Answers:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral, Real
 from typing import Any
@@ -308,3 +308,12 @@ def contact_speed(bearing: BearingGeometry, rpm: float | NDArray[Any]) -> float 
     """
     radius = bearing.pitch_diameter / 2 * METRES_PER_MM
     return np.pi * rpm / 60 * radius * (1 - bearing.diameter_ratio**2)
+
+
+def listed(bearing: BearingLike | Sequence[BearingLike]) -> list[BearingLike]:
+    """Return all bearings, also if one is given without a sequence around it."""
+    if isinstance(bearing, str | Mapping) or not isinstance(bearing, Sequence):
+        return [bearing]
+    if len(bearing) == 0:
+        raise ValueError("bearing is an empty sequence, expected at least one bearing.")
+    return list(bearing)

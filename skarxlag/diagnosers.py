@@ -122,10 +122,11 @@ def make_diagnoser(
     10 %. Without `rpm` in `predict` the speed is searched; without `rpm` in `fit`, all training
     rows count alike.
 
-    With a bearing, the combs of its faults decide together with the spectra: see `StretchResidual`.
-    After another load or mounting, spectra resemble no condition, and the combs still show the
-    place of the fault. `fit` then needs `rpm`; in `predict` without `rpm`, spectra decide alone. If
-    all training rows are healthy, use `make_fault_order_classifier` instead.
+    With a bearing, the combs of its faults decide together with the spectra: see
+    `FaultOrderClassifier`. After another load or mounting, spectra resemble no condition, and the
+    combs still show the place of the fault. `fit` then needs `rpm`; in `predict` without `rpm`,
+    spectra decide alone. If all training rows are healthy, the classes are their label and the
+    places "ball", "inner" and "outer": combs decide alone, with limits from these rows.
 
     Use `make_detector` instead to find out whether a machine is healthy: the detection threshold of
     this diagnoser holds at the training speed only.
@@ -149,7 +150,7 @@ def make_diagnoser(
     -------
     DiagnosisPipeline
         Steps "identify", "measure", "compare" and "decide"; with a sampling rate "identify",
-        "compare" and "decide".
+        "compare" and "decide"; with a bearing "identify" and "decide".
 
     Examples
     --------
@@ -176,24 +177,23 @@ def make_diagnoser(
     array(['healthy', 'worn'], dtype='<U7')
     """
     windows = window_comparison(n_jobs)
-    if sampling_rate is None and bearing is None:
-        compare = windows.steps
-    else:
-        residual = StretchResidual(
-            window_residual=windows,
-            order_residual=OrderResidual(sampling_rate=sampling_rate, n_jobs=n_jobs),
+    compare = windows.steps
+    if sampling_rate is not None:
+        orders = OrderResidual(sampling_rate=sampling_rate, n_jobs=n_jobs)
+        compare = [("compare", StretchResidual(window_residual=windows, order_residual=orders))]
+    ladder = ThresholdLadder(healthy=healthy, confidence_scale=CONFIDENCE_SCALE)
+    steps = [*compare, ("decide", ladder)]
+    if bearing is not None:
+        classifier = FaultOrderClassifier(
+            bearing=bearing,
+            sampling_rate=sampling_rate,
+            places=places,
+            conditions=DiagnosisPipeline(steps, n_jobs=n_jobs),
+            n_jobs=n_jobs,
         )
-        if bearing is not None:
-            residual.fault_orders = FaultOrderClassifier(
-                bearing=bearing, sampling_rate=sampling_rate, places=places, n_jobs=n_jobs
-            )
-        compare = [("compare", residual)]
-    steps = [
-        ("identify", ARXLaguerre(order=MODEL_ORDER, bank=False, n_jobs=n_jobs)),
-        *compare,
-        ("decide", ThresholdLadder(healthy=healthy, confidence_scale=CONFIDENCE_SCALE)),
-    ]
-    return DiagnosisPipeline(steps, n_jobs=n_jobs, **pipeline)
+        steps = [("decide", classifier)]
+    identify = ARXLaguerre(order=MODEL_ORDER, bank=False, n_jobs=n_jobs)
+    return DiagnosisPipeline([("identify", identify), *steps], n_jobs=n_jobs, **pipeline)
 
 
 def make_detector(

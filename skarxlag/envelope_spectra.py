@@ -12,7 +12,7 @@ from ._parallel import map_batches
 from ._validation import check_real
 from .kernels.comb import comb_frequency
 from .kernels.fault_orders import PLACES, fault_comb, order_contrast, squared_envelope_spectrum
-from .speeds import LEAST_TURNS, samples_a_turn
+from .speeds import LEAST_TURNS, samples_a_turn, speeds_of_rows
 
 
 def match_faults(
@@ -70,14 +70,24 @@ def turns_of_rows(
     sampling_rate: float,
     rpm: ArrayLike | None,
     speed_range: tuple[float, float] | None,
+    is_required: bool,
 ) -> NDArray[Any]:
     """Return the samples in a turn of each row; NaN for rows too short for a search of the speed.
+
+    If they are not required, they are also NaN for rows without a speed, or of less than three
+    turns.
 
     Raises
     ------
     ValueError
-        If there is neither a speed nor a range of speeds, or a row has less than three turns.
+        If they are required, and there is neither a speed nor a range of speeds, or a row has less
+        than three turns.
     """
+    if not is_required and (rpm is not None or speed_range is None):
+        speeds = speeds_of_rows(np.nan if rpm is None else rpm, len(rows))
+        mean = speeds.reshape(len(rows), -1).mean(axis=1)
+        is_enough = rows.shape[1] * mean >= LEAST_TURNS * 60 * sampling_rate
+        return np.where(is_enough, 60 * sampling_rate / speeds.T, np.nan).T
     if rpm is not None:
         return samples_a_turn(rpm, sampling_rate, *rows.shape)
     if speed_range is None:

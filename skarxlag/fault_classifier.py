@@ -3,43 +3,57 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import log_softmax
-from sklearn.base import BaseEstimator, ClassifierMixin
+from sklearn.base import BaseEstimator, ClassifierMixin, clone
+from sklearn.metrics import accuracy_score
 from sklearn.utils import Bunch
+from sklearn.utils.metaestimators import available_if
 
+from ._answers import answers
 from ._base import SignalEstimator
 from ._state import INNOVATIONS, Labels, Values, remember_parameters, uses_fitted
-from ._validation import check_rate, check_real, of_one_model, validate_innovations
-from .bearings import BearingLike, bearing_orders
+from ._validation import (
+    check_rate,
+    check_real,
+    of_one_model,
+    validate_innovations,
+    weighted_windows,
+)
+from .bearings import BearingLike, bearing_orders, listed
 from .envelope_spectra import match_faults, turns_of_rows
 from .fault_places import (
     CONFIDENCE,
     FAULTS,
     HEALTHY,
-    HEALTHY_LOCATION,
-    HEALTHY_SCALE,
     LEAST_P,
     NOT_IDENTIFIABLE,
     OTHER_SPEED_LOCATION,
     PLACES,
+    WITHOUT_COMB,
+    comb_evidence,
     gumbel_p_value,
     gumbel_quantile,
+    joint_scores,
     least_margin,
+    limit_of_healthy,
+    p_values_of_healthy,
     place_of_label,
+    tail_scale,
 )
 from .kernels.fault_orders import NEPER_IN_DB
+from .speeds import speeds_of_rows
 
 #: Logarithm of speed up to which rows count as rows of the same speed.
 _SAME_SPEED = 0.05
-#: Rows that `HEALTHY_SCALE` counts for when healthy rows of the machine are at hand.
-_PRIOR_ROWS = 10
 _WORDS = {"inner": "the inner race", "outer": "the outer race", "ball": "a rolling element"}
 
 
+@dataclass(kw_only=True, eq=False, repr=False)
 class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     r"""Classifier that names the place of a bearing fault without recordings of faults.
 
@@ -67,6 +81,17 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     and scale .29, which is how far such rows of other machines lay above their reference. If all
     rows are healthy and their label is a text, the places are added to the classes.
 
+    With `conditions`, a classifier that learned the spectra of several conditions, the probability
+    of condition c is
+
+    .. math:: p_c \propto P_c\, q_c^a, \quad a = r_{\min}^{-2}
+
+    with the probability :math:`P_c` of its place by combs, its probability :math:`q_c` by spectra,
+    and the residual :math:`r_{\min}` of the nearest condition, which counts as 1 if it is smaller.
+    If no condition is near, as after another mounting or load, spectra count less, and the combs
+    decide the place. Conditions of one place share the combs; spectra decide among them, and alone
+    in rows without `rpm` or of less than three turns.
+
     Parameters
     ----------
     bearing : BearingLike or sequence of BearingLike, default=None
@@ -79,6 +104,9 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         gets the place that its name says, such as "IR7" or "outer race". If the name says none, the
         rows of the label decide: the place of the largest mean score, or healthy if it is below the
         limit.
+    conditions : DiagnosisPipeline or None, default=None
+        Learns the spectra of conditions if `y` has several: residuals of conditions and a
+        `ThresholdLadder`, as in `make_diagnoser`. None: combs decide alone.
     gear_ratio : float, default=1.0
         Turns of the bearing's shaft in a turn of the shaft whose speed is given, above 0.
     false_alarm_rate : float, default=0.02
@@ -118,6 +146,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         Largest scores of the healthy rows above the reference, ascending.
     tail_scale_ : float
         Scale of the exponential tail above the largest of these.
+    conditions_ : DiagnosisPipeline or None
+        The fitted `conditions`. None if `y` has one condition or is not given.
     n_models_ : int
         1 if rows were innovations, 0 for plain rows.
     window_shape_ : ndarray of int
@@ -129,7 +159,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
     See Also
     --------
-    skarxlag.make_fault_order_classifier : The classifier behind a model of the signal.
+    skarxlag.make_diagnoser : The classifier behind a model of the signal, with `conditions`.
+    skarxlag.make_fault_order_classifier : The same without `conditions`.
 
     References
     ----------
@@ -151,15 +182,17 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     array(['healthy', 'inner'], dtype='<U7')
     """
 
-    classes_: NDArray[Any]
-    class_places_: NDArray[Any]
-    orders_: NDArray[Any]
-    limit_: float
-    reference_: NDArray[Any]
-    healthy_scores_: NDArray[Any]
-    tail_scale_: float
-    healthy_speeds_: NDArray[Any]
-    n_models_: int
+    bearing: BearingLike | Sequence[BearingLike] | None = None
+    sampling_rate: float | None = None
+    places: Mapping[Any, str] | None = None
+    conditions: Any = None
+    gear_ratio: float = 1.0
+    false_alarm_rate: float = 0.02
+    wrong_name_rate: float = 0.02
+    speed_tolerance: float = 0.1
+    slip: float = 0.03
+    speed_range: tuple[float, float] | None = None
+    n_jobs: int | None = None
 
     _state = INNOVATIONS | {
         "classes_": Labels(),
@@ -169,7 +202,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             "i",
         ),
         "orders_": Values(
-            lambda e: (len(e._bearings()), 4), (lambda o, e: (o > 0) & (o < 1e6), "in (0, 1e6)")
+            lambda e: (len(listed(e.bearing)), 4), (lambda o, e: (o > 0) & (o < 1e6), "in (0, 1e6)")
         ),
         "reference_": Values((len(FAULTS),)),
         "healthy_speeds_": Values((None,), "above 0"),
@@ -181,39 +214,20 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     }
 
     #: Metadata routing passes `rpm` without `set_fit_request` and its siblings.
-    __metadata_request__fit: ClassVar = {"rpm": True}
+    __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
     __metadata_request__predict: ClassVar = {"rpm": True}
     __metadata_request__predict_proba: ClassVar = {"rpm": True}
     __metadata_request__decision_function: ClassVar = {"rpm": True}
-    __metadata_request__score: ClassVar = {"rpm": True}
+    __metadata_request__score: ClassVar = {"rpm": True, "sample_weight": True}
 
-    def __init__(
+    def fit(
         self,
-        *,
-        bearing: BearingLike | Sequence[BearingLike] | None = None,
-        sampling_rate: float | None = None,
-        places: Mapping[Any, str] | None = None,
-        gear_ratio: float = 1.0,
-        false_alarm_rate: float = 0.02,
-        wrong_name_rate: float = 0.02,
-        speed_tolerance: float = 0.1,
-        slip: float = 0.03,
-        speed_range: tuple[float, float] | None = None,
-        n_jobs: int | None = None,
-    ) -> None:
-        self.bearing = bearing
-        self.sampling_rate = sampling_rate
-        self.places = places
-        self.gear_ratio = gear_ratio
-        self.false_alarm_rate = false_alarm_rate
-        self.wrong_name_rate = wrong_name_rate
-        self.speed_tolerance = speed_tolerance
-        self.slip = slip
-        self.speed_range = speed_range
-        self.n_jobs = n_jobs
-
-    def fit(self, X: ArrayLike, y: ArrayLike | None = None, rpm: ArrayLike | None = None) -> Self:
-        """Note the shape of rows; calibrate the limit if some of them are healthy.
+        X: ArrayLike,
+        y: ArrayLike | None = None,
+        rpm: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
+    ) -> Self:
+        """Note the shape of rows; learn limits from healthy ones, and conditions from their labels.
 
         Parameters
         ----------
@@ -223,6 +237,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             Condition of each row.
         rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
             Nominal speed in revolutions per minute. It is needed with `y`.
+        sample_weight : array-like of shape (n_rows,) or None, default=None
+            How many rows each one stands for, at least 0; combs count the next integer. None: one.
 
         Returns
         -------
@@ -238,15 +254,16 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         X, y = validate_innovations(self, X, y, reset=True)
         self._check_parameters()
         of_one_model(X)
-        orders = [bearing_orders(each, self.gear_ratio) for each in self._bearings()]
-        self.orders_ = np.array(
+        orders = [bearing_orders(each, self.gear_ratio) for each in listed(self.bearing)]
+        self.orders_: NDArray[Any] = np.array(
             [[of[key] for key in ("cage", "spin", "inner", "outer")] for of in orders]
         )
+        self.conditions_: Any = None
         self._calibrate(np.empty((0, len(FAULTS))), np.empty(0))
         if y is None:
             self._name_classes(PLACES)
         else:
-            self._learn(self._match(X, rpm), y)
+            self._learn(X, y, rpm, sample_weight)
         remember_parameters(self)
         return self
 
@@ -254,24 +271,24 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         """Take these classes for the places."""
         self.classes_, self.class_places_ = np.unique(names, return_index=True)
 
-    def _learn(self, found, y):
-        """Learn places of labels, and limits of healthy rows."""
-        self.classes_, target = np.unique(y, return_inverse=True)
+    def _learn(self, X, y, rpm, sample_weight):
+        """Learn places of labels, limits of healthy rows, and spectra of conditions."""
+        rows, labels, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
+        counts = np.ceil(weights).astype(int)
+        found = self._match(X[rows], None if rpm is None else speeds_of_rows(rpm, len(X))[rows])
+        scores, speeds = (np.repeat(each, counts, axis=0) for each in (found.scores, found.rpm))
+        self.classes_, target = np.unique(np.repeat(labels, counts), return_inverse=True)
         self.class_places_ = np.array(
-            [self._place(label, found.scores[target == c]) for c, label in enumerate(self.classes_)]
+            [self._place(label, scores[target == c]) for c, label in enumerate(self.classes_)]
         )
         healthy = self.class_places_[target] == PLACES.index(HEALTHY)
-        self._calibrate(found.scores[healthy], found.rpm[healthy])
-        if self.classes_.dtype.kind in "UO" and healthy.all() and len(self.classes_) == 1:
+        self._calibrate(scores[healthy], speeds[healthy])
+        if len(self.classes_) > 1 and self.conditions is not None:
+            metadata = {"rpm": rpm, "sample_weight": sample_weight}
+            given = {name: value for name, value in metadata.items() if value is not None}
+            self.conditions_ = clone(self.conditions).fit(X, y, **given)
+        elif len(self.classes_) == 1 and self.classes_.dtype.kind in "UO" and healthy.all():
             self._name_classes([*FAULTS, self.classes_[0]])
-
-    def _bearings(self):
-        """All bearings, also if one is given without a sequence around it."""
-        if isinstance(self.bearing, str | Mapping) or not isinstance(self.bearing, Sequence):
-            return [self.bearing]
-        if len(self.bearing) == 0:
-            raise ValueError("bearing is an empty sequence, expected at least one bearing.")
-        return list(self.bearing)
 
     def _place(self, label, scores):
         """Index of the place that a label stands for."""
@@ -288,21 +305,9 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         self.reference_ = scores.mean(axis=0) if n_rows else np.zeros(len(FAULTS))
         # A row is nearer to a mean that it is a part of.
         rest = (scores - self.reference_).max(axis=1, initial=-np.inf) * n_rows / max(n_rows - 1, 1)
-        self.healthy_scores_ = np.sort(rest)
-        own = 6 * np.var(rest) / np.pi**2 if n_rows else 0.0
-        weighted = n_rows * own + _PRIOR_ROWS * HEALTHY_SCALE**2
-        self.tail_scale_ = float(np.sqrt(weighted / (n_rows + _PRIOR_ROWS)))
-        self.limit_ = float(self._limit_at(self.false_alarm_rate))
-
-    def _limit_at(self, rate):
-        """Score whose p-value is the rate, at the speeds of the healthy rows."""
-        n_rows = len(self.healthy_scores_)
-        if n_rows == 0:
-            return gumbel_quantile(rate, HEALTHY_LOCATION)
-        n_above = int(rate * (n_rows + 1) + 1e-9)
-        if n_above >= 1:
-            return self.healthy_scores_[-min(n_above, n_rows)]
-        return self.healthy_scores_[-1] - self.tail_scale_ * np.log(rate * (n_rows + 1))
+        rest = self.healthy_scores_ = np.sort(rest)
+        self.tail_scale_ = tail_scale(rest)
+        self.limit_ = limit_of_healthy(rest, self.tail_scale_, self.false_alarm_rate)
 
     def _is_far(self, rpm):
         """Whether no healthy row had about the speed of each row."""
@@ -340,7 +345,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
     def _match(self, X, rpm):
         rows, rate = X[:, 0], self.sampling_rate
-        turns = turns_of_rows(rows, rate, rpm, self.speed_range)
+        turns = turns_of_rows(rows, rate, rpm, self.speed_range, self.conditions_ is None)
         return match_faults(
             rows, turns, rate, self.orders_, self.speed_tolerance, self.slip, self.n_jobs
         )
@@ -364,47 +369,77 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             verdict, or "not identifiable" if a comb exceeds the limit, but the second place is too
             close, see `wrong_name_rate`. ``evidence``: a sentence with the order and the place of
             the best comb, its contrast in dB, and the difference from the nominal order, which slip
-            and an error of the speed cause together.
+            and an error of the speed cause together. With `conditions`, ``comb`` is the probability
+            of a fault by combs alone, NaN for rows whose combs are not used.
         """
-        return self._judge(self.match(X, rpm))
+        X, _ = validate_innovations(self, X, reset=False, any_length=True)
+        found = self._match(X, rpm)
+        if self.conditions_ is None:
+            return self._judge(found)
+        given = {} if rpm is None else {"rpm": rpm}
+        return self._judge(found, self.conditions_.diagnose(X, **given))
 
-    def _judge(self, found):
-        """Judge matched rows."""
+    @available_if(lambda self: self.conditions is not None)
+    def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
+        """Adapt the spectra of `conditions` to rows of a new speed; orders do not move with speed.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Rows at the new speed.
+        y : array-like of shape (n_rows,)
+            Their conditions, among `classes_`. Usually all rows are healthy.
+
+        Returns
+        -------
+        FaultOrderClassifier
+            This classifier, for use at the new speed.
+        """
+        X, y = validate_innovations(self, X, y, reset=False, any_length=True)
+        self.conditions_.adapt(X, y)
+        return self
+
+    def _judge(self, found, learned=None):
+        """Judge matched rows, with the answers of the learned conditions if there are any."""
         above, limits = found.scores - self.reference_, self._limits(found.rpm)
-        scores = np.column_stack([above, limits])[:, self.class_places_]
-        verdict = self.classes_[scores.argmax(axis=1)]
-        alarm = above.max(axis=1) > limits
         second, best = np.sort(above, axis=1)[:, -2:].T
-        named = verdict.astype(object)
-        named[alarm & (best - second < least_margin(self.wrong_name_rate))] = NOT_IDENTIFIABLE
-        rows = zip(found.scores, found.factors, found.bearings, limits, named, strict=True)
-        return Bunch(
-            score=scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores,
-            probability=np.exp(log_softmax(CONFIDENCE * scores, axis=1)),
-            verdict=verdict,
-            alarm=alarm,
-            p_value=self._p_values(best, found.rpm),
-            named=named,
-            evidence=np.array([self._sentence(*row) for row in rows], dtype=object),
-        )
+        judged = Bunch(alarm=best > limits, p_value=self._p_values(best, found.rpm))
+        is_close = judged.alarm & (best - second < least_margin(self.wrong_name_rate))
+        scores = CONFIDENCE * np.column_stack([above, limits])[:, self.class_places_]
+        if learned is not None:
+            judged.alarm, is_close = learned.alarm, False
+            scores, judged.comb = self._joined(found, learned)
+        judged.verdict = self.classes_[scores.argmax(axis=1)]
+        judged.named = np.where(is_close, NOT_IDENTIFIABLE, judged.verdict.astype(object))
+        judged.score = scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
+        judged.probability = np.exp(log_softmax(scores, axis=1))
+        rows = zip(found.scores, found.factors, found.bearings, limits, strict=True)
+        judged.evidence = np.array([self._sentence(*row) for row in rows], dtype=object)
+        return judged
+
+    def _joined(self, found, learned):
+        """Scores by spectra and combs together, and the probability of a fault by combs."""
+        without = self.reference_ if len(self.healthy_scores_) > 0 else WITHOUT_COMB
+        evidence = comb_evidence(found.scores - without, self.class_places_)
+        log_probability = np.log(np.maximum(learned.probability, LEAST_P))
+        joint = joint_scores(log_probability, learned.levels, evidence)
+        is_fault = self.class_places_ != PLACES.index(HEALTHY)
+        comb = np.exp(evidence).max(axis=1, where=is_fault, initial=0.0)
+        unused = np.isnan(found.rpm)
+        scores = np.where(unused[:, np.newaxis], log_probability, joint)
+        return scores, np.where(unused, np.nan, comb)
 
     def _p_values(self, best, rpm):
-        """Share of healthy rows with a larger best score, with an exponential tail above all."""
-        n_rows = len(self.healthy_scores_)
-        if n_rows == 0:
-            return gumbel_p_value(best, HEALTHY_LOCATION)
-        n_above = n_rows - np.searchsorted(self.healthy_scores_, best)
-        beyond = np.maximum(best - self.healthy_scores_[-1], 0) / self.tail_scale_
-        p_values = np.maximum(np.exp(-beyond) * (1 + n_above) / (1 + n_rows), LEAST_P)
+        p_values = p_values_of_healthy(best, self.healthy_scores_, self.tail_scale_)
         elsewhere = gumbel_p_value(best, OTHER_SPEED_LOCATION)
         return np.where(self._is_far(rpm), np.maximum(p_values, elsewhere), p_values)
 
-    def _sentence(self, scores, factors, bearings, limit, named):
+    def _sentence(self, scores, factors, bearings, limit):
         above = scores - self.reference_
         second, best = np.argsort(above, kind="stable")[-2:]
         bearing, factor = bearings[best], factors[best]
         where, size = _WORDS[FAULTS[best]], f"{NEPER_IN_DB * scores[best]:.0f} dB"
-        given = self._bearings()
+        given = listed(self.bearing)
         if isinstance(given[bearing], str):
             where += f" of {given[bearing]}"
         elif len(given) > 1:
@@ -415,7 +450,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
                 f"no comb exceeds its limit; the strongest is that of {where} with {size}, limit "
                 f"{limit:.0f} dB"
             )
-        if named == NOT_IDENTIFIABLE:
+        if above[best] - above[second] < least_margin(self.wrong_name_rate):
             return f"impacts of {size} fit {where} and {_WORDS[FAULTS[second]]} nearly as well"
         order = (self.orders_[bearing] * [1, 2, 1, 1])[1 + best] * factor
         return (
@@ -428,10 +463,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
         Parameters
         ----------
-        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
-            Rows.
-        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
-            Nominal speed, as in `match`.
+        X, rpm : array-like
+            As in `diagnose`.
 
         Returns
         -------
@@ -445,16 +478,14 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
         Parameters
         ----------
-        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
-            Rows.
-        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
-            Nominal speed, as in `match`.
+        X, rpm : array-like
+            As in `diagnose`.
 
         Returns
         -------
         ndarray of shape (n_rows, n_classes)
-            Softmax of five times the scores, a factor that was fitted on recordings of six rigs.
-            Rows sum to 1.
+            Of combs alone, the softmax of five times the scores, a factor that was fitted on
+            recordings of six rigs. Rows sum to 1.
         """
         return self.diagnose(X, rpm).probability
 
@@ -463,16 +494,14 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
         Parameters
         ----------
-        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
-            Rows.
-        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
-            Nominal speed, as in `match`.
+        X, rpm : array-like
+            As in `diagnose`.
 
         Returns
         -------
         ndarray of shape (n_rows, n_classes), or (n_rows,) for two classes
-            Nepers above the reference; the limit for healthy. For two classes the second's score
-            less the first's.
+            Log probabilities, up to a constant in each row. For two classes the second's score less
+            the first's.
         """
         return self.diagnose(X, rpm).score
 
@@ -481,15 +510,14 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
         Parameters
         ----------
-        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
-            Rows.
-        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
-            Nominal speed, as in `match`.
+        X, rpm : array-like
+            As in `diagnose`.
 
         Returns
         -------
         ndarray of bool of shape (n_rows,)
-            True for a comb that healthy rows exceed at the stated false-alarm rate only.
+            True for a comb that healthy rows exceed at the stated false-alarm rate only. With
+            `conditions`, the alarm of their `ThresholdLadder`.
         """
         return self.diagnose(X, rpm).alarm
 
@@ -498,10 +526,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
         Parameters
         ----------
-        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
-            Rows.
-        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
-            Nominal speed, as in `match`.
+        X, rpm : array-like
+            As in `diagnose`.
 
         Returns
         -------
@@ -511,9 +537,34 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         """
         return self.diagnose(X, rpm).p_value
 
+    def score(
+        self,
+        X: ArrayLike,
+        y: ArrayLike,
+        sample_weight: ArrayLike | None = None,
+        rpm: ArrayLike | None = None,
+    ) -> float:
+        """Compute the share of rows whose class is right.
+
+        Parameters
+        ----------
+        X, rpm : array-like
+            As in `diagnose`.
+        y : array-like of shape (n_rows,)
+            Their classes.
+        sample_weight : array-like of shape (n_rows,) or None, default=None
+            Weight of each row.
+
+        Returns
+        -------
+        float
+            From 0 to 1.
+        """
+        return float(accuracy_score(y, self.predict(X, rpm), sample_weight=sample_weight))
+
     def _answers(self):
         healthy = self.classes_[self.class_places_ == PLACES.index(HEALTHY)].tolist()
-        return {
+        own = {
             "healthy": healthy[0] if healthy else None,
             "alarm": True,
             "stated_rate": self.false_alarm_rate,
@@ -522,6 +573,11 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             "is_stretch": True,
             "sampling_rate": self.sampling_rate,
         }
+        if self.conditions_ is not None:
+            learned = vars(answers(self.conditions_)) | {"needs_rpm": False}
+            names = ("healthy", "stated_rate", "speeds", "is_stretch", "needs_rpm")
+            own |= {name: learned[name] for name in names}
+        return own
 
     def _check_parameters(self):
         for name in ("bearing", "sampling_rate"):
@@ -550,6 +606,15 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     def _check_relations(self):
         if self.n_models_ > 1:
             raise ValueError(f"n_models_ == {self.n_models_}, expected 0 or 1.")
+        try:
+            agrees = np.array_equal(self.conditions_.classes_, self.classes_)
+        except AttributeError:
+            agrees = self.conditions_ is None
+        if not agrees:
+            raise ValueError(
+                f"conditions_ == {self.conditions_!r}, expected a fitted pipeline of the "
+                f"conditions {self.classes_.tolist()}."
+            )
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()

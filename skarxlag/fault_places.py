@@ -23,14 +23,14 @@ CONFIDENCE, _CONFIDENCE_NAMED, _MEAN_MARGIN = 5.0, 10.0, 1.6
 #: ten recordings of three rigs, `python -m benchmarks.fault_orders --null`. The second location is
 #: that above the mean scores of the same machine at other speeds.
 HEALTHY_LOCATION, OTHER_SPEED_LOCATION, HEALTHY_SCALE = 0.94, 0.11, 0.29
-#: Settings of `comb_evidence` and `joint_residuals`, chosen by leaving rigs out, by
+#: Rows that `HEALTHY_SCALE` counts for when healthy rows of the machine are at hand.
+_PRIOR_ROWS = 10
+#: Settings of `comb_evidence` and `joint_scores`, chosen by leaving rigs out, by
 #: `python -m benchmarks.fault_orders joint`: log odds for each neper, probability that a fault
 #: shows its comb, and distrust of spectra that are far from all conditions.
 ODDS, VISIBLE, DISTRUST = 8.0, 0.1, 2.0
 #: Score of a row without a comb if no healthy row is known.
 WITHOUT_COMB = 0.8
-#: Log odds of two conditions for each neper between their residuals.
-RESIDUAL_ODDS = 32.0
 #: p-values are above 0.
 LEAST_P = np.finfo(float).tiny
 #: Names of conditions that say the place; the names of compound faults match two of them.
@@ -139,27 +139,32 @@ def comb_evidence(
     return (log_odds - every)[:, class_places]
 
 
-def joint_residuals(
-    residuals: NDArray[Any], evidence: NDArray[Any], distrust: float = DISTRUST
+def joint_scores(
+    log_probability: NDArray[Any],
+    residuals: NDArray[Any],
+    evidence: NDArray[Any],
+    distrust: float = DISTRUST,
 ) -> NDArray[Any]:
-    """Compute residuals of spectra and combs together, see `StretchResidual`.
+    """Join spectra and combs to one score of each condition, see `FaultOrderClassifier`.
 
     Parameters
     ----------
+    log_probability : ndarray of shape (n_rows, n_classes)
+        By spectra.
     residuals : ndarray of shape (n_rows, n_classes)
-        Of the spectra.
+        Of the spectra, in units of the variation that is expected.
     evidence : ndarray of shape (n_rows, n_classes)
         Of the combs, as `comb_evidence` returns it.
     distrust : float, default=2.0
-        Power of the nearest residual by which the differences of residuals shrink.
+        Power of the nearest residual by which spectra count less.
 
     Returns
     -------
     ndarray of shape (n_rows, n_classes)
+        Log probabilities, up to a constant in each row.
     """
     nearest = np.maximum(residuals.min(axis=1, keepdims=True), 1.0)
-    trusted = nearest * (residuals / nearest) ** (nearest**-distrust)
-    return trusted * np.exp(-evidence / RESIDUAL_ODDS)
+    return nearest**-distrust * log_probability + evidence
 
 
 def gumbel_quantile(rate: float, location: float) -> float:
@@ -171,3 +176,48 @@ def gumbel_p_value(score: Any, location: float) -> Any:
     """Share of healthy rows that exceed a score."""
     above = -np.expm1(-np.exp((location - score) / HEALTHY_SCALE))
     return np.maximum(above, LEAST_P)
+
+
+def tail_scale(healthy: NDArray[Any]) -> float:
+    """Compute the scale of the tail above the best scores of healthy rows of a machine.
+
+    It is the mean of their own Gumbel scale and of that of other machines, as root mean square.
+    """
+    own = 6 * np.var(healthy) / np.pi**2 if len(healthy) else 0.0
+    return float(np.sqrt(np.average([own, HEALTHY_SCALE**2], weights=[len(healthy), _PRIOR_ROWS])))
+
+
+def limit_of_healthy(healthy: NDArray[Any], scale: float, rate: float) -> float:
+    """Score whose p-value is the rate, see `p_values_of_healthy`.
+
+    Parameters
+    ----------
+    healthy : ndarray of shape (n_rows,)
+        Best scores of healthy rows, ascending. Empty: those of other machines.
+    scale : float
+        Of the exponential tail above the largest.
+    rate : float
+        Share of healthy rows above the limit.
+
+    Returns
+    -------
+    float
+        In nepers.
+    """
+    n_rows = len(healthy)
+    if n_rows == 0:
+        return float(gumbel_quantile(rate, HEALTHY_LOCATION))
+    n_above = int(rate * (n_rows + 1) + 1e-9)
+    if n_above >= 1:
+        return float(healthy[-min(n_above, n_rows)])
+    return float(healthy[-1] - scale * np.log(rate * (n_rows + 1)))
+
+
+def p_values_of_healthy(best: Any, healthy: NDArray[Any], scale: float) -> Any:
+    """Share of healthy rows with a larger best score, with an exponential tail above all."""
+    n_rows = len(healthy)
+    if n_rows == 0:
+        return gumbel_p_value(best, HEALTHY_LOCATION)
+    n_above = n_rows - np.searchsorted(healthy, best)
+    beyond = np.maximum(best - healthy[-1], 0) / scale
+    return np.maximum(np.exp(-beyond) * (1 + n_above) / (1 + n_rows), LEAST_P)

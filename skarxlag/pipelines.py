@@ -313,29 +313,6 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         """
         return self._in_batches(partial(self._of_last_step, "p_values"), X, params)
 
-    @available_if(lambda pipeline: pipeline._step_with("place_probability") is not None)
-    def place_probability(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
-        """Compute the probability of the place of each condition by combs of the bearing alone.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
-            Windows.
-        **params : dict of str to object
-            ``rpm``, as in `predict`.
-
-        Returns
-        -------
-        ndarray of shape (n_windows, n_conditions)
-            As `StretchResidual.place_probability` returns it.
-        """
-        return self._in_batches(self._place_probability, X, params)
-
-    def _place_probability(self, X, **params):
-        at = self._step_with("place_probability")
-        levels = self[:at].transform(X) if at > 0 else X
-        return self.steps[at][1].place_probability(levels, **params)
-
     @available_if(lambda pipeline: pipeline._step_with("adapt") is not None)
     def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
         """Adapt the references to windows of a new speed, which commonly are healthy.

@@ -14,15 +14,14 @@ from sklearn.utils import check_scalar
 
 from ._answers import answers, requests
 from ._base import StretchTransformer
-from ._state import INNOVATIONS, Labels, Values, remember_parameters, uses_fitted
+from ._state import INNOVATIONS, Labels, Values, remember_parameters
 from ._validation import check_real, validate_innovations, weighted_windows
 from .comparison import SpectralDistance
 from .fault_classifier import FaultOrderClassifier
-from .fault_places import RESIDUAL_ODDS, WITHOUT_COMB, comb_evidence, joint_residuals
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
 from .spectra import LogSpectra
-from .speeds import LEAST_TURNS, log_speeds, speeds_of_rows, with_plausible_speeds
+from .speeds import LEAST_TURNS, log_speeds, speeds_of_rows
 
 #: Constants of the recommended diagnoser, see ``python -m benchmarks.recipe constants``: order of
 #: the model; settings of `SpectralDistance`, whose joint distance is that of colour and steadiness;
@@ -31,7 +30,7 @@ from .speeds import LEAST_TURNS, log_speeds, speeds_of_rows, with_plausible_spee
 MODEL_ORDER = 4
 WINDOW_DISTANCE = {"joint_weight": 0.5, "joint_groups": (0, 2), "smooth_drift": 0.4}
 ORDER_WEIGHT = 0.5
-CONFIDENCE_SCALE = (RESIDUAL_ODDS, 50.0)
+CONFIDENCE_SCALE = (32.0, 50.0)
 #: Assumed speed of the shaft in revolutions per minute if `fit` is not given the speeds of rows. It
 #: decides whether rows are long enough for orders.
 _SUPPOSED_RPM = 600
@@ -78,7 +77,10 @@ def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidua
         If no step compares order spectra.
     """
     for place, (_, step) in enumerate(diagnoser.steps):
-        residual = step.order_residual_ if isinstance(step, StretchResidual) else step
+        is_joint = isinstance(step, FaultOrderClassifier) and step.conditions_ is not None
+        residual = step.conditions_[0] if is_joint else step
+        if isinstance(residual, StretchResidual):
+            residual = residual.order_residual_
         if isinstance(residual, OrderResidual):
             return diagnoser[:place] if place > 0 else None, residual
     raise ValueError(
@@ -103,18 +105,6 @@ class StretchResidual(StretchTransformer):
     less than three turns of the shaft have no order spectra, and q is 0 for them. If `fit` is not
     given speeds, these are rows of less than 0.3 s, three turns at 600 rpm.
 
-    With a bearing, the combs of its faults (`FaultOrderClassifier`) give the probability
-    :math:`P_c` of the place that condition c stands for. The residual becomes
-
-    .. math::
-
-        r_c' = r_{\min} \left(\frac{r_c}{r_{\min}}\right)^a P_c^{-1/T}, \quad
-        a = r_{\min}^{-2}
-
-    with the smallest residual :math:`r_{\min}`, which counts as 1 if it is smaller, and T = 28. If
-    no condition is near, as after another mounting or load, spectra count less, and the combs
-    decide the place. Conditions of one place share the combs; spectra decide among them.
-
     The speed of each row comes as the metadata `rpm`, which this estimator requests; see
     `SpectralDistance` and `OrderResidual` for what happens without it. Use `OrderResidual` instead
     to compare orders alone.
@@ -131,9 +121,6 @@ class StretchResidual(StretchTransformer):
         The exponent q, at least 0.
     window_length : int, default=4800
         Samples in a window, at least 1. A shorter row is one window.
-    fault_orders : FaultOrderClassifier or None, default=None
-        The bearing, its sampling rate and the places of conditions. It requires `rpm` in `fit`, and
-        counts in `transform` if `rpm` is given. None: combs are not used.
 
     Attributes
     ----------
@@ -143,8 +130,6 @@ class StretchResidual(StretchTransformer):
         The fitted residual of windows.
     order_residual_ : OrderResidual or None
         The fitted residual of order spectra. None if a training row has less than three turns.
-    fault_orders_ : FaultOrderClassifier or None
-        The fitted classifier of combs. None if there is no bearing, or only one condition.
     speed_known_ : bool
         Whether `fit` was given `rpm`.
     window_shape_ : ndarray of int
@@ -172,7 +157,7 @@ class StretchResidual(StretchTransformer):
     order_residual: OrderResidual | None = None
     order_weight: float = ORDER_WEIGHT
     window_length: int = 4800
-    fault_orders: FaultOrderClassifier | None = None
+
     _suffix = "stretch"
 
     _state = INNOVATIONS | {
@@ -219,11 +204,6 @@ class StretchResidual(StretchTransformer):
         self.order_residual_: OrderResidual | None = None
         if len(_long_rows(X, rpm, orders.sampling_rate)[0]) == len(X):
             self.order_residual_ = clone(orders).fit(X, y, rpm=rpm, sample_weight=sample_weight)
-        self.fault_orders_: FaultOrderClassifier | None = None
-        if self.fault_orders is not None and len(self.classes_) > 1:
-            rows = weighted_windows(np.arange(len(X)), y, sample_weight)[0]
-            speeds = None if rpm is None else speeds_of_rows(rpm, len(X))[rows]
-            self.fault_orders_ = clone(self.fault_orders).fit(X[rows], np.asarray(y)[rows], speeds)
         of_windows = self.window_residual or window_comparison()
         windows, n_windows, metadata = self._windows(X, rpm, of_windows, "fit")
         # A residual of windows need not take weights if there are none.
@@ -245,44 +225,7 @@ class StretchResidual(StretchTransformer):
             if len(rows) > 0:
                 of_orders = self.order_residual_.transform(X[rows], rpm=speeds)
                 residuals[rows] *= np.asarray(of_orders) ** self.order_weight
-        evidence = self._evidence(X, rpm)
-        rows = ~np.isnan(evidence[:, 0])
-        residuals[rows] = joint_residuals(residuals[rows], evidence[rows])
         return residuals
-
-    def _evidence(self, X, rpm):
-        """Log probability of the place of each condition by combs alone, NaN if they are unused."""
-        evidence = np.full((len(X), len(self.classes_)), np.nan)
-        classifier = self.fault_orders_
-        if classifier is None or rpm is None:
-            return evidence
-        rows, speeds = _long_rows(X, rpm, classifier.sampling_rate)
-        if len(rows) > 0:
-            knows_healthy = len(classifier.healthy_scores_) > 0
-            without = classifier.reference_ if knows_healthy else WITHOUT_COMB
-            scores = classifier.match(X[rows], speeds).scores - without
-            evidence[rows] = comb_evidence(scores, classifier.class_places_)
-        return evidence
-
-    @uses_fitted
-    def place_probability(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Compute the probability of the place of each condition by combs alone.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
-            Rows as in `transform`.
-        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
-            Nominal speed in revolutions per minute.
-
-        Returns
-        -------
-        ndarray of shape (n_rows, n_classes)
-            The same for all conditions of a place. NaN for rows whose combs are not used.
-        """
-        X = self._checked_rows(X)
-        rpm, _ = with_plausible_speeds(rpm, len(X), self._trained_speeds() or ())
-        return np.exp(self._evidence(X, rpm))
 
     def _trained_speeds(self):
         if not self.speed_known_:
@@ -341,13 +284,11 @@ class StretchResidual(StretchTransformer):
 
     def _answers(self):
         rate = self.order_residual.sampling_rate if self.order_residual else None
-        combs, is_stretch = self.fault_orders_, self.order_residual_ is not None
-        places = None if combs is None else tuple(combs.class_places_.tolist())
-        own = {"is_stretch": is_stretch, "sampling_rate": rate, "places": places}
+        own = {"is_stretch": self.order_residual_ is not None, "sampling_rate": rate}
         return super()._answers() | own
 
     def _check_relations(self):
-        for name in ("window_residual_", "order_residual_", "fault_orders_"):
+        for name in ("window_residual_", "order_residual_"):
             part = vars(self).get(name)
             if part is None and name != "window_residual_":
                 continue

@@ -21,7 +21,6 @@ from .evidence import (
     combined_p_value,
     effective_number,
 )
-from .fault_places import HEALTHY, PLACES
 from .kernels.speed_references import SAME_LOG_SPEED, UNIT_DISTANCE
 from .pipelines import in_one_pass
 from .quality import signal_quality
@@ -226,8 +225,8 @@ class Judge:
             ``"hold"`` or why healthy limits do not hold at this speed; ``probability`` of each
             condition, of shape (n_windows, n_conditions); ``exceeds``, 1 if the healthy limits are
             exceeded, else 0; ``score``, ``p_value`` (healthy) and ``nearest`` (p-value of the
-            nearest condition); ``comb``, the probability of a fault by combs, of windows that
-            resemble no condition. Numbers are NaN if they are not known.
+            nearest condition); ``comb``, the probability of a fault by combs alone. Numbers are NaN
+            if they are not known.
         """
         n = len(X)
         refusal = np.full(n, "", dtype=object)
@@ -252,6 +251,7 @@ class Judge:
             classes = self._can["diagnoser"].conditions
             order = [classes.index(name) for name in self.conditions]
             found.probability[usable] = said.probability[:, order]
+            found.comb[usable] = said.get("comb", np.nan)
             if self.detects and "detector" not in self._can:
                 found.exceeds[within] = said.alarm[within[usable]]
         if "detector" in self._can and within.any():
@@ -262,12 +262,6 @@ class Judge:
                 found.p_value[within] = np.exp(said.score) * self.alarm_rate
         if "known" in self._can and usable.any():
             found.nearest[usable] = np.exp(self._asked("known", "score_samples", X, rpm, usable))
-            unlike = found.nearest < self._can["known"].stated_rate
-            places = self._can["diagnoser"].places if "diagnoser" in self._can else None
-            if places is not None and unlike.any():
-                by_class = self._asked("diagnoser", "place_probability", X, rpm, unlike)
-                is_fault = np.array(places) != PLACES.index(HEALTHY)
-                found.comb[unlike] = by_class.max(axis=1, where=is_fault, initial=0.0)
         return found
 
     def _asked(self, name, method, X, rpm, rows):
@@ -438,8 +432,8 @@ def window_verdicts(
         or why the healthy limits do not hold at this speed. With a detector, ``score``, the
         logarithm of the p-value over the false-alarm rate, and ``p-value``, the probability that a
         healthy window deviates as much. Of a classifier, ``probability of`` each condition. With
-        `known`, ``p-value of nearest`` condition, and of windows that resemble none, if the
-        diagnoser has a bearing, ``probability of a comb``: that of a fault by combs alone.
+        `known`, ``p-value of nearest`` condition. Of a diagnoser of conditions that has a bearing,
+        ``probability of a comb``: that of a fault by combs alone.
 
     Raises
     ------

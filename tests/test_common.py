@@ -239,8 +239,9 @@ class TestEveryEstimator:
         beside = {"_fitted_parameters", *parameters}
         learnt = {k: v for k, v in vars(fitted).items() if k not in beside}
         assert all(k.endswith("_") for k in learnt)
-        # Parts that were fitted have their own turn in this test.
-        plain = (np.ndarray, int, float, DiagnosisPipeline, *(type(e) for e in ESTIMATORS))
+        # Parts that were fitted have their own turn in this test; None is a part that is not used.
+        parts = (type(None), DiagnosisPipeline, *(type(e) for e in ESTIMATORS))
+        plain = (np.ndarray, int, float, *parts)
         values = [v for many in learnt.values() for v in (many if type(many) is list else [many])]
         assert all(isinstance(v, plain) for v in values), learnt
 

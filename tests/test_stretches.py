@@ -8,7 +8,6 @@ from sklearn.base import clone
 from sklearn.model_selection import StratifiedKFold, cross_val_score
 
 from skarxlag import (
-    FaultOrderClassifier,
     OrderResidual,
     StretchResidual,
     load_diagnoser,
@@ -17,7 +16,8 @@ from skarxlag import (
 )
 from skarxlag._answers import answers
 from skarxlag._state import check_model_state
-from skarxlag.stretches import CONFIDENCE_SCALE, window_comparison
+from skarxlag.fault_places import WITHOUT_COMB, comb_evidence
+from skarxlag.stretches import order_comparison, window_comparison
 
 from .test_orders import ORDERS, RATE, stretches
 
@@ -220,32 +220,57 @@ def test_combs_name_the_place_after_another_mounting(diagnoser, with_bearing, tm
     np.testing.assert_array_equal(loaded.predict_proba(moved, rpm=1100), told[with_bearing])
 
 
-def test_residual_with_combs(diagnoser, with_bearing, data):
+def test_combs_join_the_spectra(diagnoser, with_bearing, data):
     X = np.concatenate([data[0], remounted(data[0])])
-    innovations = with_bearing[0].transform(X)
-    combs, plain = with_bearing["compare"], diagnoser["compare"]
-    found, spectra = (each.transform(innovations, rpm=900) for each in (combs, plain))
-    nearest = np.maximum(spectra.min(axis=1, keepdims=True), 1)
+    spectra = diagnoser.diagnose(X, rpm=900)
+    by_spectra, nearest = spectra.probability, np.maximum(spectra.levels.min(axis=1), 1)
     assert nearest[:8].max() == 1 < nearest[8:].min()
-    trusted = nearest * (spectra / nearest) ** (1 / nearest**2)
-    # What is left is the probability of the place.
-    probability = (found / trusted) ** -CONFIDENCE_SCALE[0]
-    np.testing.assert_allclose(probability.sum(axis=1), 1)
-    assert probability[np.arange(4), 0].min() > 0.9 and probability[4:8, 1].min() > 0.9
+    scores = with_bearing["decide"].match(diagnoser[0].transform(X), rpm=900).scores
+    by_place = np.exp(comb_evidence(scores - WITHOUT_COMB, np.array([1, 2])))
+    assert by_place[np.arange(4), 0].min() > 0.9 and by_place[4:8, 1].min() > 0.9
+    joint = by_place * by_spectra ** (1 / nearest[:, np.newaxis] ** 2)
+    joint /= joint.sum(axis=1, keepdims=True)
+    found = with_bearing.diagnose(X, rpm=900)
+    np.testing.assert_allclose(found.probability, joint)
+    np.testing.assert_array_equal(found.alarm, spectra.alarm)
+    np.testing.assert_allclose(found.comb, by_place.max(axis=1))
+    assert all(sentence.startswith("impacts at 5.") for sentence in found.evidence[:4])
     # Without a speed, or in rows of less than three turns, spectra decide alone.
+    innovations, decide = diagnoser[0].transform(X), with_bearing["decide"]
     for rows, rpm in ((innovations, None), (innovations[..., :4800], 290)):
-        args = (combs.transform(rows, rpm=rpm), plain.transform(rows, rpm=rpm))
-        np.testing.assert_array_equal(*args)
+        told = [model.predict_proba(rows, rpm=rpm) for model in (decide, diagnoser[1:])]
+        np.testing.assert_allclose(*told)
+        assert np.isnan(decide.diagnose(rows, rpm=rpm).comb).all()
+
+
+def test_healthy_rows_alone_suffice_with_a_bearing(data):
+    healthy = np.random.default_rng(4).normal(size=(6, RATE))
+    fitted = make_diagnoser(sampling_rate=RATE, bearing=BEARING).fit(healthy, ["N"] * 6, rpm=900)
+    assert fitted.classes_.tolist() == ["N", "ball", "inner", "outer"]
+    X, y = data
+    assert fitted.predict(X, rpm=900).tolist() == y.tolist()
+    assert fitted.predict(np.random.default_rng(5).normal(size=(3, RATE)), rpm=900).tolist() == [
+        *("N" * 3)
+    ]
+    can = answers(fitted)
+    assert can.healthy == "N" and can.alarm and can.needs_rpm
+
+
+def test_a_bearing_keeps_adapt_and_the_display_of_orders(with_bearing, data):
+    X, y = data
+    learned = with_bearing["decide"].conditions_
+    assert order_comparison(with_bearing)[1] is learned["compare"].order_residual_
+    adapted = copy.deepcopy(with_bearing).adapt(lfilter([1], [1, -0.5], X), y)
+    assert not np.array_equal(adapted.predict_proba(X), with_bearing.predict_proba(X))
 
 
 def test_places_of_conditions_are_stated_or_named(data):
     X, y = data
     numbers = np.where(y == "inner", 7, 3)
     stated = make_diagnoser(sampling_rate=RATE, bearing=BEARING, places={7: "outer", 3: "inner"})
-    places = stated.fit(X, numbers, rpm=900)["compare"].fault_orders_.class_places_
-    assert places.tolist() == [1, 2]
+    assert stated.fit(X, numbers, rpm=900)["decide"].class_places_.tolist() == [1, 2]
     shown = make_diagnoser(sampling_rate=RATE, bearing=BEARING).fit(X, numbers, rpm=900)
-    assert shown["compare"].fault_orders_.class_places_.tolist() == [2, 1]
+    assert shown["decide"].class_places_.tolist() == [2, 1]
 
 
 def test_bearing_needs_speeds_and_a_rate(data):
@@ -255,20 +280,18 @@ def test_bearing_needs_speeds_and_a_rate(data):
         make_diagnoser(bearing=BEARING).fit(*data, rpm=900)
 
 
-def test_damaged_combs_are_refused(with_bearing):
-    damaged = copy.deepcopy(with_bearing)
-    damaged["compare"].fault_orders_ = "combs"
-    with pytest.raises(ValueError, match="fault_orders_ == 'combs'"):
-        check_model_state(damaged)
+def test_damaged_conditions_are_refused(with_bearing, diagnoser):
+    for value in (diagnoser["identify"], make_diagnoser()):
+        damaged = copy.deepcopy(with_bearing)
+        damaged["decide"].conditions_ = value
+        with pytest.raises(ValueError, match="conditions_ =="):
+            check_model_state(damaged)
 
 
-def test_rows_without_weight_have_no_combs(data):
+def test_weights_of_rows_reach_combs_and_spectra(data):
     X, y = data
-    rows = np.concatenate([X, X[:1]])
-    residual = StretchResidual(
-        order_residual=OrderResidual(sampling_rate=RATE),
-        fault_orders=FaultOrderClassifier(bearing=BEARING, sampling_rate=RATE),
-    )
-    weights = np.append(np.ones(8), 0.0)
-    weighted = residual.fit(rows, [*y, "healthy"], rpm=900, sample_weight=weights)
-    assert weighted.fault_orders_.classes_.tolist() == ["inner", "outer"]
+    rows, labels = np.concatenate([X, X[:1]]), [*y, "healthy"]
+    fitted = make_diagnoser(sampling_rate=RATE, bearing=BEARING)
+    fitted.fit(rows, labels, rpm=900, sample_weight=np.append(np.ones(8), 0.0))
+    assert fitted.classes_.tolist() == ["inner", "outer"]
+    assert fitted["decide"].conditions_.classes_.tolist() == ["inner", "outer"]

@@ -11,7 +11,6 @@ halves of the recordings. Rows of 1 s are then named under four protocols:
 - other rig: another rig with the same conditions. Its bearing is known.
 """
 
-import copy
 import sys
 from itertools import product
 from typing import NamedTuple
@@ -26,12 +25,13 @@ from benchmarks.pages.blocks import markdown, page_parser, publish
 from skarxlag import FaultOrderClassifier, make_diagnoser
 from skarxlag.fault_places import (
     DISTRUST,
+    LEAST_P,
     ODDS,
     PLACES,
     VISIBLE,
     WITHOUT_COMB,
     comb_evidence,
-    joint_residuals,
+    joint_scores,
 )
 
 #: Log odds for each neper, probability of a visible comb, and distrust of far spectra.
@@ -64,8 +64,9 @@ class Rows(NamedTuple):
 
 
 class Scored(NamedTuple):
-    """Rows after the comparison: residuals of spectra, scores of combs, and the truth."""
+    """Rows after the comparison: by spectra, scores of combs, and the truth."""
 
+    probability: np.ndarray
     residuals: np.ndarray
     scores: np.ndarray
     by_combs: np.ndarray
@@ -140,20 +141,18 @@ def scored(name, rigs):
 
 def compare(diagnoser, rows, bearing):
     """Compare rows with a fitted diagnoser; their bearing may be another one."""
-    residual = diagnoser["compare"]
-    combs = residual.fault_orders_
+    combs = diagnoser["decide"]
     innovations = diagnoser["identify"].transform(rows.X)
-    spectra = copy.copy(residual)
-    spectra.fault_orders_ = None
-    rate = combs.sampling_rate
-    matcher = FaultOrderClassifier(bearing=bearing, sampling_rate=rate).fit(innovations[:1])
-    found = matcher.match(innovations, rpm=rows.rpm)
+    learned = combs.conditions_.diagnose(innovations, rpm=rows.rpm)
+    matcher = FaultOrderClassifier(bearing=bearing, sampling_rate=combs.sampling_rate)
+    found = matcher.fit(innovations[:1]).match(innovations, rpm=rows.rpm)
     classes = combs.classes_
     without = combs.reference_ if len(combs.healthy_scores_) > 0 else WITHOUT_COMB
     named = np.searchsorted(classes, combs._judge(found).verdict)
     known = np.searchsorted(classes, rows.y).clip(max=len(classes) - 1)
     return Scored(
-        residuals=spectra.transform(innovations, rpm=rows.rpm),
+        probability=learned.probability,
+        residuals=learned.levels,
         scores=found.scores - without,
         by_combs=combs.class_places_[named],
         class_places=combs.class_places_,
@@ -166,8 +165,9 @@ def accuracies(part, setting):
     """Shares of right conditions and places by spectra, combs and both."""
     odds, visible, distrust = setting
     evidence = comb_evidence(part.scores, part.class_places, odds, visible)
-    both = joint_residuals(part.residuals, evidence, distrust).argmin(axis=1)
-    spectra = part.residuals.argmin(axis=1)
+    log_probability = np.log(np.maximum(part.probability, LEAST_P))
+    both = joint_scores(log_probability, part.residuals, evidence, distrust).argmax(axis=1)
+    spectra = part.probability.argmax(axis=1)
     return {
         "condition, spectra": np.mean(spectra == part.truth),
         "condition, both": np.mean(both == part.truth),

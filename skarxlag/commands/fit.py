@@ -20,7 +20,6 @@ from .._answers import answers, requests
 from ..diagnosers import (
     make_detector,
     make_diagnoser,
-    make_fault_order_classifier,
     make_known_conditions,
 )
 from ..fault_places import HEALTHY
@@ -47,7 +46,7 @@ _HEALTHY_NAMES = {"n", "h"}
 
 
 #: Rows that diagnosers take; the others take windows.
-_ROWS = {None: EITHER, "stretches": STRETCHES, "orders": STRETCHES, "detector": OF_DETECTOR}
+_ROWS = {None: EITHER, "stretches": STRETCHES, "detector": OF_DETECTOR}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -71,9 +70,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text += "windows is given, else diagnoser; detector if the only condition is healthy"
     model.add_argument("--diagnoser", choices=[*DIAGNOSERS, *filter(None, _ROWS)], help=text)
     text = "name places of faults by the orders of this bearing: with recordings of faults, orders "
-    text += "and spectra make one verdict (--diagnoser stretches); without, healthy recordings set "
-    text += "the limits (--diagnoser orders). A name such as 6205, dimensions 9,7.94,39.04, or "
-    text += "orders outer=3.585,inner=5.415"
+    text += "and spectra make one verdict; without, healthy recordings set the limits. A name such "
+    text += "as 6205, dimensions 9,7.94,39.04, or orders outer=3.585,inner=5.415"
     option(model, "--bearing", text, arguments.bearing, "BEARING")
     flag(model, "--fixed-gain", "--diagnoser detector: one sensor and gain, so the level counts")
     text = "do not save the known conditions and the healthy limits, which reject recordings that "
@@ -113,7 +111,8 @@ def run(args: argparse.Namespace) -> int:
     X = X if chosen.all() else X[chosen]
     y, rpm = rig.target[chosen], None if rig.rpm is None else rig.rpm[chosen]
     diagnoser = _make(args, kind, healthy, float(rig.sampling_rate))
-    diagnoser.set_params(decide__false_alarm_rate=args.false_alarm_rate)
+    rates = [name for name in diagnoser.get_params() if name.endswith("__false_alarm_rate")]
+    diagnoser.set_params(**dict.fromkeys(rates, args.false_alarm_rate))
     started = perf_counter()
     report_progress(args, f"{len(X)} {rows}: fitting")
     with as_command_error():
@@ -165,24 +164,20 @@ def run(args: argparse.Namespace) -> int:
 def _check_options(args, listed):
     present = {recording.condition for recording in listed}
     if args.bearing is not None and args.diagnoser is None:
-        args.diagnoser = "stretches" if len(present) > 1 else "orders"
+        args.diagnoser = "stretches"
     elif args.diagnoser is None and len(present) == 1 and None not in present:
         (name,) = present
         is_healthy = _is_named_healthy(name) if args.healthy is None else name == args.healthy
         args.diagnoser = "detector" if is_healthy else None
-    for name, kinds in {"fixed_gain": ["detector"], "bearing": ["orders", "stretches"]}.items():
-        if vars(args)[name] and args.diagnoser not in kinds:
+    for name, kind in {"fixed_gain": "detector", "bearing": "stretches"}.items():
+        if vars(args)[name] and args.diagnoser != kind:
             option_name = arguments.option_of(name)
-            raise UsageError(f"argument {option_name}: belongs to --diagnoser {' or '.join(kinds)}")
-    if args.bearing is None and args.diagnoser == "orders":
-        raise UsageError("argument --bearing: none given, --diagnoser orders needs it")
+            raise UsageError(f"argument {option_name}: belongs to --diagnoser {kind}")
 
 
 def _make(args, kind, healthy, sampling_rate):
     if kind == "detector":
         return make_detector(fixed_gain=args.fixed_gain)
-    if kind == "orders":
-        return make_fault_order_classifier(bearing=args.bearing, sampling_rate=sampling_rate)
     if kind == "stretches":
         return make_diagnoser(sampling_rate=sampling_rate, bearing=args.bearing, healthy=healthy)
     return DIAGNOSERS[kind][1](healthy=healthy)
@@ -203,7 +198,7 @@ def _fit_quietly(args, model, X, y, rpm):
 def _companions(args, kind, X, y, rpm, healthy):
     """Fit the known conditions and the healthy limits; return them and lines about them."""
     wanted, fitted, lines = {}, {}, []
-    if kind != "orders":
+    if len(set(y)) > 1:
         wanted["known_conditions"] = make_known_conditions(), slice(None), y
     if healthy is not None:
         limits = make_detector(false_alarm_rate=args.false_alarm_rate)
@@ -266,7 +261,7 @@ def _healthy_condition(args, kind, rig, chosen):
         present = []
     else:
         present = [name for name in rig.target_names if name in rig.target[chosen]]
-    if len(present) < 2 and kind not in ("orders", "detector"):
+    if len(present) < 2 and kind != "detector" and args.bearing is None:
         raise CommandError(
             f"{args.table}: conditions {present}; --diagnoser {kind} needs two or more in a column "
             "condition. With healthy recordings only, use --diagnoser detector"

@@ -139,6 +139,8 @@ def too_few_rows(n_rows: int, rate: float, rows: str = "windows") -> Iterator[st
 
 def limits_basis(decide: Any, rows: str) -> str:
     """Describe the basis of an alarm: the last step of a detector or of a diagnoser."""
+    if isinstance(decide, FaultOrderClassifier) and decide.conditions_ is not None:
+        decide = decide.conditions_[-1]
     if isinstance(decide, FaultOrderClassifier):
         return f"combs {decide.limit_:.2f} nepers above the healthy {rows}"
     if not answers(decide).healthy_p_value:

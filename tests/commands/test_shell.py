@@ -117,7 +117,7 @@ def check(code, out, err):
 @given(
     tables(),
     options(
-        diagnoser=of("alpio", "diagnoser", "stretches", "orders", "detector"),
+        diagnoser=of("alpio", "diagnoser", "stretches", "detector"),
         healthy=of("good", "none", "x"),
         train_rpm=of("300", "1..900", "300+-5%", "x"),
         false_alarm_rate=of(0.2, 1),
