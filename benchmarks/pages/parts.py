@@ -70,7 +70,7 @@ PARTS = {
         "-m benchmarks.recipe constants --write docs/cross_speed.md && "
         "-m benchmarks.recipe constants --wide --write docs/cross_speed.md",
         {"docs/cross_speed.md": ("constants", "constants wide")},
-        tables=("constants wide",),
+        tables=("constants", "constants wide"),
     ),
     "targets": Part(
         "-m benchmarks.recipe targets --write docs/cross_speed.md",

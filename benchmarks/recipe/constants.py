@@ -237,11 +237,11 @@ def report(accuracies, calibrations, real):
             f"{len(scores)} settings were scored, and {len(EXPONENTS)} exponents. Chosen: "
             f"**{listed}**; {exponents}. First halves of the recordings train, second halves test: "
             "they share the specimen and its mounting, and differ in speed.",
-            "Each rig left out: what the others choose, and what it scores there.",
+            "Choice without each rig, and its score on that rig:",
             markdown(left_out_table(known, errors, real)),
-            "The chosen setting on every rig.",
+            "The chosen setting on every rig:",
             markdown(chosen.reset_index()),
-            "The best settings on all real rigs.",
+            "The best settings on all real rigs:",
             markdown(best, digits=4),
         ]
     )

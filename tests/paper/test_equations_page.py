@@ -83,17 +83,6 @@ def test_section_names_status_functions_and_tests(label):
         assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
 
 
-def test_overview_repeats_the_sections_of_the_equations():
-    overview = (DOCS / "paper" / "index.md").read_text("utf-8")
-    row = r"^\| ([(A].*?) \| .*? \| \[Equations\]\(.*?\) \| (.*?) \|$"
-    rows = re.findall(row, overview, flags=re.M)
-    rows = [(label, status) for label, status in rows if not label.startswith("Algorithm")]
-    assert sorted(ALL) == sorted(n for label, _ in rows for n in numbers(label))
-    for (label, status), (title, section) in zip(rows, SECTIONS.items(), strict=True):
-        assert title.startswith(label)
-        assert status.startswith(re.match(r"\nStatus: \*\*(.*?)\*\*", section)[1])
-
-
 def test_overview_has_every_table_and_figure():
     overview = (DOCS / "paper" / "index.md").read_text("utf-8")
     for kind, last in (("Table", 9), ("Figure", 19)):

@@ -63,7 +63,7 @@ def test_stated_counts_are_those_of_the_entries():
 
 
 def test_listed_averages_are_those_that_the_rows_contradict():
-    (section,) = (each for each in SECTIONS if len(numbers(each)) > 1)
+    (section,) = (each for each in SECTIONS if "Averages of Tables 2 to 5" in each)
     listed = {}
     for number, (label, where, *figures) in zip(numbers(section), cells(section), strict=True):
         assert label == f"E{number}"
