@@ -16,6 +16,7 @@ from ._state import WINDOWS, Labels, Values, remember_parameters, uses_fitted
 from ._validation import (
     UP_TO_1,
     check_input_names,
+    check_labels,
     check_networks,
     check_real,
     validate_signals,
@@ -225,16 +226,22 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         scaled, _ = unit_rms_windows(windows)
         # Windows with a constant output do not count, whatever their inputs are.
         weights = weights * np.any(scaled[:, 0] != 0, axis=-1)
-        classes = np.unique(labels)
-        counted = [self._counted_rows(scaled, weights, labels == name) for name in classes]
+        classes, found = np.unique(labels), {}
+        counted = {
+            name: self._counted_rows(scaled, weights, labels == name) for name in classes.tolist()
+        }
         if start_afresh:
-            self._choose_networks(scaled, counted)
-            n_sums = int(self.orders_.sum()) + 1
-            self.classes_: NDArray[Any] = classes[:0]
-            self.weights_: NDArray[Any] = np.zeros(0)
-            self.sums_: NDArray[Any] = np.zeros((0, n_sums, n_sums))
-        self._make_room_for(classes)
-        self._add_to_sums(scaled, classes, counted)
+            self._choose_networks(scaled, counted.values())
+        else:
+            check_labels([*self.classes_.tolist(), *classes.tolist()])
+            classes = np.union1d(self.classes_, classes)
+            so_far = zip(self.sums_, self.weights_, strict=True)
+            found = dict(zip(self.classes_.tolist(), so_far, strict=True))
+        self._add_to_sums(found, scaled, counted)
+        self.classes_: NDArray[Any] = classes
+        sums, weights = zip(*(found[name] for name in classes.tolist()), strict=True)
+        self.sums_: NDArray[Any] = np.array(sums)
+        self.weights_: NDArray[Any] = np.array(weights)
         coef, error = zip(*(solve_sums(sums, self.alpha) for sums in self.sums_), strict=True)
         self.coef_: NDArray[Any] = np.array(coef)
         n_counted = np.where(self.weights_ > 0, self.weights_, 1.0)
@@ -269,16 +276,16 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
             poles = pole_search.search_poles(spectra, self.orders_, poles, self.alpha)
         self.poles_: NDArray[Any] = np.asarray(poles, dtype=np.float64)
 
-    def _add_to_sums(self, scaled, classes, counted):
+    def _add_to_sums(self, found, scaled, counted):
+        """Add sums and weight of each model's windows to those so far, by condition."""
         n_transient = self._n_transient(scaled.shape[-1])
-        for name, (rows, weights) in zip(classes, counted, strict=True):
-            model = np.searchsorted(self.classes_, name)
+        for name, (rows, weights) in counted.items():
             fading = self.forgetting_factor ** np.arange(len(rows) - 1, -1, -1.0) * weights
             kept = self.forgetting_factor ** len(rows)
-            added = self._sums(_rows_of(scaled, rows), fading, n_transient)
-            self.sums_[model] = kept * self.sums_[model] + added
-            self.weights_[model] = kept * self.weights_[model] + fading.sum() * (
-                scaled.shape[-1] - n_transient
+            sums, weight = found.get(name, (0.0, 0.0))
+            found[name] = (
+                kept * sums + self._sums(_rows_of(scaled, rows), fading, n_transient),
+                kept * weight + fading.sum() * (scaled.shape[-1] - n_transient),
             )
 
     def _sums(self, windows, weights, n_transient):
@@ -299,19 +306,6 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
             wanted = "None" if is_of_all else f"conditions, as those so far: {self.classes_}"
             given = "None" if y is None else f"{np.unique(y)}"
             raise ValueError(f"y is {given}, expected {wanted}. Call fit to start afresh.")
-
-    def _make_room_for(self, classes):
-        if (self.classes_.dtype.kind in "biuf") != (classes.dtype.kind in "biuf"):
-            raise ValueError(
-                f"y has the conditions {classes.tolist()}, expected labels of the type of those "
-                f"so far: {self.classes_.tolist()}."
-            )
-        merged = np.union1d(self.classes_, classes)
-        place = np.searchsorted(merged, self.classes_)
-        sums = np.zeros((len(merged), *self.sums_.shape[1:]))
-        weights = np.zeros(len(merged))
-        sums[place], weights[place] = self.sums_, self.weights_
-        self.classes_, self.sums_, self.weights_ = merged, sums, weights
 
     @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:

@@ -138,7 +138,7 @@ def test_fit_forgets_what_partial_fit_knew(windows):
 
 def test_partial_fit_refuses_labels_of_another_type(windows):
     model = ARXLaguerre(order=4).partial_fit(windows, list("ababab"))
-    with pytest.raises(ValueError, match=r"conditions.*\[0, 1\].*'a', 'b'"):
+    with pytest.raises(ValueError, match="labels that are numbers: 'a' and 0"):
         model.partial_fit(windows, [0, 1, 0, 1, 0, 1])
 
 
