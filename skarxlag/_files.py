@@ -119,31 +119,3 @@ def _check_array_size(name, content):
     stated = math.prod(shape) * dtype.itemsize
     if dtype.hasobject or stated != len(content) - stream.tell():
         raise BadZipFile(f"{name} is an array of {dtype} that states {stated:,} bytes")
-
-
-def write_members(members: dict[str, Any], comment: bytes) -> bytes:
-    """Write an archive without compression.
-
-    Parameters
-    ----------
-    members : dict of str to bytes
-        Contents by name.
-    comment : bytes
-        The comment of the archive.
-
-    Returns
-    -------
-    bytes
-        The file.
-
-    Examples
-    --------
-    >>> read_members(write_members({"a": b"text"}, b"comment"))
-    ({'a': b'text'}, b'comment')
-    """
-    stream = io.BytesIO()
-    with ZipFile(stream, "w") as file:
-        for name, member in members.items():
-            file.writestr(name, member)
-        file.comment = comment
-    return stream.getvalue()

@@ -25,11 +25,11 @@ from sklearn.utils.validation import check_is_fitted
 
 #: Parameters that do not change results. Prediction uses their present values.
 _FREE_PARAMETERS = {"n_jobs", "verbose"}
-#: Types and name of a number, types and name of the entries of an array.
+#: Types and name of a number, types and name of an array.
 _KINDS: dict[str, tuple[Any, str, tuple[Any, ...], str]] = {
-    "f": (Real, "a finite number", (np.float64, np.float32), "numbers"),
-    "i": (Integral, "an integer", (np.int64, np.int32), "integers"),
-    "b": (bool, "True or False", (np.bool_,), "booleans"),
+    "f": (Real, "a finite number", (np.float64, np.float32), "an array of float64 or float32"),
+    "i": (Integral, "an integer", (np.int64, np.int32), "an array of int64 or int32"),
+    "b": (bool, "True or False", (np.bool_,), "an array of bool"),
 }
 #: Values, contents of small arrays, and checked copy of each estimator that was used.
 _checked: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
@@ -59,11 +59,23 @@ class Values(NamedTuple):
 
     def check(self, estimator: Any, name: str, value: Any) -> None:
         """Raise a ValueError that names the attribute if a value is not as the table states."""
+        number, one, types, several = _KINDS[self.kind]
         shape = self.shape(estimator) if callable(self.shape) else self.shape
         if shape == ():
-            _check_number(name, value, self.kind)
+            fits = isinstance(value, number) and isinstance(value, bool) == (self.kind == "b")
         else:
-            _check_array(name, value, shape, self.kind)
+            fits = isinstance(value, np.ndarray) and value.dtype in types
+        if not fits:
+            expected = one if shape == () else several
+            raise ValueError(f"{name} == {_short(value)}, expected {expected}.")
+        found = np.shape(value)
+        wanted = [m if n is None else n for n, m in zip(shape, found, strict=False)]
+        if len(found) != len(shape) or wanted != list(found):
+            listed = str(shape).replace("None", "any")
+            raise ValueError(f"{name} has shape {found}, expected {listed}.")
+        finite = np.isfinite(value)
+        if not np.all(finite):
+            raise ValueError(f"{name} holds {np.ravel(value)[np.argmin(finite)]}, expected {one}.")
         if isinstance(self.range, str):
             phrase, bound = self.range.rsplit(" ", 1)
             expected, holds = self.range, _RANGES[phrase](value, float(bound))
@@ -72,28 +84,6 @@ class Values(NamedTuple):
             holds = condition(value, estimator)
         if self.range is not None and not np.all(holds):
             raise ValueError(f"{name} == {_short(value)}, expected {expected}.")
-
-
-def _check_number(name, value, kind):
-    number, expected, _, _ = _KINDS[kind]
-    is_bool = isinstance(value, bool)
-    if not isinstance(value, number) or is_bool != (kind == "b") or not np.isfinite(value):
-        raise ValueError(f"{name} == {_short(value)}, expected {expected}.")
-
-
-def _check_array(name, value, shape, kind):
-    _, _, types, expected = _KINDS[kind]
-    if not isinstance(value, np.ndarray):
-        raise ValueError(f"{name} == {_short(value)}, expected an array of {expected}.")
-    if value.dtype not in types:
-        raise ValueError(f"{name} has dtype {value.dtype}, expected an array of {expected}.")
-    pairs = zip(shape, value.shape, strict=False)
-    if value.ndim != len(shape) or any(n not in (None, found) for n, found in pairs):
-        listed = str(shape).replace("None", "any")
-        raise ValueError(f"{name} has shape {value.shape}, expected {listed}.")
-    if not np.all(np.isfinite(value)):
-        worst = value.flat[np.argmin(np.isfinite(value))]
-        raise ValueError(f"{name} holds {worst}, expected finite numbers.")
 
 
 class Labels:

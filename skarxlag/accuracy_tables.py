@@ -138,18 +138,17 @@ def speed_summary(accuracy: pd.DataFrame) -> dict[str, Any]:
     >>> speed_summary(accuracy)["mean_other_speed"], speed_summary(accuracy)["worst_train_rpm"]
     (85.0, 300.0)
     """
-    train, test = (np.array(speeds, dtype=float) for speeds in accuracy.axes)
-    values = accuracy.to_numpy(dtype=float)
-    is_same = train[:, np.newaxis] == test
-    other = pd.Series(np.where(is_same, np.nan, values).ravel())
-    same = pd.Series(np.where(is_same, values, np.nan).ravel())
-    row, column = np.unravel_index(other.argmin(), values.shape) if other.notna().any() else (0, 0)
+    table = accuracy.T.rename_axis(index="test", columns="train").reset_index()
+    pairs = table.melt("test", value_name="share").dropna()
+    is_same = pairs["train"] == pairs["test"]
+    other = pairs[~is_same]
+    worst = pairs.iloc[0] if other.empty else other.loc[other["share"].idxmin()]
     return {
-        "mean_other_speed": float(other.mean()),
-        "worst_pair": float(other.min()),
-        "worst_train_rpm": float(train[row]),
-        "worst_test_rpm": float(test[column]),
-        "mean_same_speed": float(same.mean()),
+        "mean_other_speed": float(other["share"].mean()),
+        "worst_pair": float(other["share"].min()),
+        "worst_train_rpm": float(worst["train"]),
+        "worst_test_rpm": float(worst["test"]),
+        "mean_same_speed": float(pairs["share"][is_same].mean()),
     }
 
 
@@ -183,13 +182,8 @@ def confusion_table(verdicts: pd.DataFrame, conditions: list[str]) -> pd.DataFra
     precision % 100.0  50.0  66.66...
     """
     counts = confusion_matrix(verdicts["true"], verdicts["predicted"], labels=conditions)
-    return confusion_margins(
-        pd.DataFrame(
-            counts.astype(float),
-            index=pd.Index(conditions, name="true"),
-            columns=pd.Index(conditions, name="predicted"),
-        )
-    )
+    table = pd.DataFrame(counts.astype(float), index=conditions, columns=conditions)
+    return confusion_margins(table.rename_axis(index="true", columns="predicted"))
 
 
 def confusion_margins(counts: pd.DataFrame) -> pd.DataFrame:

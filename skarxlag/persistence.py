@@ -2,11 +2,12 @@
 
 import copy
 import hashlib
+import io
 import json
 import os
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
+from zipfile import BadZipFile, ZipFile
 
 import sklearn
 from sklearn.calibration import CalibratedClassifierCV
@@ -15,7 +16,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from ._answers import answers, offers
 from ._facts import check_facts
-from ._files import read_members, write_atomically, write_members
+from ._files import read_members, write_atomically
 from ._state import check_model_state, estimators_within
 from ._version import __version__
 from .detection import FaultDetector
@@ -157,9 +158,9 @@ def save_diagnoser(
     _check_content(content)
     content = {name: copy.deepcopy(value) for name, value in content.items() if value is not None}
     _remove_surroundings(content)
-    members, _ = read_members(skops_io.dumps(content))
-    _check_schema(members)
-    write_atomically(path, write_members(members, _digest(members)))
+    archive = skops_io.dumps(content)
+    _check_schema(read_members(archive)[0])
+    write_atomically(path, sealed(archive))
 
 
 def _import_skops():
@@ -225,13 +226,12 @@ def load_diagnoser(
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
     try:
-        members, comment = read_members(path.read_bytes())
+        archive = path.read_bytes()
+        members, comment = read_members(archive)
         _check_schema(members)
         if comment != _digest(members):
             raise BadZipFile("it was changed after it was saved")
-        content = skops_io.loads(
-            write_members(members, comment), trusted=sorted(TRUSTED_TYPES["ObjectNode"])
-        )
+        content = skops_io.loads(archive, trusted=sorted(TRUSTED_TYPES["ObjectNode"]))
         _remove_surroundings(content)
         _check_content(content)
     # What a parser raises on damaged input is as varied as the damage, and does not name the file.
@@ -298,6 +298,14 @@ def _check_schema(members):
     if foreign:
         # A type is noted after the types inside it.
         raise TypeError(f"it holds a {foreign[-1]}, which no diagnoser needs")
+
+
+def sealed(archive: bytes) -> bytes:
+    """Return an archive with the SHA-256 of its members as its comment."""
+    stream = io.BytesIO(archive)
+    with ZipFile(stream, "a") as file:
+        file.comment = _digest(read_members(archive)[0])
+    return stream.getvalue()
 
 
 def _digest(members):

@@ -19,16 +19,7 @@ NEUTRAL = "#7a7a7a"
 #: They differ from each other and from `NEUTRAL` in normal, deuteranopic and protanopic vision.
 #: A random search that maximised the smallest distance between two colours found them. The tests
 #: check these properties.
-PALETTE = (
-    "#2aa564",
-    "#6982ff",
-    "#cb7207",
-    "#960efc",
-    "#c82b31",
-    "#f839bd",
-    "#336d8e",
-    "#b304c0",
-)
+PALETTE = ("#2aa564", "#6982ff", "#cb7207", "#960efc", "#c82b31", "#f839bd", "#336d8e", "#b304c0")
 #: matplotlib settings for images without a background, readable on a white and on a dark page.
 ANY_PAGE = {
     **dict.fromkeys(
@@ -37,16 +28,7 @@ ANY_PAGE = {
     **dict.fromkeys(("figure.facecolor", "axes.facecolor", "savefig.facecolor"), "none"),
 }
 #: Line styles that can be distinguished without colour.
-LINE_STYLES = (
-    "-",
-    "--",
-    "-.",
-    ":",
-    (0, (6, 1, 1, 1, 1, 1)),
-    (0, (3, 1)),
-    (0, (8, 3)),
-    (0, (1, 1)),
-)
+LINE_STYLES = "-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (3, 1)), (0, (8, 3)), (0, (1, 1))
 #: Properties of a condition that a line without markers has.
 LINE = ("color", "linestyle")
 MARKERS = ("o", "s", "^", "d", "v", "P", "X", "<")
@@ -77,11 +59,8 @@ def condition_styles(conditions: Sequence[Any]) -> dict[str, Any]:
     for place, name in enumerate(conditions):
         turn, number = divmod(place, len(PALETTE))
         shifted = (number + turn) % len(LINE_STYLES)
-        styles[str(name)] = {
-            "color": PALETTE[number],
-            "linestyle": LINE_STYLES[shifted],
-            "marker": MARKERS[shifted],
-        }
+        of_line = {"linestyle": LINE_STYLES[shifted], "marker": MARKERS[shifted]}
+        styles[str(name)] = {"color": PALETTE[number]} | of_line
     return styles
 
 

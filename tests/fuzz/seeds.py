@@ -1,6 +1,8 @@
 """Small intact files of every kind that can be written here; damage starts from them."""
 
 import importlib.util
+import io
+from zipfile import ZipFile
 
 import numpy as np
 import pandas as pd
@@ -111,12 +113,17 @@ def repack(content, change):
     bytes
         The file.
     """
-    from skarxlag._files import read_members, write_members
+    from skarxlag._files import read_members
     from skarxlag.persistence import _digest
 
     members, _ = read_members(content)
     members = {name: change(name, member) for name, member in members.items()}
-    return write_members(members, _digest(members))
+    stream = io.BytesIO()
+    with ZipFile(stream, "w") as file:
+        for name, member in members.items():
+            file.writestr(name, member)
+        file.comment = _digest(members)
+    return stream.getvalue()
 
 
 def forge(diagnoser):
