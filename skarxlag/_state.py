@@ -107,8 +107,7 @@ def _short(value):
 
 #: Training speeds in revolutions per minute.
 SPEEDS = Values(
-    (None,),
-    (lambda v, e: np.all(v > 0) and np.all(np.diff(v) > 0), "speeds above 0, ascending"),
+    (None,), (lambda v, e: np.all(v > 0) and np.all(np.diff(v) > 0), "speeds above 0, ascending")
 )
 #: Fitted attributes of estimators whose rows are plain.
 TABLE: dict[str, Values | Labels] = {"n_features_in_": Values((), "at least 1", "i")}

@@ -21,10 +21,7 @@ _DETECTOR_ORDER = 8
 
 
 def make_alpio(
-    *,
-    healthy: Any = None,
-    n_jobs: int | None = None,
-    **pipeline: Any,
+    *, healthy: Any = None, n_jobs: int | None = None, **pipeline: Any
 ) -> DiagnosisPipeline:
     """The paper's baseline: ARX-Laguerre bank, linear observer, power of the error.
 
@@ -56,10 +53,7 @@ def make_alpio(
 
 
 def make_extended_state_pio(
-    *,
-    healthy: Any = None,
-    n_jobs: int | None = None,
-    **pipeline: Any,
+    *, healthy: Any = None, n_jobs: int | None = None, **pipeline: Any
 ) -> DiagnosisPipeline:
     """The paper's proposal, repaired: a bank of extended-state observers over frequency.
 
@@ -240,21 +234,12 @@ def make_detector(
     >>> detector.predict(faulty, rpm=1000)
     array([-1, -1, -1])
     """
-    steps = [
-        ("identify", ARXLaguerre(order=_DETECTOR_ORDER, bank=False, unit_rms=False, n_jobs=n_jobs)),
-        (
-            "decide",
-            FaultDetector(false_alarm_rate=false_alarm_rate, fixed_gain=fixed_gain, n_jobs=n_jobs),
-        ),
-    ]
-    return DiagnosisPipeline(steps, n_jobs=n_jobs, **pipeline)
+    decide = FaultDetector(false_alarm_rate=false_alarm_rate, fixed_gain=fixed_gain, n_jobs=n_jobs)
+    return _behind_model(decide, pipeline, unit_rms=False)
 
 
 def make_known_conditions(
-    *,
-    false_rejection_rate: float = 0.01,
-    n_jobs: int | None = None,
-    **pipeline: Any,
+    *, false_rejection_rate: float = 0.01, n_jobs: int | None = None, **pipeline: Any
 ) -> DiagnosisPipeline:
     """Whether windows are of any known condition, to stand beside a diagnoser.
 
@@ -293,11 +278,7 @@ def make_known_conditions(
     array([-1, -1])
     """
     decide = KnownConditions(false_rejection_rate=false_rejection_rate, n_jobs=n_jobs)
-    steps = [
-        ("identify", ARXLaguerre(order=_DETECTOR_ORDER, bank=False, n_jobs=n_jobs)),
-        ("decide", decide),
-    ]
-    return DiagnosisPipeline(steps, n_jobs=n_jobs, **pipeline)
+    return _behind_model(decide, pipeline)
 
 
 def make_fault_order_classifier(
@@ -342,8 +323,11 @@ def make_fault_order_classifier(
     decide = FaultOrderClassifier(
         bearing=bearing, sampling_rate=sampling_rate, n_jobs=n_jobs, **options
     )
-    steps = [
-        ("identify", ARXLaguerre(order=_DETECTOR_ORDER, bank=False, n_jobs=n_jobs)),
-        ("decide", decide),
-    ]
-    return DiagnosisPipeline(steps, n_jobs=n_jobs)
+    return _behind_model(decide, {})
+
+
+def _behind_model(decide, pipeline, **options):
+    """Put a decision behind one model of all rows."""
+    identify = ARXLaguerre(order=_DETECTOR_ORDER, bank=False, n_jobs=decide.n_jobs, **options)
+    steps = [("identify", identify), ("decide", decide)]
+    return DiagnosisPipeline(steps, n_jobs=decide.n_jobs, **pipeline)

@@ -242,16 +242,15 @@ class SpeedSplit(BaseCrossValidator):
                 f"groups has shape {table.shape}, expected a row for each window with its speed, "
                 "its recording and the index of its first sample."
             )
-        columns = [table.iloc[:, i].to_numpy() for i in range(table.shape[1])]
+        table = table.set_axis(["rpm", "recording", "start"][: table.shape[1]], axis=1)
         try:
-            columns[0] = check_array(columns[0], dtype=np.float64, ensure_2d=False)
-            if columns[0].min() <= 0:
-                raise ValueError(f"{columns[0].min():g} is not above 0")
+            rpm = check_array(table["rpm"], dtype=np.float64, ensure_2d=False)
+            if rpm.min() <= 0:
+                raise ValueError(f"{rpm.min():g} is not above 0")
         except (TypeError, ValueError) as error:
             raise ValueError(f"groups: the first column is no speed ({error}).") from error
-        if len(columns) == 3:
-            columns[2] = columns[2].astype(np.int64)
-        return columns + [None] * (3 - len(columns))
+        start = table.get("start")
+        return rpm, table.get("recording"), None if start is None else start.astype(np.int64)
 
 
 def cross_speed_predict(
@@ -306,8 +305,7 @@ def cross_speed_predict(
            [0, 2]])
     """
     X = X if isinstance(X, pd.DataFrame) else np.asarray(X)
-    y = column_or_1d(y)
-    params = {name: np.asarray(value) for name, value in (params or {}).items()}
+    y, params = column_or_1d(y), {k: np.asarray(value) for k, value in (params or {}).items()}
     check_consistent_length(X, y, *params.values())
     splits = list((SpeedSplit() if cv is None else cv).split(X, y, groups))
     predicted = Parallel(n_jobs=n_jobs)(
