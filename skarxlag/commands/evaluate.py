@@ -11,7 +11,15 @@ from .._answers import requests
 from .._files import write_atomically
 from ..accuracy_tables import scored_windows
 from ..datasets import FETCHERS
-from .arguments import job_count, option, option_of, positive_int, speed_or_all, window_length
+from .arguments import (
+    add_source_arguments,
+    job_count,
+    option,
+    option_of,
+    positive_int,
+    speed_or_all,
+    window_length,
+)
 from .evaluation_cases import N_SAMPLES, TITLES, own_case, rig_cases
 from .evaluation_figures import save_figures
 from .evaluation_reports import own_report, rig_report
@@ -29,11 +37,11 @@ recording of every speed. The paper's own protocol is python -m benchmarks.paper
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
-    text = "csv table of your own recordings, with the columns path, condition and rpm: "
-    text += "make_diagnoser and two other methods with one speed in training and with one left "
-    text += "out. Recordings of one value of the column campaign are not split between training "
-    text += "and test"
-    parser.add_argument("table", nargs="?", help=text)
+    text = "csv table of your own recordings with the columns path, condition and rpm, or a folder "
+    text += "or glob: make_diagnoser and two other methods with one speed in training and with one "
+    text += "left out. Recordings of one value of the column campaign are not split between "
+    text += "training and test"
+    parser.add_argument("table", nargs="?", type=Path, help=text)
     parser.add_argument("--rig", choices=TITLES, default="simulated", help="default: simulated")
     text = "folder of a real rig's files; default: scikit-learn's"
     option(parser, "--data-home", text, Path, "FOLDER")
@@ -46,15 +54,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     option(parser, "--n-jobs", "threads; default: all cores", job_count)
     option(parser, "--output", "default: skarxlag-results", Path, "FOLDER")
     add_progress_arguments(parser)
+    add_source_arguments(parser, "a folder or glob")
     parser.set_defaults(n_jobs=-1, output=Path("skarxlag-results"), run=run, fail=parser.error)
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     is_rig = args.table is None
-    fits = {"data_home": args.rig in FETCHERS, "n_samples": args.rig not in FETCHERS}
+    is_real = args.rig in FETCHERS
+    fits = {name: not is_rig for name in ("pattern", "channel", "sampling_rate", "rpm", "dtype")}
+    fits |= {
+        "data_home": is_rig and is_real,
+        "n_samples": is_rig and not is_real,
+        "train_rpm": is_rig,
+    }
     for name in fits:
-        if vars(args)[name] is not None and not (fits[name] and is_rig):
+        if vars(args)[name] is not None and not fits[name]:
             what = f"--rig {args.rig}" if is_rig else "a table"
             raise UsageError(f"argument {option_of(name)}: not allowed with {what}")
     try:

@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,8 @@ from sklearn.utils import Bunch
 from ..datasets import FETCHERS, simulate_rig
 from ..diagnosers import make_diagnoser
 from ..model_selection import first_and_second_half
-from ..recordings.rig import load_recordings
+from ..recordings.rig import cut_recordings
+from .arguments import table_recordings
 from .messages import UsageError, as_command_error, report_progress
 from .models import DIAGNOSERS
 
@@ -126,12 +126,13 @@ def own_case(args: argparse.Namespace) -> Case:
     ``campaign``, neither are their campaigns: recordings between which nothing was remounted.
     """
     with as_command_error():
+        listed = table_recordings(args)
         try:
-            rig = load_recordings(args.table, window_length=args.window_length or _LONG)
+            rig = cut_recordings(listed, args.table, args.window_length or _LONG)
         except ValueError:
             if args.window_length is not None:
                 raise
-            rig = load_recordings(args.table, window_length=_SHORT)
+            rig = cut_recordings(listed, args.table, _SHORT)
     if rig.target is None or rig.rpm is None:
         raise UsageError(f"{args.table}: needs the columns condition and rpm")
     n_speeds = len(np.unique(rig.rpm))
@@ -148,7 +149,7 @@ def own_case(args: argparse.Namespace) -> Case:
         "log spectrum + LDA": lambda: _peer(256, LinearDiscriminantAnalysis()),
         "band energies + forest": lambda: _peer(64, RandomForestClassifier(random_state=0)),
     }
-    return Case(args.table, Path(args.table).stem, rig, splits, makers)
+    return Case(str(args.table), args.table.resolve().stem, rig, splits, makers)
 
 
 def _own_splits(rig) -> Iterator[Split]:

@@ -33,6 +33,26 @@ def workshop(tmp_path_factory):
 
 
 @pytest.mark.slow
+def test_a_folder_is_evaluated_like_a_table(run, workshop):
+    options = ("--pattern", r"(?P<condition>[a-z]+)_(?P<rpm>\d+)", "--sampling-rate", RATE)
+    rows = ("--window-length", 1200, "-q")
+    code, out, _ = run("evaluate", workshop / "*.npy", *options, *rows, "--output", workshop / "f")
+    assert code == 0, out
+    table = workshop / "table.csv"
+    _, wanted, _ = run("evaluate", table, *rows, "--output", workshop / "of_table")
+    assert out.splitlines()[1:-1] == wanted.splitlines()[1:-1]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("--pattern", "x"), ("--rig", "uestc", "--rpm", 900), ("table.csv", "--train-rpm", 900)],
+)
+def test_options_of_the_other_kind_of_rig_are_refused(run, arguments):
+    code, _, err = run("evaluate", *arguments)
+    assert code == 2 and f"argument {arguments[-2]}: not allowed with" in err
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["table", "campaigns"])
 def test_own_recordings_are_evaluated_across_speeds(run, workshop, name):
     output = workshop / f"results_{name}"
