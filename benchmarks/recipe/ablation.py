@@ -20,10 +20,10 @@ from skarxlag import (
     ARXLaguerre,
     ExtendedStatePIObserver,
     ExtendedStatePIObserverBank,
-    LogSpectra,
     PIObserver,
     SpectralDistance,
     ThresholdLadder,
+    make_diagnoser,
 )
 from skarxlag.observers import RESIDUAL_EVALUATIONS
 
@@ -54,7 +54,7 @@ PARTS = {
     "no drift at all": ({}, NO_DRIFT),
     "spectrum order 64": ({"spectrum_order": 64}, {}),
 }
-MODELS = ("measured inputs left out", "plain windows, no model", "model order 8")
+MODELS = ("measured inputs left out", "plain windows, no model", "model order 32")
 #: The paper's proposal as its printed equations suggest it.
 ONE_OBSERVER = "extended state, switching gain"
 RECIPE, PROPOSAL = "make_diagnoser", "make_extended_state_pio"
@@ -64,14 +64,12 @@ def observing(observer, healthy, **identification):
     return make_pipeline(ARXLaguerre(**identification), observer, ThresholdLadder(healthy=healthy))
 
 
-def comparing(healthy, *, measure=None, distance=None, order=32):
+def comparing(healthy, *, measure=None, distance=None, model=None):
     """The recommended diagnoser with some parameters changed."""
-    return make_pipeline(
-        ARXLaguerre(order=order, bank=False),
-        LogSpectra(**measure or {}),
-        SpectralDistance(**{"joint_weight": 0.5, "joint_groups": (0, 2)} | (distance or {})),
-        ThresholdLadder(),
-    )
+    diagnoser = make_diagnoser(healthy=healthy)
+    for name, changed in {"identify": model, "measure": measure, "compare": distance}.items():
+        diagnoser[name].set_params(**changed or {})
+    return diagnoser
 
 
 def observing_bank(healthy, *, observer=ExtendedStatePIObserverBank, order=32, **distance):
@@ -85,11 +83,15 @@ def observing_bank(healthy, *, observer=ExtendedStatePIObserverBank, order=32, *
 
 
 def output_alone(healthy):
-    return make_pipeline(FunctionTransformer(unit_rms), *comparing(healthy))
+    return make_pipeline(FunctionTransformer(unit_rms), *_steps(healthy))
 
 
 def plain_windows(healthy):
-    return make_pipeline(FunctionTransformer(unit_rms), *comparing(healthy)[1:])
+    return make_pipeline(FunctionTransformer(unit_rms), *_steps(healthy)[1:])
+
+
+def _steps(healthy):
+    return [step for _, step in comparing(healthy).steps]
 
 
 def healthy_alone(healthy, *, unit):
@@ -117,7 +119,7 @@ def variants():
     found[RECIPE] = comparing
     found[f"{RECIPE}, measured inputs left out"] = output_alone
     found[f"{RECIPE}, plain windows, no model"] = plain_windows
-    found[f"{RECIPE}, model order 8"] = partial(comparing, order=8)
+    found[f"{RECIPE}, model order 32"] = partial(comparing, model={"order": 32})
     for name, (measure, distance) in PARTS.items():
         found[f"{RECIPE}, {name}"] = partial(comparing, measure=measure, distance=distance)
     for unit in UNITS:
