@@ -14,7 +14,7 @@ from skarxlag import make_detector
 from skarxlag.datasets import simulate_rig
 
 # %%
-# Rows are stretches of 48 ms. Healthy recordings at two speeds calibrate.
+# Rows are stretches of 48 ms. The detector is fitted on healthy recordings at two speeds.
 RATE = 0.02
 rig = simulate_rig(
     rpm=(300, 400, 500, 600),
@@ -29,7 +29,7 @@ detector = make_detector(false_alarm_rate=RATE)
 detector.fit(rig.data[is_known], rpm=rig.rpm[is_known])
 
 # %%
-# False alarms and faults that are found, at speeds that the detector has not seen.
+# The program prints false alarms and detected faults at speeds that were not used for the fit.
 p_values = detector.p_values(rig.data, rpm=rig.rpm)
 print(f"simulated rig, stated false-alarm rate {RATE:.0%}")
 for speed in (400, 600):
@@ -40,7 +40,7 @@ for speed in (400, 600):
     print(f"{speed} rpm: flagged", ", ".join(f"{k} {v:.0%}" for k, v in shares.items()))
 
 # %%
-# The p-value is the probability that a healthy row is at least as far off.
+# The p-value is the probability that a healthy row deviates at least as much.
 fig, axes = plt.subplots(1, 2, sharey=True, layout="constrained", figsize=(7, 3.5))
 for ax, speed in zip(axes, (400, 600), strict=True):
     shown = [p_values[(rig.rpm == speed) & (rig.target == name)] for name in rig.target_names]

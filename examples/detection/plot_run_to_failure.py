@@ -14,7 +14,7 @@ from skarxlag import make_detector
 from skarxlag.datasets import simulate_rig
 
 # %%
-# Healthy recordings at four speeds calibrate. A row lasts 0.19 s.
+# The detector is fitted on healthy recordings at four speeds. A row lasts 0.19 s.
 RATE, LENGTH = 0.02, 48_000
 healthy = simulate_rig(
     rpm=(300, 400, 500, 600),
@@ -26,15 +26,15 @@ healthy = simulate_rig(
 detector = make_detector(false_alarm_rate=RATE).fit(healthy.data, rpm=healthy.rpm)
 
 # %%
-# The run: forty hours, one recording an hour at another speed. The first ten hours are healthy,
-# then the crack grows by the same factor every hour. Each recording draws its noise anew.
+# The run has forty hours, with one recording per hour, each at another speed. The first ten hours
+# are healthy. Then the crack grows by the same factor every hour. Each recording has new noise.
 hours = np.arange(40)
 crack_mm = np.where(hours < 10, 0.0, 0.2 * 15.0 ** ((hours - 10) / 29))
 speeds = np.random.default_rng(0).uniform(320, 580, len(hours)).round()
 
 
 def row(condition, hour):
-    """Recording of an hour: healthy before the tenth."""
+    """Simulate the recording of an hour, which is healthy before the tenth."""
     rig = simulate_rig(
         rpm=speeds[hour],
         conditions=condition if crack_mm[hour] > 0 else "Normal",

@@ -32,11 +32,11 @@ diagnosers = {
 
 # %%
 # Diagnosers are fitted on the first half of each recording at 500 rpm and tested on the second
-# halves, at the training speed too. A hollow marker is a test at the training speed.
+# halves at all speeds. A hollow marker is a test at the training speed.
 _, ax = plt.subplots(layout="constrained")
 groups = np.column_stack([rig.rpm, rig.recording])
 cv = SpeedSplit(train_rpm=500, same_speed=True)
-print("simulated rig, calibrated at 500 rpm: share of single windows that are right")
+print("simulated rig, calibrated at 500 rpm: accuracy of single windows")
 for name, diagnoser in diagnosers.items():
     verdicts = cross_speed_predict(diagnoser, rig.data, rig.target, groups=groups, cv=cv)
     display = SpeedAccuracyDisplay(

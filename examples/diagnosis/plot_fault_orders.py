@@ -1,10 +1,10 @@
 """
-A fault that nobody recorded
-============================
+A fault that was never recorded
+===============================
 
-No recording of a fault was ever made at this machine. Its bearing and its speed are known, and so
-are the orders at which each place of the bearing would be struck. `FaultOrderClassifier` names the
-place from them. The recording is one of HIT-SM, if it is at hand; otherwise it is simulated.
+There is no recording of a fault of this machine. Its bearing and its speed are known, and so are
+the orders of the impacts of a fault at each place. `FaultOrderClassifier` identifies the place from
+these orders. The recording is one of HIT-SM if it is available; otherwise it is simulated.
 """
 
 import matplotlib.pyplot as plt
@@ -14,8 +14,8 @@ from skarxlag.datasets import fetch_hit_sm, simulate_rig
 from skarxlag.plotting import EnvelopeSpectrumDisplay
 
 # %%
-# A recording of an outer race, cut into rows of a second or more. Nothing is known of it but the
-# bearing and the nominal speed.
+# A recording of a fault of the outer race is cut into rows of a second or more. Only the bearing
+# and the nominal speed are known.
 try:
     rig = fetch_hit_sm(window_length=51_200, download_if_missing=False)
     rows, rpm = rig.data[(rig.target == "OR5") & (rig.rpm == 900)], 900
@@ -31,13 +31,13 @@ except OSError:
 rows = rows.reshape(len(rows), -1)
 
 # %%
-# The classifier stands behind a model of the signal, which is fitted on the rows that are to be
+# The pipeline contains a model of the signal and the classifier. It is fitted on the rows that are
 # diagnosed.
 classifier = make_fault_order_classifier(bearing="6205", sampling_rate=rig.sampling_rate).fit(rows)
 print("places:", classifier.predict(rows, rpm=rpm).tolist())
 print("p-values:", classifier.p_values(rows, rpm=rpm).round(5).tolist())
 
 # %%
-# The evidence: the contrast of the envelope spectra, and the comb that was found.
+# The plot shows the evidence: the contrast of the envelope spectra, and the comb that fits best.
 EnvelopeSpectrumDisplay.from_estimator(classifier, rows[0], rpm=rpm)
 plt.show()

@@ -19,7 +19,7 @@ from skarxlag import SpeedSplit, make_alpio
 from skarxlag.datasets import simulate_rig
 
 # %%
-# Gains are searched on the splits between 400 and 500 rpm. 300 rpm stays out for an honest score.
+# The search uses splits between 400 and 500 rpm. 300 rpm is left out for an unbiased score.
 rig = simulate_rig(
     rpm=(300, 400, 500), crack_mm=3, conditions=["Normal", "IR", "OR", "Ball"], n_samples=24_000
 )
@@ -30,7 +30,7 @@ groups = list(zip(rig.rpm[seen], rig.recording[seen], strict=True))
 # %%
 grid = {"observe__kp": [-0.5, 0.0, 0.1, 0.5], "observe__ki": [0.0, 0.01, 0.05, 0.2, 1.0]}
 with TemporaryDirectory() as cache, warnings.catch_warnings():
-    # Some of these gains are unstable, and are there to show what happens then.
+    # Some of these gains are unstable. Their score is NaN.
     warnings.simplefilter("ignore", FitFailedWarning)
     warnings.filterwarnings("ignore", "One or more of the test scores", UserWarning)
     search = GridSearchCV(make_alpio(memory=cache), grid, cv=SpeedSplit())
@@ -38,11 +38,11 @@ with TemporaryDirectory() as cache, warnings.catch_warnings():
 print("simulated rig, best gains between 400 and 500 rpm:", search.best_params_)
 
 # %%
-# Mean accuracy between 400 and 500 rpm. A hatched cell was not certified stable. With both gains at
-# 0 the error is the innovation itself, and the observer does nothing. Wrong gains cost more than
-# half of the accuracy; on this rig, no gain is better than 0.
+# The plot shows the mean accuracy between 400 and 500 rpm. A hatched cell was not certified stable.
+# With both gains at 0, the observer has no effect: its error is the innovation. Unsuitable gains
+# cost more than half of the accuracy. In this example, no gain is better than 0.
 kp, ki = grid["observe__kp"], grid["observe__ki"]
-# The grid's parameters run in alphabetical order, the last one fastest.
+# The parameters of the grid are in alphabetical order; the last one changes fastest.
 accuracy = search.cv_results_["mean_test_score"].reshape(len(ki), len(kp)).T
 _, ax = plt.subplots(layout="constrained")
 ax.patch.set(hatch="///", edgecolor="grey")
@@ -58,11 +58,11 @@ plt.colorbar(image, label="Accuracy of single windows")
 plt.show()
 
 # %%
-# At a speed that no split has seen.
+# The score at the speed that was left out:
 score = make_alpio().set_params(**search.best_params_).fit(X, y)
 print(f"at 300 rpm: {score.score(rig.data[~seen], rig.target[~seen]):.3f}")
 
 # %%
-# The search, as a notebook shows it. A step opens to its parameters, and its question mark leads to
-# its page.
+# A notebook displays the search as a diagram. A click on a step shows its parameters, and the
+# question mark is a link to its page.
 search

@@ -19,7 +19,7 @@ from skarxlag import load_diagnoser, load_recordings, make_diagnoser, save_diagn
 from skarxlag.datasets import simulate_rig
 
 # %%
-# A folder as a measurement leaves it: one file for each recording, with two named channels.
+# A folder contains one file for each recording, with two named channels.
 folder = Path(tempfile.mkdtemp())
 rig = simulate_rig(
     rpm=(400, 500), crack_mm=3, conditions=["Normal", "IR", "OR", "Ball"], n_samples=60_000
@@ -35,14 +35,15 @@ for name in np.unique(rig.recording):
 print("\n".join(lines))
 
 # %%
-# The table becomes windows; a diagnoser is calibrated on those of 500 rpm and saved.
+# The recordings of the table are cut into windows. A diagnoser is fitted on those of 500 rpm and
+# saved.
 bench = load_recordings(folder / "table.csv", window_length=1200, healthy="Normal")
 at_500 = bench.rpm == 500
 diagnoser = make_diagnoser(healthy="Normal").fit(bench.data[at_500], bench.target[at_500])
 save_diagnoser(diagnoser, folder / "bearing.skops", sampling_rate=bench.sampling_rate)
 
 # %%
-# Later, elsewhere: one verdict for each recording at 400 rpm, from the evidence of its windows.
+# The loaded diagnoser gives one verdict for each recording at 400 rpm, from all of its windows.
 loaded, facts = load_diagnoser(folder / "bearing.skops")
 for name in np.unique(bench.recording[~at_500]):
     windows = bench.data[bench.recording == name]
@@ -50,7 +51,8 @@ for name in np.unique(bench.recording[~at_500]):
     print(f"{Path(name).name:22} {loaded.classes_[evidence.argmax()]}")
 
 # %%
-# Single windows are harder. Simulated rig, calibrated at 500 rpm, tested at 400 rpm.
+# Single windows are more difficult. This is the confusion matrix on the simulated rig, fitted at
+# 500 rpm and tested at 400 rpm.
 ConfusionMatrixDisplay.from_estimator(
     loaded, bench.data[~at_500], bench.target[~at_500], labels=bench.target_names, cmap="cividis"
 )

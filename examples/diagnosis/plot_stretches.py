@@ -2,7 +2,7 @@
 Stretches, orders and a nominal speed
 =====================================
 
-A stretch of 0.8 s holds several turns of the shaft. A diagnoser of stretches also compares the
+A stretch of 0.8 s contains several turns of the shaft. A diagnoser of stretches also compares the
 orders of the shaft at which a bearing is struck. It is fitted at 500 rpm and used at 300 rpm,
 with a nominal speed that is wrong by 5 %. All results come from a simulation.
 """
@@ -30,8 +30,8 @@ at_500, at_300 = rig.rpm == 500, rig.rpm == 300
 print("stretches, channels, samples:", rig.data.shape)
 
 # %%
-# Every strike of a ball on a crack is a burst of acoustic emission. The orders at which the bursts
-# come follow from the geometry of the bearing, and do not change with the speed.
+# Every impact of a ball on a crack causes a burst of acoustic emission. The orders of the bursts
+# follow from the geometry of the bearing, and do not change with the speed.
 orders = bearing_orders(SKF_6205)
 print("orders:", {name: round(order, 3) for name, order in orders.items()})
 
@@ -46,8 +46,8 @@ unknown = diagnoser.predict(rig.data[at_300])
 print(f"the same without a speed: {np.mean(unknown == rig.target[at_300]):.2f} right")
 
 # %%
-# Beside it, windows of 1200 samples that vote over each stretch, without orders. With cracks
-# of this size they are right too; the page on stretches has tables of harder rigs.
+# For comparison, windows of 1200 samples vote over each stretch, without orders. With cracks of
+# this size, they are correct, too. The page on stretches has tables of more difficult rigs.
 windows = rig.data[..., : length // 1200 * 1200].reshape(len(rig.data), 2, -1, 1200)
 windows = np.moveaxis(windows, 2, 1)
 n = windows.shape[1]
@@ -60,8 +60,8 @@ voted = voted["verdict"].to_numpy()
 print(f"windows of 1200 that vote: {np.mean(voted == rig.target[at_300]):.2f} right")
 
 # %%
-# What the diagnoser saw of a stretch with a crack in the outer race: its order spectrum over the
-# references of the two nearest conditions. The title of each panel says which speed was found.
+# The plot shows the order spectrum of a stretch with a crack in the outer race, and the references
+# of the two closest conditions. The title of each panel contains the estimated speed.
 outer = np.flatnonzero(at_300 & (rig.target == "OR"))[0]
 display = OrderSpectrumDisplay.from_estimator(
     diagnoser, rig.data[outer], rpm=315, fault_orders=orders

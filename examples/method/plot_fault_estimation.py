@@ -5,7 +5,7 @@ Fault estimation: where the extended state helps
 A step of known size enters the difference equation of a healthy bearing's output. Three observers
 estimate this step: the extended-state observer, whose gain grows with the fault; the linear
 observer with the same small-signal gain; and the linear observer with twice that gain. Without a
-fault, the first estimate is as quiet as the second. The larger the fault is, the sooner it settles.
+fault, the first estimate has as little noise as the second. It settles faster for larger faults.
 """
 
 import matplotlib.pyplot as plt
@@ -23,8 +23,8 @@ observers = {
 }
 
 # %%
-# Innovations of a healthy model on windows that it was not identified on, of unit RMS output. The
-# fault reaches them through 1 / (z - pole).
+# The observers receive innovations of a healthy model on windows that were not used for its
+# identification, with an output of unit RMS. The fault adds to them through 1 / (z - pole).
 rig = simulate_rig(rpm=500, conditions="Normal", n_samples=120_000)
 model = ARXLaguerre(pole=POLE).fit(rig.data[:50])
 healthy = model.transform(rig.data[50:])[:, 0]
@@ -34,13 +34,13 @@ after = np.arange(n_samples) >= onset
 
 
 def estimates(observer, innovations, size):
-    """Fault estimates with a step of this size at the onset."""
+    """Compute fault estimates with a step of this size at the onset."""
     seen = innovations + lfilter([0, 1], [1, -POLE], size * after)
     return observer.fit(seen).observe(seen).fault_estimate
 
 
 def settling_time(observer, size):
-    """Samples until the estimate, free of noise, stays within 5 % of the step."""
+    """Count samples until the estimate without noise stays within 5 % of the step."""
     path = estimates(observer, np.zeros((1, n_samples)), size)[0, onset:]
     return int(np.flatnonzero(np.abs(path - size) > 0.05 * size)[-1]) + 1
 

@@ -25,14 +25,15 @@ print("true coefficients      ", [1.5, -0.7, 0.5, 0.3])
 print("identified coefficients", model.coef_[0].round(3).tolist())
 
 # %%
-# What the input explains: the fit of a one-step prediction with and without it, in percent.
+# The fit of a one-step prediction with and without the input shows the effect of the input.
 without = ARXLaguerre(order=2, pole=0.0).fit(windows[:, 0])
 print(f"fit with the input    {model.fit_percentage(windows).mean():5.1f} %")
 print(f"fit without the input {without.fit_percentage(windows[:, 0]).mean():5.1f} %")
 
 # %%
-# A slow system, simulated from its input. Past outputs help little, since their network has a
-# single filter. Eight lags of the input are too few; eight filters with a searched pole are not.
+# The second system is slow and is simulated from its input. Past outputs have little effect,
+# because their network has a single filter. Eight lags of the input are too few, but eight filters
+# with a searched pole are sufficient.
 slow = lfilter([0, 1], [1, -1.8, 0.82], u)
 slow_windows = np.stack([slow.reshape(-1, 1200), u.reshape(-1, 1200)], axis=1)
 shown = slice(400, 600)

@@ -1,6 +1,6 @@
 """
-Crack size by regression on what an observer gives
-==================================================
+Crack size by regression on observer levels
+===========================================
 
 A standard regressor learns the size of a crack from residual levels and levels of fault estimates,
 at one shaft speed, and is tested at another. It is compared with two baselines: the median crack
@@ -19,8 +19,8 @@ from skarxlag import ARXLaguerre, PIObserver
 from skarxlag.datasets import simulate_rig
 
 # %%
-# Six crack sizes of three single faults, and the healthy bearing as size 0. A window lasts 4.8 ms
-# and mostly holds no strike, so that rubbing at the crack has to tell.
+# The data have six crack sizes of three single faults, and the healthy bearing as size 0. A window
+# lasts 4.8 ms and mostly contains no impact, so the estimate relies on rubbing at the crack.
 rig = simulate_rig(
     rpm=(400, 500),
     crack_mm=(1, 2, 3, 4, 5, 6),
@@ -32,11 +32,11 @@ crack_mm = rig.crack_mm
 
 
 # %%
-# Features, all as logarithms of root-mean-squares. A bank of models, one for each condition at the
-# training speed, sees windows scaled to unit root-mean-square; one healthy model in the sensor's
-# unit keeps the amplitude.
+# All features are logarithms of RMS values. A bank has one model for each condition at the training
+# speed, and processes windows scaled to unit RMS. One healthy model in the unit of the sensor
+# keeps the amplitude.
 def observed(*, fault_estimate, **identification):
-    """Levels that an observer gives, fitted at the training speed."""
+    """Compute the levels of an observer that is fitted at the training speed."""
     observe = make_pipeline(
         ARXLaguerre(**identification), PIObserver(fault_estimate=fault_estimate)
     )
@@ -53,15 +53,15 @@ features = {
 }
 
 # %%
-# Mean absolute errors at the other speed. What keeps the amplitude is misled by the speed, since
-# all emission grows with it: worse than the median crack. The bank compares a window with each
-# condition, and what all its levels share cancels. Levels of fault estimates do not help here: the
-# observer's integrator is far slower than the resonances in which a crack shows.
+# The program prints mean absolute errors at the other speed. All emission increases with the speed,
+# so features that keep the amplitude are worse than the median crack. The bank compares a window
+# with each condition, and a common change of all levels cancels. Levels of fault estimates do not
+# help here: the integrator of the observer is far slower than the resonances that a crack excites.
 errors, predicted = {}, {}
 
 
 def score(name, regressor, rows):
-    """Fit at the training speed, keep predictions and error at the other."""
+    """Fit at the training speed, and store predictions and error at the other."""
     predicted[name] = regressor.fit(rows[train], crack_mm[train]).predict(rows[test])
     errors[name] = mean_absolute_error(crack_mm[test], predicted[name])
 
@@ -74,8 +74,8 @@ for name, error in errors.items():
     print(f"{name:44}{error:5.2f}")
 
 # %%
-# Small cracks are overestimated and large ones underestimated, as regression does where features
-# overlap.
+# Small cracks are overestimated and large ones underestimated. This is usual for regression on
+# overlapping features.
 shown = ("level of the window", "bank, residuals")
 sizes = np.unique(crack_mm)
 figure, axes = plt.subplots(1, 2, sharey=True, layout="constrained", figsize=(8, 3.6))

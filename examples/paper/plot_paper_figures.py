@@ -25,9 +25,9 @@ from skarxlag.plotting import (
 )
 
 # %%
-# Eight conditions at 500 rpm, with a crack of 6 mm. First halves of the recordings calibrate,
-# second halves are shown. Each condition has the same colour in every figure, by its place in
-# ``target_names``.
+# The figures show eight conditions at 500 rpm, with a crack of 6 mm. The first halves of the
+# recordings are for calibration, and the second halves are shown. Each condition has the same
+# colour in every figure.
 rig = simulate_rig(rpm=500, crack_mm=6, n_samples=60_000)
 names = rig.target_names
 is_first = rig.start < 30_000
@@ -37,7 +37,8 @@ window = {name: X[y == name][0] for name in names}
 # %%
 # Figure 10: raw signals
 # ----------------------
-# Strikes stand out where the outer ring is damaged. Most windows of 1200 samples hold none.
+# Impacts are clearly visible if the outer ring is damaged. Most windows of 1200 samples contain
+# none.
 figure, axes = plt.subplots(
     len(names), sharex=True, sharey=True, figsize=(8, 8), layout="constrained"
 )
@@ -52,8 +53,8 @@ plt.show()
 # %%
 # Figures 7 and 8: identification
 # -------------------------------
-# The paper's ladder needs one model, of the healthy condition, with its innovations in the
-# sensor's unit. The first 320 samples of a window:
+# The paper's ladder requires one model of the healthy condition, with its innovations in the unit
+# of the sensor. The figure shows the first 320 samples of a window.
 ladder = make_pipeline(
     ARXLaguerre(healthy="Normal", unit_rms=False),
     ExtendedStatePIObserver(),
@@ -75,8 +76,8 @@ plt.show()
 # %%
 # Figure 11: detection
 # --------------------
-# Levels of the healthy model's residual, and the threshold that one healthy window in a hundred
-# may exceed.
+# The figure shows levels of the residual of the healthy model, and the threshold that one healthy
+# window in a hundred may exceed.
 display = ThresholdLadderDisplay.from_estimator(
     ladder, X, y, decision="detection", conditions=names
 )
@@ -84,8 +85,8 @@ display.ax_.set_title("Simulated rig, 500 rpm: detection")
 plt.show()
 
 # %%
-# The same levels on all rungs of the ladder: a window is given the condition whose band it lies
-# in. Neighbours are confused where their levels overlap.
+# The same levels on all rungs of the ladder: the band that contains the level determines the
+# condition. Neighbours are confused if their levels overlap.
 display = ThresholdLadderDisplay.from_estimator(ladder, X, y, conditions=names)
 display.ax_.set_title(f"Simulated rig, 500 rpm: {ladder.score(X, y):.0%} of verdicts are right")
 plt.show()
@@ -93,8 +94,8 @@ plt.show()
 # %%
 # Figures 12-19: residual and thresholds
 # --------------------------------------
-# In the paper's order. The residual changes its sign with the sliding surface; its size is the
-# adapted gain, which settles at the level that the ladder compares.
+# The figures are in the order of the paper. The residual has the sign of the sliding surface. Its
+# size is the adapted gain, which settles at the level that is compared with the ladder.
 paper_order = ["Normal", "Ball", "IR", "OR", "IR-Ball", "OR-Ball", "IR-OR", "IR-OR-Ball"]
 for number, name in enumerate(paper_order, start=12):
     figure, ax = plt.subplots(figsize=(8, 3), layout="constrained")
@@ -105,9 +106,8 @@ plt.show()
 # %%
 # A bank instead of a ladder
 # --------------------------
-# With one model for each condition the smallest residual wins, and its size relative to the
-# others decides, not its level. A verdict is right where the window's own model lies below the
-# best other one.
+# With one model for each condition, the condition with the smallest residual is the verdict. The
+# verdict is correct if the residual of the true condition is below that of the best other one.
 bank = make_extended_state_pio(healthy="Normal").fit(rig.data[is_first], rig.target[is_first])
 display = ThresholdLadderDisplay.from_estimator(bank, X, y, conditions=names)
 display.ax_.set_title(f"Simulated rig, 500 rpm: {bank.score(X, y):.0%} of verdicts are right")
