@@ -22,7 +22,7 @@ PRINTED_AVERAGE = "Average, as printed"
 _BY_SPEED, _BY_CRACK = (2, 3, 4, 5), (8, 9)
 
 
-def accuracy_beside_paper(verdicts: pd.DataFrame, number: int) -> pd.DataFrame:
+def accuracy_with_paper(verdicts: pd.DataFrame, number: int) -> pd.DataFrame:
     """Return one of Tables 2-5, 8 and 9: accuracy by condition, next to the paper's values.
 
     Parameters
@@ -60,7 +60,7 @@ def accuracy_beside_paper(verdicts: pd.DataFrame, number: int) -> pd.DataFrame:
     return pd.concat({OWN: own, PAPER: paper}, axis=1, names=["source", "method", inner])
 
 
-def confusion_beside_paper(
+def confusion_with_paper(
     verdicts: pd.DataFrame, number: int
 ) -> dict[tuple[str, str], pd.DataFrame]:
     """Return Table 6 or 7: confusion matrices at 400 rpm, that of the paper first.

@@ -6,9 +6,9 @@ from functools import partial
 import pandas as pd
 
 from benchmarks.paper.comparison import (
-    accuracy_beside_paper,
+    accuracy_with_paper,
     averages,
-    confusion_beside_paper,
+    confusion_with_paper,
     improvements,
     paper_averages,
     paper_improvements,
@@ -68,14 +68,14 @@ def paper_report(outcome):
 
 
 def _by_speed(verdicts, number, about, *, suffix="", note=""):
-    frame = accuracy_beside_paper(verdicts, number)
+    frame = accuracy_with_paper(verdicts, number)
     title = f"Table {number}{suffix}: accuracy in %, {about}"
     stem = f"table{number}{suffix.replace(' ', '_')}"
     return Table(title, [(note, _accuracy_text(frame))], stem, _flat(frame))
 
 
 def _by_crack(verdicts, number, about):
-    frame = accuracy_beside_paper(verdicts, number)
+    frame = accuracy_with_paper(verdicts, number)
     blocks = []
     note = _SAME_WINDOWS
     for method in frame["simulated rig"].columns.unique("method"):
@@ -100,7 +100,7 @@ def _numbers(values, digits):
 
 
 def _confusion(verdicts, number, about):
-    matrices = confusion_beside_paper(verdicts, number)
+    matrices = confusion_with_paper(verdicts, number)
     # The paper has none of other methods; those are in the file.
     blocks = [
         (f"{source}, {method}; corner: accuracy in %", matrix_text(matrix, _DIGITS[source]))

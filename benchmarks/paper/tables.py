@@ -1,7 +1,7 @@
 """Tables 2-9 of the paper on the simulated rig, in four runs, for a page of the documentation.
 
 Under the protocol of ``python -m skarxlag evaluate``: with a bank of residuals, with the paper's
-single residual, with windows that hold several strikes of a defect, and with stretches.
+single residual, with windows of several impacts of a defect, and with stretches.
 """
 
 import sys
@@ -26,7 +26,7 @@ from skarxlag.datasets.rig import LOCATIONS
 
 PAPER = load_tables().claims
 PAPER_WINDOW, PAPER_SAMPLES = PAPER["samples_per_window"], PAPER["samples_per_condition"]
-STRIKES = 3
+IMPACTS = 3
 LONG_WINDOWS = 20
 #: Stretches of a recording, and their length in seconds.
 STRETCHES, STRETCH_SECONDS = 4, 1.0
@@ -38,19 +38,19 @@ COMPARED = ("averages", "improvements")
 REORDERED = ("table8", "table9")
 
 
-def window_of_strikes(n_strikes):
-    """Samples in which the slowest defect at the lowest speed strikes so often, on average.
+def window_of_impacts(n_impacts):
+    """Return the samples in which the slowest defect at the lowest speed has this many impacts.
 
     Rounded up to a multiple of the paper's window.
 
     Examples
     --------
-    >>> window_of_strikes(3)
+    >>> window_of_impacts(3)
     42000
     """
     lowest = min(load_tables().tables[number].rpm for number in (2, 3, 4, 5))
     slowest = min(defect_frequencies(SKF_6205, lowest)[location] for location in LOCATIONS)
-    samples = n_strikes * PAPER["sampling_rate_hz"] / slowest
+    samples = n_impacts * PAPER["sampling_rate_hz"] / slowest
     return int(np.ceil(samples / PAPER_WINDOW)) * PAPER_WINDOW
 
 
@@ -187,12 +187,12 @@ def blocks(outcomes):
     named = {"paper tables compared": "\n\n".join(parts)}
     for place, run in enumerate(SHOWN):
         parts = [f"Simulated rig, {_size(outcomes[run].verdicts)}."]
-        parts += [folded(table, beside_paper=place == 0) for table in reports[run]]
+        parts += [folded(table, with_paper=place == 0) for table in reports[run]]
         named[f"paper tables {run}"] = "\n\n".join(filter(None, parts))
     return named
 
 
-def folded(table, *, beside_paper):
+def folded(table, *, with_paper):
     """Markdown of one table that opens at a click; nothing where it would repeat another.
 
     Averages and improvements of all runs stand together on the page. Tables 8 and 9 are left out,
@@ -202,7 +202,7 @@ def folded(table, *, beside_paper):
         return ""
     parts = [f"<details>\n<summary>{table.title}</summary>"]
     for caption, cells in table.blocks:
-        if not beside_paper:
+        if not with_paper:
             if caption.startswith("paper"):
                 continue
             cells = cells[[name for name in cells if name[0] != "paper"]]
@@ -222,7 +222,7 @@ def main(arguments=None):
     """Run the command."""
     parser = page_parser(__doc__, "paper-tables")
     options = parser.parse_args(arguments)
-    long_length = window_of_strikes(STRIKES)
+    long_length = window_of_impacts(IMPACTS)
     options.output.mkdir(parents=True, exist_ok=True)
     outcomes = {}
     stretch_length = int(STRETCH_SECONDS * PAPER["sampling_rate_hz"])

@@ -67,7 +67,7 @@ def table(measurements):
         {
             "what": line["what"],
             "ours": line.get("ours", ""),
-            "next to": line.get("beside", ""),
+            "next to": line.get("peer", ""),
             "measured": f"{line['reached']:.3g}",
             "spread": f"{line['spread']:.0%}" if "spread" in line else "",
         }

@@ -119,7 +119,7 @@ def fleet(**settings):
         {
             "what": "recordings on worker processes, reading included: two workers over one",
             "ours": rate(n_samples, seconds["two"]),
-            "beside": f"one worker: {rate(n_samples, seconds['one'])}; matrix products in two "
+            "peer": f"one worker: {rate(n_samples, seconds['one'])}; matrix products in two "
             f"processes over one, in the same rounds: {possible:.3g} (spread {noise:.0%})",
             "reached": faster,
             "target": None,

@@ -43,7 +43,7 @@ def identification(n_rounds=5, n_samples=1_000_000):
     lines.append(
         {
             "what": f"{what}: times as fast as normal equations in NumPy",
-            "beside": f"NumPy: {rate(n_samples, seconds['NumPy'])}",
+            "peer": f"NumPy: {rate(n_samples, seconds['NumPy'])}",
             "reached": faster,
             "spread": differs,
         }
@@ -53,7 +53,7 @@ def identification(n_rounds=5, n_samples=1_000_000):
         line = {
             "what": f"{what}: times as fast as a library"
             + (", the fastest of them" if name == best else ""),
-            "beside": f"{name}: {rate(n_samples, seconds[name])}",
+            "peer": f"{name}: {rate(n_samples, seconds[name])}",
             "reached": seconds[name][0] / np.median(seconds["one window"]),
         }
         lines.append(line | ({"target": 10} if name == best else {}))
@@ -81,7 +81,7 @@ def pole_search(n_rounds=5, lengths=(1, 10, 100, 1000), n_samples=1200):
                     "what": f"`ARXLaguerre(order=8).fit` with a pole search, {n_windows} x \
 {n_samples}, {n_inputs} inputs: times as long as with given poles",
                     "ours": f"{np.median(seconds['searched']) * 1e3:.3g} ms",
-                    "beside": f"given: {np.median(seconds['given']) * 1e3:.3g} ms",
+                    "peer": f"given: {np.median(seconds['given']) * 1e3:.3g} ms",
                     "reached": times,
                     "target": 3,
                     "at_most": True,

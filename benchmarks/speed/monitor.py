@@ -37,7 +37,7 @@ def monitor(n_rounds=9, n_seconds=10):
         {
             "what": f"{what}: time over `diagnose` on the same windows",
             "ours": rate(signal.size, seconds["monitor"]),
-            "beside": f"`diagnose`: {rate(signal.size, seconds['windows'])}",
+            "peer": f"`diagnose`: {rate(signal.size, seconds['windows'])}",
             "reached": times,
             "spread": differs,
         },
@@ -54,7 +54,7 @@ def monitor(n_rounds=9, n_seconds=10):
                 "what": f"{what}: time over river's classifier and detector on {_BANDS} band "
                 "energies of each window",
                 "ours": rate(signal.size, seconds["monitor"]),
-                "beside": f"river and NumPy: {rate(signal.size, seconds['river'])}",
+                "peer": f"river and NumPy: {rate(signal.size, seconds['river'])}",
                 "reached": times,
                 "spread": differs,
             }

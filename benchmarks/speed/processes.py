@@ -63,8 +63,8 @@ def memory(n_windows=100_000, window_length=1200):
         return []
     tasks = {
         "`python -m skarxlag diagnose`, one recording": ("peak_of_command",),
-        "`make_diagnoser().predict`, beside the windows": ("peak_of_predict", "make_diagnoser"),
-        "`make_extended_state_pio().predict`, beside the windows": (
+        "`make_diagnoser().predict`, without the windows": ("peak_of_predict", "make_diagnoser"),
+        "`make_extended_state_pio().predict`, without the windows": (
             "peak_of_predict",
             "make_extended_state_pio",
         ),
@@ -78,7 +78,7 @@ def memory(n_windows=100_000, window_length=1200):
                 {
                     "what": f"{what} of {n_windows} windows of {window_length}: MiB above the \
 imports",
-                    "beside": f"the windows: {n_windows * window_length * 8 / 2**20:.0f} MiB",
+                    "peer": f"the windows: {n_windows * window_length * 8 / 2**20:.0f} MiB",
                     "reached": peak,
                     "target": 300,
                     "at_most": True,
@@ -95,10 +95,10 @@ def _memory_of_fit(n_windows=20_000, window_length=1200):
         size = n_windows * window_length * 8 / 2**20
         lines.append(
             {
-                "what": f"`{maker}().fit`, beside {n_windows} windows of {window_length} of four \
+                "what": f"`{maker}().fit` on {n_windows} windows of {window_length} of four \
 conditions, mapped from a file: MiB above the imports, over the size of the windows",
                 "ours": f"{peak:.0f} MiB",
-                "beside": f"the windows: {size:.0f} MiB",
+                "peer": f"the windows: {size:.0f} MiB",
                 "reached": peak / size,
             }
         )

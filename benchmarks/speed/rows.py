@@ -1,6 +1,6 @@
 """Rows of the speed benchmark that run in this process: each function returns its measurements.
 
-A measurement is a dict: ``what`` was measured, ``ours`` and ``beside`` (the peer) in words,
+A measurement is a dict: ``what`` was measured, ``ours`` and ``peer`` in words,
 ``reached``, ``target`` (None where a line only informs), ``at_most`` where the target is an upper
 bound, and ``spread``, how far rounds differed.
 """
@@ -75,7 +75,7 @@ def transforms(n_rounds=9, n_windows=800, n_samples=1200):
             "what": f"{what}: share of the matrix product's rate, {sum(parts.values())} \
 multiply-adds a sample",
             "ours": rate(X.size, seconds["ours"]),
-            "beside": f"matrix product: {product_rate}",
+            "peer": f"matrix product: {product_rate}",
             "reached": share,
             "target": 0.35,
             "spread": differs,
@@ -87,7 +87,7 @@ multiply-adds a sample",
         {
             "what": f"of which `ARXLaguerre.transform`, {only} multiply-adds a sample",
             "ours": rate(X.size, seconds["identify"]),
-            "beside": "matrix product",
+            "peer": "matrix product",
             "reached": share,
             "spread": differs,
         }
@@ -98,7 +98,7 @@ multiply-adds a sample",
             {
                 "what": "the same, times as fast as a plain loop of 8 states and one model",
                 "ours": rate(X.size, seconds["ours"]),
-                "beside": f"{name}: {rate(W.size, seconds[name])}",
+                "peer": f"{name}: {rate(W.size, seconds[name])}",
                 "reached": faster,
                 "spread": differs,
             }
@@ -113,7 +113,7 @@ def _against_minirocket(what, ours, others, target, n_samples, n_rounds):
     return {
         "what": what,
         "ours": rate(n_samples, seconds["ours"]),
-        "beside": f"MiniRocket: {rate(n_samples, seconds['others'])}",
+        "peer": f"MiniRocket: {rate(n_samples, seconds['others'])}",
         "reached": faster,
         "target": target,
         "spread": differs,
@@ -208,7 +208,7 @@ def grid_search(n_rounds=3, n_windows=800, n_samples=1200, n_gains=25):
         {
             "what": f"{what}: time a gain over one fit and score of observer and ladder",
             "ours": f"{np.median(seconds['search']) / n_gains * 1e3:.3g} ms a gain",
-            "beside": f"observer and ladder: {np.median(seconds['once']) * 1e3:.3g} ms",
+            "peer": f"observer and ladder: {np.median(seconds['once']) * 1e3:.3g} ms",
             "reached": times,
             "target": 3,
             "at_most": True,
@@ -249,7 +249,7 @@ def two_threads(n_rounds=9, n_windows=4000, n_samples=1200):
                 "what": f"`{make.__name__}(n_jobs=2).predict`, {n_windows} x {n_samples}: times as \
 fast as with `n_jobs=1`",
                 "ours": rate(X.size, seconds["two"]),
-                "beside": f"one thread: {rate(X.size, seconds['one'])}; matrix products on two \
+                "peer": f"one thread: {rate(X.size, seconds['one'])}; matrix products on two \
 threads, at the same time: {possible:.3g}",
                 "reached": faster,
                 "target": 1.8,

@@ -12,7 +12,7 @@ _TARGET = 8.0
 
 
 def struck(order, rpm, seed, n_samples):
-    """Noise with strikes at an order of the shaft."""
+    """Noise with impacts at an order of the shaft."""
     signal = np.random.default_rng(seed).normal(size=n_samples)
     if order is not None:
         signal[np.arange(0, n_samples, 60 * _RATE / (rpm * order)).astype(int)] += 20

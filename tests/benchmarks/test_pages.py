@@ -73,7 +73,7 @@ def test_every_table_in_a_file_belongs_to_a_block():
 
 @pytest.fixture
 def page(tmp_path, monkeypatch):
-    """A tree with one page, and the record beside it."""
+    """A tree with one page, and the record next to it."""
     page = tmp_path / "page.md"
     page.write_text("<!-- a: begin -->\nold\n<!-- a: end -->\n")
     part = parts.Part("-c \"open('ran','w')\"", {"page.md": ("a",)})

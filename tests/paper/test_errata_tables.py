@@ -232,4 +232,4 @@ def test_window_geometry():
     turns = {rpm: rpm / 60 * length / rate for rpm in SPEEDS}
     assert (turns[300], turns[500]) == pytest.approx((0.024, 0.040))
     assert [100 * turns[rpm] for rpm in (300, 500)] == pytest.approx([2.4, 4.0])
-    assert 6 * max(turns.values()) < 0.25  # strikes in a window, at six a turn
+    assert 6 * max(turns.values()) < 0.25  # impacts in a window, at six a turn

@@ -25,15 +25,15 @@ BEFORE, AFTER = 20, 80
 
 
 def trajectories(path, seed, n_samples):
-    """True signal and estimates around a step and around the largest strike of a 6 mm crack."""
+    """True signal and estimates around a step and around the largest impact of a 6 mm crack."""
     healthy, rig = identified(seed + OTHER, n_samples), recordings(seed, n_samples)
     step = synthetic_fault(healthy, rig, "step")
-    strike = bearing_fault(healthy, rig, "OR", 6.0)
-    peak = np.unravel_index(np.abs(strike.true).argmax(), strike.true.shape)
+    impact = bearing_fault(healthy, rig, "OR", 6.0)
+    peak = np.unravel_index(np.abs(impact.true).argmax(), impact.true.shape)
     onset = int(np.flatnonzero(step.true[0] > 0.5)[0])
     events = {
         "Step of 1 (synthetic)": (step, 0, onset),
-        "Strike, OR 6 mm, 500 rpm": (strike, *peak),
+        "Impact, OR 6 mm, 500 rpm": (impact, *peak),
     }
     with saved_figure(path, 1, 2, size=(8.0, 3.2)) as axes:
         for ax, (title, (fault, window, event)) in zip(axes[0], events.items(), strict=True):

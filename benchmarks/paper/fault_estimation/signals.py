@@ -17,12 +17,12 @@ from skarxlag.datasets.transmission import TransmissionPaths, impulse_response
 
 POLE = 0.3
 RPM = 500
-#: 48 ms, more than the interval between two strikes of every defect at 500 rpm.
+#: 48 ms, more than the interval between two impacts of every defect at 500 rpm.
 WINDOW_LENGTH = 12_000
 CONDITIONS = ("IR", "OR", "Ball")
-SHAPES = ("constant", "step", "ramp", "strike")
-#: Peak of the strike at the output in units of the healthy output's root-mean-square.
-STRIKE_PEAK = 10.0
+SHAPES = ("constant", "step", "ramp", "impact")
+#: Peak of the impact at the output in units of the healthy output's root-mean-square.
+IMPACT_PEAK = 10.0
 
 
 @dataclass(frozen=True)
@@ -130,8 +130,8 @@ def synthetic_fault(healthy, rig, shape):
     """A fault of known shape, added to the output of a healthy bearing.
 
     The disturbance of "constant", "step" and "ramp" has the size 1, in units of the healthy output;
-    the last two start in the middle of a window. "strike" is one strike on the outer ring
-    in the middle, of `STRIKE_PEAK` at the output.
+    the last two start in the middle of a window. "impact" is one impact on the outer ring
+    in the middle, of `IMPACT_PEAK` at the output.
 
     Returns
     -------
@@ -146,11 +146,11 @@ def synthetic_fault(healthy, rig, shape):
     n_transient = windows.shape[-1] - n_samples
     response = healthy.output_response(windows.shape[-1])
     time, onset = np.arange(windows.shape[-1]), windows.shape[-1] // 2
-    if shape == "strike":
+    if shape == "impact":
         burst = impulse_response(TransmissionPaths().outer, rig.sampling_rate)
         output = np.zeros(windows.shape[-1])
-        heard = min(len(burst), len(output) - onset)
-        output[onset : onset + heard] = STRIKE_PEAK * burst[:heard]
+        n_kept = min(len(burst), len(output) - onset)
+        output[onset : onset + n_kept] = IMPACT_PEAK * burst[:n_kept]
         added = lfilter(response, 1.0, output)
     else:
         d = {

@@ -105,7 +105,7 @@ def synthetic(seeds, n_samples):
         healthy, rig = identified(seed + OTHER, n_samples), recordings(seed, n_samples)
         for shape in SHAPES:
             fault = synthetic_fault(healthy, rig, shape)
-            last = slice(3 * fault.true.shape[1] // 4, None) if shape != "strike" else slice(None)
+            last = slice(3 * fault.true.shape[1] // 4, None) if shape != "impact" else slice(None)
             for name, observer in compared().items():
                 row = {"seed": seed, "fault": shape, "observer": name}
                 estimate = _estimate(observer, fault.innovations)
@@ -118,7 +118,7 @@ def synthetic(seeds, n_samples):
 
 
 def bearing(seeds, n_samples):
-    """The rig's own faults: strikes and rubbing of a crack, whole windows.
+    """The rig's own faults: impacts and rubbing of a crack, whole windows.
 
     "aligned error" is the error once the delay is taken out, "level" the root-mean-square of the
     estimate over that of the true signal, which is in the column "true".
@@ -142,7 +142,7 @@ def bearing(seeds, n_samples):
 
 
 def gains(seeds, n_samples):
-    """Integral gain of both observers: noise, settling, a step, a ramp and strikes.
+    """Integral gain of both observers: noise, settling, a step, a ramp and impacts.
 
     The extended state has the small-signal gain of the linear observer in the same row. NaN where
     gains are refused as unstable.

@@ -26,14 +26,14 @@ def test_row_tells_the_alarm_that_stays_from_those_that_went_off():
 
 @pytest.fixture(scope="module")
 def run():
-    """Steady noise, and strikes in the last third."""
+    """Steady noise, and impacts in the last third."""
     snapshots = np.random.default_rng(0).normal(size=(300, 600))
     snapshots[200:, ::60] += 12
     return snapshots, 10.0 * np.arange(300)
 
 
 @pytest.mark.slow
-def test_alarm_goes_on_after_the_strikes_began(run):
+def test_alarm_goes_on_after_the_impacts_began(run):
     verdicts, n_healthy = watch_run(*run, 1000.0, 10_000.0)
     row = alarm_row(verdicts, 3000.0)
     assert n_healthy == 30 and len(verdicts) == 270

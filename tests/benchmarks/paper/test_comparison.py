@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 from sklearn.metrics import accuracy_score, confusion_matrix, precision_score, recall_score
 
-from benchmarks.paper.comparison import accuracy_beside_paper, averages, confusion_beside_paper
+from benchmarks.paper.comparison import accuracy_with_paper, averages, confusion_with_paper
 from benchmarks.paper.printed_tables import load_tables
 
 CONDITIONS = ["Normal", "IR", "OR", "Ball", "IR-Ball", "OR-Ball", "IR-OR", "IR-OR-Ball"]
@@ -41,8 +41,8 @@ def chosen(verdicts, **values):
 
 
 @pytest.mark.parametrize("number", [2, 3, 4, 5, 8, 9])
-def test_accuracy_beside_the_paper(verdicts, number):
-    table = accuracy_beside_paper(verdicts.sample(frac=1, random_state=0), number)
+def test_accuracy_with_the_paper(verdicts, number):
+    table = accuracy_with_paper(verdicts.sample(frac=1, random_state=0), number)
     printed = load_tables().tables[number]
     assert table.index.tolist() == [*CONDITIONS, "Average", "Average, as printed"]
     fixed = {"test_rpm": printed.rpm} if number < 6 else {"crack_mm": printed.crack_mm}
@@ -66,8 +66,8 @@ def test_accuracy_beside_the_paper(verdicts, number):
 
 
 @pytest.mark.parametrize(("number", "crack_mm", "overall"), [(6, 3, 96.75), (7, 6, 98.125)])
-def test_confusion_beside_the_paper(verdicts, number, crack_mm, overall):
-    matrices = confusion_beside_paper(verdicts, number)
+def test_confusion_with_the_paper(verdicts, number, crack_mm, overall):
+    matrices = confusion_with_paper(verdicts, number)
     assert list(matrices) == [
         ("paper", "proposed"),
         ("simulated rig", "proposed"),
@@ -133,19 +133,19 @@ def test_averages_over_speeds_and_halves(verdicts, halves):
 
 def test_methods_that_are_missing_have_no_column(verdicts, halves):
     own = verdicts[verdicts["diagnoser"] != "Diagnoser"]
-    table = accuracy_beside_paper(own, 2)
+    table = accuracy_with_paper(own, 2)
     assert table["simulated rig"].columns.unique("method").tolist() == ["proposed", "ALPIO"]
-    assert ("simulated rig", "Diagnoser") not in confusion_beside_paper(own, 6)
+    assert ("simulated rig", "Diagnoser") not in confusion_with_paper(own, 6)
     columns = averages(own, halves[halves["diagnoser"] != "Diagnoser"]).columns
     assert columns.unique(0).tolist() == ["proposed", "ALPIO"]
 
 
 def test_wrong_tables_and_methods_are_named(verdicts):
     with pytest.raises(ValueError, match=r"number=6, expected one of \[2, 3, 4, 5, 8, 9\]"):
-        accuracy_beside_paper(verdicts, 6)
+        accuracy_with_paper(verdicts, 6)
     with pytest.raises(ValueError, match=r"number=5, expected one of \[6, 7\]"):
-        confusion_beside_paper(verdicts, 5)
+        confusion_with_paper(verdicts, 5)
     verdicts["diagnoser"] = verdicts["diagnoser"].replace("ALPIO", "PIO")
-    for function in (accuracy_beside_paper, confusion_beside_paper, averages):
+    for function in (accuracy_with_paper, confusion_with_paper, averages):
         with pytest.raises(ValueError, match=r"diagnoser holds \['PIO'\], expected only"):
             function(verdicts, verdicts if function is averages else 2)

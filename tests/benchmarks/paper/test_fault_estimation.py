@@ -117,11 +117,11 @@ def test_synthetic_fault_has_its_shape(healthy, rig, shape):
     assert fault.innovations.shape == fault.through_windows.shape == quiet.shape
     true = fault.true[0]
     middle = len(true) - signals.WINDOW_LENGTH // 2
-    ends = {"constant": (1, 1), "step": (0, 1), "ramp": (0, 1), "strike": (0, 0)}[shape]
+    ends = {"constant": (1, 1), "step": (0, 1), "ramp": (0, 1), "impact": (0, 0)}[shape]
     np.testing.assert_allclose(true[[0, -1]], ends, atol=2e-3)
     if shape == "step":
         assert np.flatnonzero(true > 0.5)[0] == middle + 1
-    if shape == "strike":
+    if shape == "impact":
         assert np.all(true[: middle - 1] == 0)
         assert np.abs(true).max() > 5
     # In the innovations the fault is added as it is; through windows all but a constant is.
@@ -131,7 +131,7 @@ def test_synthetic_fault_has_its_shape(healthy, rig, shape):
     lost = fault.innovations - fault.through_windows
     settled = lost[:, 1000:]
     np.testing.assert_allclose(settled, settled[:, :1] + np.zeros_like(settled), atol=1e-6)
-    expected = {"constant": 1.0, "step": 0.5, "ramp": 0.25, "strike": 0.0}[shape]
+    expected = {"constant": 1.0, "step": 0.5, "ramp": 0.25, "impact": 0.0}[shape]
     np.testing.assert_allclose(settled.mean() * (1 - signals.POLE), expected, atol=0.01)
 
 
@@ -168,7 +168,7 @@ def test_command(tmp_path, capsys):
     assert synthetic.loc["constant", "bias"].abs().max() < 0.01
     np.testing.assert_allclose(synthetic.loc["constant", "bias, centred windows"], -1, atol=0.02)
     np.testing.assert_allclose(synthetic.loc["step", "bias, centred windows"], -0.5, atol=0.02)
-    # The estimate of strikes is no better than none at all, at any gain.
+    # The estimate of impacts is no better than none at all, at any gain.
     assert frames["bearing"].error.min() > 1
     gains = frames["gains"]
     refused = gains.settling.isna()
@@ -202,7 +202,7 @@ def test_page_has_every_table_and_plot():
         assert (ROOT / "docs" / "paper" / "images" / f"fault_estimation_{name}.svg").exists()
 
 
-def test_windows_hold_a_strike_of_every_defect():
+def test_windows_hold_an_impact_of_every_defect():
     rig = simulate_rig(
         rpm=signals.RPM,
         crack_mm=6,

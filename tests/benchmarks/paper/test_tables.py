@@ -20,13 +20,13 @@ def test_examples():
     assert result.attempted > 0 and result.failed == 0
 
 
-def test_long_window_holds_three_strikes_of_the_slowest_defect():
+def test_long_window_holds_three_impacts_of_the_slowest_defect():
     # Outer ring of 9 balls of 7.94 mm on 39.04 mm, at 5 turns a second.
-    strikes_per_second = 9 * 5 / 2 * (1 - 7.94 / 39.04)
-    needed = 3 * 250_000 / strikes_per_second
-    length = paper_tables.window_of_strikes(3)
+    impacts_per_second = 9 * 5 / 2 * (1 - 7.94 / 39.04)
+    needed = 3 * 250_000 / impacts_per_second
+    length = paper_tables.window_of_impacts(3)
     assert needed <= length < needed + 1200 and length % 1200 == 0
-    assert paper_tables.window_of_strikes(1) < length
+    assert paper_tables.window_of_impacts(1) < length
 
 
 def test_levels_relative_to_the_healthy_one():
@@ -75,7 +75,7 @@ def written(tmp_path_factory):
         patch.setattr(paper_tables, "PAPER_WINDOW", 400)
         patch.setattr(paper_tables, "PAPER_SAMPLES", 1600)
         patch.setattr(paper_tables, "LONG_WINDOWS", 2)
-        patch.setattr(paper_tables, "window_of_strikes", lambda n: 800)
+        patch.setattr(paper_tables, "window_of_impacts", lambda n: 800)
         # Stretches of several turns would take long.
         patch.setattr(paper_tables, "STRETCHES", 2)
         patch.setattr(paper_tables, "STRETCH_SECONDS", 1000 / 250_000)
