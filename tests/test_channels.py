@@ -50,45 +50,40 @@ def test_what_was_learnt_must_fit_together():
         channels.transform(X.reshape(20, -1))
 
 
-def test_a_saved_diagnoser_of_rows_works_on_rows_and_in_commands_on_recordings(tmp_path):
+def saved_as(diagnoser, path):
+    save_diagnoser(diagnoser, path)
+    return SavedModel(path)
+
+
+def test_a_saved_diagnoser_of_rows_works_on_rows_and_without_its_first_step_in_commands(tmp_path):
     steps = [("channels", ChannelRows(n_channels=3)), *make_alpio().steps]
     diagnoser = DiagnosisPipeline(steps).fit(X.reshape(20, -1), Y)
     save_diagnoser(diagnoser, tmp_path / "d.skops")
     loaded, _ = load_diagnoser(tmp_path / "d.skops")
     expected = diagnoser.predict_proba(X.reshape(20, -1))
     np.testing.assert_array_equal(loaded.predict_proba(X.reshape(20, -1)), expected)
-    model = SavedModel(tmp_path / "d.skops")
+    model = saved_as(diagnoser[1:], tmp_path / "d.skops")
     assert (model.n_channels, model.window_length) == (3, 50)
-    np.testing.assert_array_equal(model.diagnoser.predict_proba(X), expected)
-
-
-def saved_as(diagnoser, rows, path):
-    save_diagnoser(diagnoser.fit(rows, Y), path)
-    return SavedModel(path)
-
-
-@pytest.mark.parametrize("wrap", [make_pipeline, lambda rows: CalibratedClassifierCV(rows, cv=2)])
-def test_rows_within_other_tools_are_windows_in_commands(tmp_path, wrap):
-    steps = [("channels", ChannelRows(n_channels=3)), *make_alpio().steps]
-    diagnoser = wrap(DiagnosisPipeline(steps))
-    model = saved_as(diagnoser, X.reshape(20, -1), tmp_path / "d.skops")
-    assert (model.n_channels, model.window_length) == (3, 50)
-    expected = diagnoser.predict_proba(X.reshape(20, -1))
     np.testing.assert_array_equal(model.diagnoser.predict_proba(X), expected)
 
 
 def test_rows_of_one_channel_are_windows(tmp_path):
     steps = [("channels", ChannelRows(n_channels=1)), *make_alpio().steps]
-    model = saved_as(DiagnosisPipeline(steps), X[:, 0], tmp_path / "d.skops")
+    model = saved_as(DiagnosisPipeline(steps).fit(X[:, 0], Y), tmp_path / "d.skops")
     assert (model.n_channels, model.window_length) == (1, 50)
     assert model.diagnoser.predict_proba(X[:, 0]).shape == (20, 2)
 
 
-def test_rows_behind_another_step_are_refused_by_commands(tmp_path):
+@pytest.mark.parametrize(
+    "wrap",
+    [
+        lambda inner: inner,
+        lambda inner: make_pipeline(StandardScaler(), inner),
+        lambda inner: CalibratedClassifierCV(inner, cv=2),
+    ],
+)
+def test_rows_of_several_channels_are_refused_by_commands(tmp_path, wrap):
     inner = DiagnosisPipeline([("channels", ChannelRows(n_channels=3)), *make_alpio().steps])
-    for diagnoser in (
-        make_pipeline(StandardScaler(), inner),
-        make_pipeline(StandardScaler(), *inner),
-    ):
-        with pytest.raises(CommandError, match=r"ChannelRows\(n_channels=3\) stands behind other"):
-            saved_as(diagnoser, X.reshape(20, -1), tmp_path / "d.skops")
+    diagnoser = wrap(inner).fit(X.reshape(20, -1), Y)
+    with pytest.raises(CommandError, match=r"ChannelRows\(n_channels=3\) expects rows, but"):
+        saved_as(diagnoser, tmp_path / "d.skops")

@@ -81,7 +81,7 @@ def measure():
         save_diagnoser(make_diagnoser().fit(X[::6], y[::6]), model)
         np.save(folder / "0.npy", X.ravel().astype(np.float32))
         (recording,) = list_files(folder / "0.npy")
-        load = SavedModel(model).loader(1)
+        load = SavedModel(model).loader()
         tasks = [Task(replace(recording, name=str(n)), load) for n in range(N_RECORDINGS)]
         expected = tasks[0]().windows
         notes = folder / "notes"

@@ -87,7 +87,7 @@ def measure(n_rounds=9, n_recordings=24, n_windows=400):
         save_diagnoser(make_diagnoser().fit(X, y), model)
         for number in range(n_recordings):
             np.save(folder / f"{number}.npy", X.ravel().astype(np.float32))
-        load = SavedModel(model).loader(1)
+        load = SavedModel(model).loader()
         tasks = [Task(recording, load) for recording in list_files(folder)]
         products = [partial(_products, 10)] * 8
         with _warm_workers(1, tasks[:2]) as one, _warm_workers(2, tasks[:4]) as two:

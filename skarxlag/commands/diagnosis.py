@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import pandas as pd
+from joblib import parallel_config
 
 from ..recordings.listing import ListedRecording
 from ..verdicts import no_verdict
@@ -65,12 +66,14 @@ class Task:
     recording: ListedRecording
     load: Callable[[], Any]
     resample: bool = False
+    n_threads: int = 1
 
     def __call__(self) -> Diagnosis:
         """Diagnose the recording. Errors are stored in the result, not raised."""
         try:
             before = file_state(self.recording)
-            found = self.load().diagnose(self.recording, self.resample)
+            with parallel_config("threading", n_jobs=self.n_threads):
+                found = self.load().diagnose(self.recording, self.resample)
             if file_state(self.recording) != before:
                 return Diagnosis.failed(
                     f"{self.recording.path}: the file changed while it was read"
@@ -118,10 +121,11 @@ def diagnose_all(
 
 
 def _tasks(args, recordings, model, n_workers):
-    is_elsewhere = args.processes or args.dask is not None
-    # Each of a few recordings gets several threads.
-    load = model.loader(1 if is_elsewhere else max(n_workers // max(len(recordings), 1), 1))
+    load, n_threads = model.loader(), 1
     if args.dask is not None:
         # A worker may run in another folder.
         recordings = [replace(each, path=each.path.absolute()) for each in recordings]
-    return [Task(recording, load, args.resample) for recording in recordings]
+    elif not args.processes:
+        # Each of a few recordings gets several threads.
+        n_threads = max(n_workers // max(len(recordings), 1), 1)
+    return [Task(recording, load, args.resample, n_threads) for recording in recordings]

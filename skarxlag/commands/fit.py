@@ -15,6 +15,7 @@ from time import perf_counter
 
 import numpy as np
 import pandas as pd
+from joblib import parallel_config
 
 from .._answers import answers, requests
 from ..diagnosers import (
@@ -36,7 +37,7 @@ from .messages import (
     counted,
     report_progress,
 )
-from .models import DIAGNOSERS, is_model_file, set_threads
+from .models import DIAGNOSERS, is_model_file
 from .results import check_output
 from .training import EITHER, OF_DETECTOR, STRETCHES, WINDOWS, training_rows
 
@@ -185,13 +186,13 @@ def _make(args, kind, healthy, sampling_rate):
 
 def _fit_quietly(args, model, X, y, rpm):
     """Fit a model with the threads of --n-jobs, and return the messages of its warnings."""
-    set_threads(model, args.n_jobs)
     speeds = {"rpm": rpm} if rpm is not None and requests(model, "fit", "rpm") else {}
-    with warnings.catch_warnings(record=True) as warned:
+    with (
+        parallel_config("threading", n_jobs=args.n_jobs),
+        warnings.catch_warnings(record=True) as warned,
+    ):
         warnings.simplefilter("always", UserWarning)
         model.fit(X, y, **speeds)
-    # The number of threads belongs to this machine, not to the file.
-    set_threads(model, None)
     return [str(warning.message) for warning in warned]
 
 

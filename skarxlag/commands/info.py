@@ -14,10 +14,10 @@ from .._state import estimators_within
 from .._version import __version__
 from ..fault_classifier import FaultOrderClassifier
 from ..kernels.ladder import rows_that_hold
-from .messages import counted
 from .models import SavedModel
 
-_UNKNOWN = "not stated"
+#: Units of facts.
+_UNITS = {"train_rpm": "rpm", "sampling_rate": "Hz", "window_length": "samples"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,89 +31,72 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     model = SavedModel(args.model)
+    sentences = list(limits(model))
     if args.json:
-        print(json.dumps(model.summary | model.facts | {"limits": [*limits(model)]}))
+        print(json.dumps(model.summary | {"limits": sentences}))
         return 0
-    card = model_card(model)
-    width = max(map(len, card)) + 2
-    layout = {"break_long_words": False, "break_on_hyphens": False}
-    for name, text in card.items():
-        print(textwrap.fill(f"{name:<{width}}{text}", 100, subsequent_indent=" " * width, **layout))
+    for name, text in model_card(model).items():
+        print(_wrapped(f"{name:<22}", text))
     print("Limits")
-    for sentence in limits(model):
-        print(textwrap.fill(sentence, 100, initial_indent="  - ", subsequent_indent="    "))
+    for sentence in sentences:
+        print(_wrapped("  - ", sentence))
     return 0
+
+
+def _wrapped(head, text):
+    return textwrap.fill(
+        text,
+        100,
+        initial_indent=head,
+        subsequent_indent=" " * len(head),
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def model_card(model: SavedModel) -> dict[str, str]:
     """Return names and texts of all that is known of a model."""
-    facts, rate, steps = model.facts, model.sampling_rate, _steps(model.diagnoser)
-    rows = facts.get("rows") or "windows"
+    facts = {"model": model.path, "steps": _steps(model.diagnoser)} | model.facts
     decide = unfolded_steps(model.detector or model.diagnoser)[-1][1]
-    conditions = list(map(str, model.conditions))
-    if facts.get("n_windows"):
-        counts = zip(conditions, facts["n_recordings"], facts["n_windows"], strict=True)
-        conditions = [
-            f"{name} ({counted(n_recordings, 'recordings')}, {counted(n_windows, rows)})"
-            for name, n_recordings, n_windows in counts
-        ]
-    channels = f" ({', '.join(facts['channels'])})" if facts.get("channels") else ""
-    seconds = "" if rate is None else f", {model.window_length / rate:.3g} s"
-    card = {
-        "Model": str(model.path),
-        "Diagnoser": steps if steps.startswith(f"{model.kind} ") else f"{model.kind}: {steps}",
-        "Conditions": ", ".join(conditions),
-        "Healthy": _UNKNOWN if model.healthy is None else str(model.healthy),
-        "Speeds": _speeds(model),
-        "Window": f"{model.window_length} samples{seconds}",
-        "Sampling rate": _UNKNOWN if rate is None else f"{rate:g} Hz",
-        "Channels": f"{model.n_channels}{', the output first' * (model.n_channels > 1)}{channels}",
-    }
-    if facts.get("false_alarm_rate"):
-        card["False alarms"] = f"a rate of {facts['false_alarm_rate']:g} was asked for"
-    if model.known is not None:
-        rejected = answers(model.known).stated_rate
-        card["p-values"] = f"a recording is none of its conditions if they are below {rejected:g}"
     if model.healthy is not None and answers(decide).alarm:
-        card["Healthy limits"] = limits_basis(decide, rows)
-    versions = [f"{name} {facts[name]}" for name in ("skarxlag", "scikit-learn") if name in facts]
-    saved = f" on {facts['saved']}" if facts.get("saved") else ""
-    return card | {"Saved by": ", ".join(versions) + saved}
+        facts["healthy_limits"] = limits_basis(decide, model.rows)
+    return {name.replace("_", " "): _fact_text(name, value) for name, value in facts.items()}
+
+
+def _fact_text(name, value):
+    if value in (None, []):
+        return "not stated"
+    values = value if isinstance(value, list) else [value]
+    texts = (f"{each:g}" if isinstance(each, float) else str(each) for each in values)
+    return f"{', '.join(texts)} {_UNITS.get(name, '')}".rstrip()
 
 
 def limits(model: SavedModel) -> Iterator[str]:
     """Yield sentences on what a model cannot do."""
-    facts, can = model.facts, model.can
-    is_detector = can.conditions is None
-    if is_detector:
-        yield "It distinguishes healthy from faulty and names no fault."
-    else:
-        yield (
-            "It names the most similar of its conditions. A fault that it was not trained on gets "
-            "one of these names, too."
-        )
-        if model.known is not None:
-            yield "The p-value reveals most such faults at the training speeds, and few at others."
-    if model.train_rpm is None:
-        yield "Its training speeds are not known."
-    elif not is_detector:
-        yield (
-            f"It can recognise conditions at other speeds than {_speeds(model)}. Its confidence "
-            "and its detection threshold hold at these speeds only."
-        )
-    if not is_detector and not can.alarm:
-        yield "It has no detection threshold, so it raises no alarm."
-    if is_detector and len(can.speeds) < 2:
-        yield (
-            "It was calibrated at one speed, or without speeds: at other speeds, healthy windows "
-            "may raise alarms."
-        )
+    facts, can, is_detector = model.facts, model.can, model.can.conditions is None
+    cases = {
+        "It distinguishes healthy from faulty and names no fault.": is_detector,
+        "It names the most similar of its conditions. A fault that it was not trained on gets one "
+        "of these names, too.": not is_detector,
+        "The p-value reveals most such faults at the training speeds, and few at others.": (
+            model.known is not None
+        ),
+        "Its training speeds are not known.": not model.train_rpm,
+        "It can recognise conditions at other speeds than those of the training. Its confidence "
+        "and its detection threshold hold at these speeds only.": (
+            model.train_rpm and not is_detector
+        ),
+        "It has no detection threshold, so it raises no alarm.": not (is_detector or can.alarm),
+        "It was calibrated at one speed, or without speeds: at other speeds, healthy windows may "
+        "raise alarms.": is_detector and len(can.speeds) < 2,
+        "The sampling rate of recordings cannot be checked.": model.sampling_rate is None,
+        f"Another version of skarxlag saved it; this is {__version__}.": (
+            facts.get("skarxlag") != __version__
+        ),
+    }
+    yield from (sentence for sentence, holds in cases.items() if holds)
     if facts.get("n_windows") and facts.get("false_alarm_rate"):
-        yield from too_few_rows(facts["n_windows"][0], facts["false_alarm_rate"])
-    if model.sampling_rate is None:
-        yield "The sampling rate of recordings cannot be checked."
-    if facts.get("skarxlag") != __version__:
-        yield f"Another version of skarxlag saved it; this is {__version__}."
+        yield from too_few_rows(facts["n_windows"][0], facts["false_alarm_rate"], model.rows)
 
 
 def too_few_rows(n_rows: int, rate: float, rows: str = "windows") -> Iterator[str]:
@@ -152,16 +135,8 @@ def limits_basis(decide: Any, rows: str) -> str:
 
 
 def _steps(diagnoser):
+    steps = [step for _, step in unfolded_steps(diagnoser)]
+    text = " -> ".join(type(step).__name__ for step in steps)
     # A CalibratedClassifierCV holds the pipelines of its folds, which have the same steps.
-    names = [type(step).__name__ for _, step in diagnoser.steps]
-    for part in estimators_within(diagnoser[-1]):
-        if isinstance(part, Pipeline):
-            names[-1] += f" of {_steps(part)}"
-            break
-    return " -> ".join(names)
-
-
-def _speeds(model):
-    if not model.train_rpm:
-        return _UNKNOWN
-    return ", ".join(f"{speed:g}" for speed in model.train_rpm) + " rpm"
+    inner = [part for part in estimators_within(steps[-1]) if isinstance(part, Pipeline)]
+    return f"{text} of {_steps(inner[0])}" if inner else text

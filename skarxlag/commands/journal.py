@@ -3,7 +3,7 @@
 import json
 import os
 import sys
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any, Self
 
@@ -16,12 +16,14 @@ from .messages import CommandError
 _FORMAT = "skarxlag journal 5"
 _START = b'{"format": "skarxlag journal'
 _SUFFIX = ".skarxlag-journal"
+#: A link that replaces the file at the last moment is not followed.
+_FLAGS = os.O_RDWR | os.O_CREAT | vars(os).get("O_NOFOLLOW", 0) | vars(os).get("O_BINARY", 0)
 
 
 class Journal:
     """JSON lines next to the results of `diagnose`, which last until the results are written.
 
-    The file is created exclusively and locked. A link, or a file that is no journal, is refused.
+    The file is locked. A link, or a file that is no journal, is refused.
     The first line holds all that the results depend on but the recordings: model and settings.
     """
 
@@ -33,21 +35,20 @@ class Journal:
 
     def __enter__(self) -> Self:
         """Read the results of an earlier run if it had the same model and settings."""
-        self._file, self._finished = _opened(self.path), {}
-        try:
-            self._read()
-        except OSError:
-            self._close()
-            raise
+        with ExitStack() as stack:
+            self._file = _opened(self.path, stack)
+            self._finished = self._read()
+            self._stack = stack.pop_all()
         return self
 
     def _read(self):
+        finished = {}
         head, *lines = self._file.readlines() or [b""]
         if head == self._head:
             for line in lines:
                 # Recordings of damaged lines are diagnosed once more.
                 with suppress(LookupError, TypeError, ValueError, RecursionError):
-                    self._finished |= _result(json.loads(line))
+                    finished |= _result(json.loads(line))
             # The last line may be incomplete.
             self._file.write(b"\n")
         else:
@@ -55,18 +56,14 @@ class Journal:
             self._file.truncate()
             self._file.write(self._head)
         self._file.flush()
-
-    def _close(self):
-        # The disk may be full: what is still in memory is lost then.
-        with suppress(OSError):
-            self._file.close()
+        return finished
 
     def __exit__(self, kind: object, *exception: object) -> None:
         if kind is None:
             self.path.unlink()
         else:
             print(f"{self.path}: the same command goes on from here", file=sys.stderr)
-        self._close()
+        self._stack.close()
 
     def result(self, recording: ListedRecording) -> Diagnosis | None:
         """Return the result of an earlier run if the recording has not changed since, or None."""
@@ -106,32 +103,30 @@ def _encoded(line):
     return (json.dumps(line) + "\n").encode()
 
 
-def _opened(path):
-    """Open a journal and lock it until it is closed."""
+def _opened(path, stack):
+    """Open a journal and lock it until the stack is closed."""
     refusal = CommandError(f"{path}: exists and is no journal of this command; move it away")
-    flags = os.O_RDWR | vars(os).get("O_BINARY", 0)
-    try:
-        descriptor = os.open(path, flags | os.O_CREAT | os.O_EXCL, 0o600)
-    except FileExistsError:
-        if path.is_symlink() or not path.is_file():
-            raise refusal from None
-        descriptor = os.open(path, flags | vars(os).get("O_NOFOLLOW", 0))
-    file = os.fdopen(descriptor, "r+b")
+    if path.is_symlink() or (path.exists() and not path.is_file()):
+        raise refusal
+    file = os.fdopen(os.open(path, _FLAGS, 0o600), "r+b")
+    stack.callback(_close, file)
     try:
         _lock(file)
-        # A full disk may have kept the first bytes only.
-        if not _START.startswith(file.read(len(_START))):
-            raise refusal
-        file.seek(0)
     except OSError as error:
-        file.close()
         raise CommandError(
             f"{path}: another run is writing these results; wait for it, or choose another -o"
         ) from error
-    except CommandError:
-        file.close()
-        raise
+    # A full disk may have kept the first bytes only.
+    if not _START.startswith(file.read(len(_START))):
+        raise refusal
+    file.seek(0)
     return file
+
+
+def _close(file):
+    # The disk may be full: what is still in memory is lost then.
+    with suppress(OSError):
+        file.close()
 
 
 def _lock(file):

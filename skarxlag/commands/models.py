@@ -11,8 +11,6 @@ from zipfile import BadZipFile, ZipFile
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from sklearn.base import BaseEstimator
-from sklearn.pipeline import Pipeline
 
 from .._answers import answers
 from .._state import estimators_within
@@ -25,7 +23,6 @@ from ..diagnosers import (
 )
 from ..fault_places import HEALTHY, PLACES
 from ..persistence import load_diagnoser
-from ..pipelines import in_one_pass
 from ..quality import signal_quality
 from ..recordings.listing import ListedRecording
 from ..recordings.rates import rates_agree, resampled_blocks
@@ -58,37 +55,32 @@ class SavedModel:
     not known.
     """
 
-    def __init__(self, path: str | os.PathLike[str], n_jobs: int | None = None) -> None:
+    def __init__(self, path: str | os.PathLike[str]) -> None:
         with as_command_error():
-            diagnoser, facts = load_diagnoser(path)
+            self.diagnoser, facts = load_diagnoser(path)
+        for step in estimators_within(self.diagnoser):
+            # Windows of one channel are rows.
+            if isinstance(step, ChannelRows) and step.n_channels > 1:
+                raise CommandError(
+                    f"{path}: ChannelRows(n_channels={step.n_channels}) expects rows, but "
+                    "recordings are cut into windows; save the steps after it"
+                )
+        self.path, self.can = path, answers(self.diagnoser)
         self.known = facts.pop("known_conditions", None)
         self.detector = facts.pop("detector", None)
-        _remove_channel_rows(path, diagnoser)
-        for each in (diagnoser, self.known, self.detector):
-            set_threads(each, n_jobs)
-        self.can = can = answers(diagnoser)
-        self.path, self.facts, self.diagnoser = path, facts, in_one_pass(diagnoser)
-        self.takes_rpm = can.takes_rpm
-        self.kind = facts.get("diagnoser") or type(diagnoser).__name__
-        self.window_length = facts.get("window_length") or can.window_length
-        self.n_channels = facts.get("n_channels") or can.n_channels
-        self.sampling_rate = facts.get("sampling_rate")
-        self.train_rpm = facts.get("train_rpm")
-        self.healthy = "healthy" if can.conditions is None else can.healthy
-        names = can.conditions or [self.healthy]
-        self.conditions = facts.get("conditions") or sorted(
-            names, key=lambda name: name != self.healthy
-        )
-        if "conditions" in facts:
-            self.healthy = facts.get("healthy", self.conditions[0])
-        if self.window_length is None:
-            raise CommandError(
-                f"{path}: does not state the length of its windows; save it with "
-                "save_diagnoser(..., window_length=...)"
-            )
+        self.facts = _completed(facts, self.diagnoser, self.can)
+        if self.known is not None:
+            self.facts["false_rejection_rate"] = answers(self.known).stated_rate
+        self.conditions, self.healthy = self.facts["conditions"], self.facts["healthy"]
+        self.window_length, self.n_channels = self.facts["window_length"], self.facts["n_channels"]
+        self.sampling_rate, self.train_rpm = self.facts["sampling_rate"], self.facts["train_rpm"]
+        self.takes_rpm = self.can.takes_rpm
+        self.judge = self._judge()
+
+    def _judge(self):
         try:
-            self.judge = Judge(
-                diagnoser,
+            judge = Judge(
+                self.diagnoser,
                 conditions=None if self.healthy is None else self.conditions,
                 known=self.known,
                 detector=self.detector,
@@ -96,50 +88,47 @@ class SavedModel:
                 sampling_rate=self.sampling_rate,
             )
         except ValueError as error:
-            raise CommandError(f"{path}: {error}") from error
+            raise CommandError(f"{self.path}: {error}") from error
         if self.healthy is None:
             # Without a healthy condition there are no healthy limits.
-            self.judge.healthy, self.judge.detects = None, False
+            judge.healthy, judge.detects = None, False
+        return judge
+
+    @property
+    def rows(self) -> str:
+        """What a row of the diagnoser is."""
+        return "stretches" if self.can.is_stretch else "windows"
 
     @property
     def heading(self) -> str:
         """Description in one line."""
-        conditions, rate = ", ".join(map(str, self.conditions)), self.sampling_rate
-        speeds = ", ".join(f"{speed:g}" for speed in self.train_rpm or ())
-        seconds = f", {self.window_length / rate:.3g} s" if rate and self.can.is_stretch else ""
+        speeds = ", ".join(f"{speed:g}" for speed in self.train_rpm or ()) or "unknown"
+        rate = f" at {self.sampling_rate:g} Hz" if self.sampling_rate else ""
         return (
-            f"{self.path}: {self.kind} calibrated on {conditions}"
-            + (f" at {speeds} rpm" if speeds else "")
-            + f", {'stretches' if self.can.is_stretch else 'windows'} of {self.window_length} "
-            + f"samples{seconds}"
-            + (f" at {rate:g} Hz" if rate else "")
-            + f". Healthy: {'not known' if self.healthy is None else self.healthy}"
+            f"{self.path}: {self.facts['diagnoser']} calibrated on "
+            f"{', '.join(map(str, self.conditions))} at {speeds} rpm, {self.rows} of "
+            f"{self.window_length} samples{rate}. Healthy: {self.healthy or 'not known'}"
         )
 
     @property
     def summary(self) -> dict[str, Any]:
         """Entries for a file of results."""
-        names = ("conditions", "healthy", "train_rpm", "sampling_rate", "window_length")
-        found = {"file": printable(self.path), "diagnoser": self.kind}
-        found |= {name: vars(self)[name] for name in names}
-        if self.known is not None:
-            found["false_rejection_rate"] = answers(self.known).stated_rate
-        return found
+        return {"file": printable(self.path)} | self.facts
 
     @property
     def identity(self) -> str:
-        """SHA-256 of the file."""
-        return model_digest(self.path)
+        """SHA-256 of the file, by which later runs recognise the model."""
+        with open(self.path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
 
-    def loader(self, n_jobs: int) -> Callable[[], Any]:
+    def loader(self) -> Callable[[], Any]:
         """Return a function that loads the model in a worker, once for all recordings."""
-        path = os.path.abspath(self.path)
-        return partial(_cached_model, path, os.stat(path).st_mtime_ns, n_jobs)
+        return partial(_cached_model, os.path.abspath(self.path), os.stat(self.path).st_mtime_ns)
 
     def diagnose(self, recording: ListedRecording, resample: bool = False) -> Diagnosis:
         """Diagnose a recording, block by block."""
         old_rates, parts, sampling_rate = [], [], None
-        if recording.rpm is None and self.takes_rpm:
+        if self.takes_rpm:
             recording = recording.with_speed()
         for X, rate in self.windows(recording, resample, old_rates.append):
             if cancelled.is_set():
@@ -211,7 +200,7 @@ class BearingModel:
             "no comb exceeds the limit of healthy recordings of other machines."
         )
 
-    def loader(self, n_jobs: int) -> Callable[[], Any]:
+    def loader(self) -> Callable[[], Any]:
         """Return a function that makes the model in a worker."""
         return partial(BearingModel, self.bearing)
 
@@ -240,33 +229,50 @@ class BearingModel:
                 "rpm, or a speed in the file."
             )
         ((X, sampling_rate),) = self.windows(recording)
-        quality, share = signal_quality(
-            X, sampling_rate=sampling_rate, rpm=recording.rpm, return_share=True
-        )
+        facts = {"sampling_rate": sampling_rate, "rpm": recording.rpm}
+        quality, share = signal_quality(X, **facts, return_share=True)
         row = {"start": 0, "verdict": NO_SIGNAL, "alarm": False}
         row |= {"quality": quality[0], "quality share": share[0]}
-        answer = {"probability": np.nan, "alarm": "-", "p-value": np.nan, "limits": ""}
+        answer = {"verdict": NO_SIGNAL, "probability": np.nan, "alarm": "-", "p-value": np.nan}
+        answer |= {"windows": 1, "no signal": 1, "limits": ""}
         remarks = []
-        has_signal = row["quality"] == "good"
-        if has_signal:
+        if quality[0] == "good":
             classifier = self.fitted(X[0], sampling_rate)
             found = classifier.diagnose(X, rpm=recording.rpm)
             chances = dict(zip(classifier.classes_, found.probability[0].tolist(), strict=True))
-            row |= {"verdict": found.named[0], "alarm": bool(found.alarm[0])}
-            row |= {f"probability of {name}": chance for name, chance in chances.items()}
-            answer["probability"] = chances.get(row["verdict"], np.nan)
-            answer |= {"alarm": "yes" if row["alarm"] else "no", "limits": HOLD}
-            answer["p-value"] = float(found.p_value[0])
-            remarks = [found.evidence[0][0].upper() + found.evidence[0][1:] + "."]
-        answer |= {"verdict": row["verdict"], "windows": 1, "no signal": int(not has_signal)}
+            name, alarm, evidence = found.named[0], bool(found.alarm[0]), found.evidence[0]
+            row |= {"verdict": name, "alarm": alarm}
+            row |= {f"probability of {each}": chance for each, chance in chances.items()}
+            answer |= {"verdict": name, "probability": chances.get(name, np.nan), "no signal": 0}
+            answer |= {"alarm": "yes" if alarm else "no", "p-value": float(found.p_value[0])}
+            answer["limits"] = HOLD
+            remarks.append(f"{evidence[0].upper()}{evidence[1:]}.")
         windows = pd.DataFrame([row])
         return Diagnosis(answer, windows, sampling_rate, (*remarks, *_remarks(windows, answer)))
 
 
+def _completed(facts, diagnoser, can):
+    """Return all facts; those missing from the file are read from the fitted steps."""
+    healthy = "healthy" if can.conditions is None else can.healthy
+    names = can.conditions or [healthy]
+    read = {
+        "diagnoser": type(diagnoser).__name__,
+        "conditions": sorted(names, key=lambda name: name != healthy),
+        "healthy": healthy,
+        "train_rpm": None,
+        "sampling_rate": None,
+        "window_length": can.window_length,
+        "n_channels": can.n_channels,
+    }
+    if "conditions" in facts:
+        read["healthy"] = facts.get("healthy", facts["conditions"][0])
+    return read | {name: value for name, value in facts.items() if value is not None}
+
+
 @lru_cache(maxsize=2)
-def _cached_model(path, changed, n_jobs):
+def _cached_model(path, changed):
     """Load a model file as it was at a time."""
-    return SavedModel(path, n_jobs)
+    return SavedModel(path)
 
 
 def _remarks(windows, verdict):
@@ -280,12 +286,6 @@ def _remarks(windows, verdict):
         yield f"No alarm: {verdict['limits']}."
 
 
-def model_digest(path: str | os.PathLike[str]) -> str:
-    """Return the SHA-256 of a file, by which later runs know that the model is the same."""
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 def is_model_file(path: Path) -> bool:
     """Return whether a file is a saved model, damaged or not."""
     try:
@@ -293,35 +293,3 @@ def is_model_file(path: Path) -> bool:
             return "schema.json" in file.namelist()
     except (BadZipFile, OSError):
         return False
-
-
-def set_threads(model: Any, n_jobs: int | None) -> None:
-    """Set the number of threads of a model, of its steps and of what these have fitted."""
-    if model is None:
-        return
-    names = [name for name in model.get_params() if name.split("__")[-1] == "n_jobs"]
-    model.set_params(**dict.fromkeys(names, n_jobs))
-    # A step may keep a fitted copy of a parameter, as meta-estimators do.
-    for _, step in model.steps if isinstance(model, Pipeline) else ():
-        for name, fitted in vars(step).items():
-            if name.endswith("_") and isinstance(fitted, BaseEstimator):
-                set_threads(fitted, n_jobs)
-
-
-def _remove_channel_rows(path, diagnoser):
-    """Remove the step that makes windows of rows: recordings are cut into windows."""
-
-    def is_of_rows(step):
-        # Windows of one channel are rows.
-        return isinstance(step, ChannelRows) and step.n_channels > 1
-
-    pipelines = [part for part in estimators_within(diagnoser) if isinstance(part, Pipeline)]
-    inner = [step for pipeline in pipelines for _, step in pipeline.steps[1:]]
-    for pipeline in pipelines:
-        if is_of_rows(pipeline[0]) and not any(step is pipeline for step in inner):
-            pipeline.steps = pipeline.steps[1:]
-    for step in filter(is_of_rows, estimators_within(diagnoser)):
-        raise CommandError(
-            f"{path}: ChannelRows(n_channels={step.n_channels}) stands behind other steps, "
-            "expected the first step: recordings are cut into windows, not into rows"
-        )

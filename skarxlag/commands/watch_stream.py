@@ -17,7 +17,7 @@ from ..recordings.rates import rates_agree
 from ..verdicts import HOLD
 from .arguments import option_of
 from .messages import CommandError, UsageError, as_command_error, printable
-from .models import SavedModel, model_digest
+from .models import SavedModel
 from .watch_output import VerdictLines, sentence, summary
 
 #: Seconds between two savings of the state.
@@ -67,7 +67,7 @@ class SensorStream:
             raise UsageError(f"argument --rpm: needed, {args.model} was fitted at {listed} rpm")
         self._facts = {name: vars(args)[name] for name in _READING} | {
             "source": args.source if args.source == "-" else str(Path(args.source).resolve()),
-            "model": model_digest(args.model),
+            "model": model.identity,
             "sampling_rate": self._rate,
         }
         sensor = args.sensor or (args.model if args.source == "-" else Path(args.source)).stem

@@ -113,7 +113,7 @@ def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
     assert code == 0, err
     assert "healthy: 3 recordings" in out and "Saved stretches to" in out
     code, out, _ = run("info", model)
-    assert code == 0 and "Healthy limits  " in out and "healthy stretches" in out
+    assert code == 0 and "healthy limits  " in out and "healthy stretches" in out
     rough = np.repeat(rng.normal(size=int(3 * RATE)), 2)[: int(3 * RATE)]
     np.save(plant / "rough.npy", rough)
     files = [plant / "inner.npy", plant / "good0.npy", plant / "rough.npy"]
