@@ -2,6 +2,7 @@
 
 import io
 from base64 import b64encode
+from collections import Counter
 from contextlib import suppress
 from datetime import date
 from typing import Any
@@ -51,33 +52,36 @@ def html_report(
     The worst recordings come first. Recordings that are not healthy have a section with details,
     and the worst 50 of them have figures, in which the orders of `faults` are marked.
     """
-    page, missing = template(), why_no_figures()
+    missing, page = why_no_figures(), template()
     folder, names = below_common_folder(rows["recording"])
-    rows = rows.assign(recording=names, verdict=rows["verdict"].astype(str))
-    rows["severity"] = [_severity(verdict, model) for verdict in rows["verdict"]]
-    entries = rows.astype(object).where(rows.notna(), None).to_dict("records")
-    for entry, recording, diagnosis in zip(entries, recordings, diagnoses, strict=True):
-        entry |= {"source": (recording, diagnosis), "remarks": diagnosis.remarks, "figures": []}
-        entry["stated"] = _stated(entry)
-    entries.sort(key=_rank)
+    verdicts = rows["verdict"].astype(str)
+    severity = [_severity(verdict, model) for verdict in verdicts]
+    severity = pd.Categorical(severity, _SEVERITIES, ordered=True)
+    rows = rows.assign(recording=names, verdict=verdicts, severity=severity)
+    ranked = rows.sort_values("probability", ascending=False, na_position="first", kind="stable")
+    ranked = ranked.sort_values("severity", kind="stable")
+    entries = ranked.astype(object).where(ranked.notna(), None).to_dict("records")
     detailed = [each for each in entries if each["severity"] != "healthy"]
-    if missing is None:
-        for each in detailed[:MOST_DRAWN]:
-            each["figures"] = _figures(*each["source"], model, resample, faults)
+    n_drawn = 0 if missing else min(len(detailed), MOST_DRAWN)
+    for rank, (place, entry) in enumerate(zip(ranked.index, entries, strict=True)):
+        entry["remarks"], entry["figures"] = diagnoses[place].remarks, []
+        if rank < n_drawn:
+            source = recordings[place], diagnoses[place]
+            entry["figures"] = _figures(*source, model, resample, faults)
     return page.render(
         title=f"Diagnosis of {counted(len(rows), 'recordings')}",
         mark=MARK,
         percent=percent,
         saved=f"{date.today().isoformat()}, skarxlag {__version__}",
-        heading=model.heading,
-        healthy=model.healthy,
+        model=model,
         folder=folder,
-        counts=pd.DataFrame(entries)[["verdict", "severity"]].value_counts(sort=False).items(),
-        accuracy=_accuracy(rows, [*map(str, model.conditions)]),
+        counts=Counter((each["verdict"], each["severity"]) for each in entries).items(),
+        accuracy=_accuracy(rows, model.conditions),
+        right=(rows.get("condition") == rows["verdict"]).sum(),
         entries=entries,
         detailed=detailed,
-        missing=missing if detailed else None,
-        n_drawn=min(len(detailed), MOST_DRAWN),
+        missing=missing,
+        n_drawn=n_drawn,
     )
 
 
@@ -96,39 +100,21 @@ def _severity(verdict, model):
     return "healthy" if verdict == str(model.healthy) else "fault"
 
 
-def _rank(entry):
-    certainty = 1.0 if entry["probability"] is None else entry["probability"]
-    return _SEVERITIES.index(entry["severity"]), -certainty
-
-
-def _stated(entry):
-    """Return the stated facts of a recording as texts."""
-    return {
-        name.removeprefix("stated_"): f"{value:g}" if isinstance(value, float) else value
-        for name, value in entry.items()
-        if (name == "condition" or name.startswith("stated_")) and value is not None
-    }
-
-
-def _accuracy(rows, order):
-    """Return numbers of right verdicts and the confusion matrix, or None."""
+def _accuracy(rows, conditions):
+    """Return counts of verdicts (columns) by stated condition (rows), or None."""
     if "condition" not in rows:
         return None
     known = rows[rows["condition"].notna() & (rows["error"] == "")]
-    if known.empty:
-        return None
-    table = pd.crosstab(known["condition"], known["verdict"])
-    names = dict.fromkeys([*order, *table.index, *table.columns])
-    table = table.reindex(
-        index=[name for name in names if name in table.index],
-        columns=[name for name in names if name in table.columns],
+    counts = pd.crosstab(known["condition"], known["verdict"])
+    order = dict.fromkeys([*map(str, conditions), *counts.index, *counts.columns])
+    return (
+        None
+        if known.empty
+        else counts.loc[
+            [name for name in order if name in counts.index],
+            [name for name in order if name in counts.columns],
+        ]
     )
-    return {
-        "right": int((known["condition"] == known["verdict"]).sum()),
-        "total": len(known),
-        "columns": table.columns.tolist(),
-        "rows": [(name, counts.to_dict()) for name, counts in table.iterrows()],
-    }
 
 
 def _figures(recording, diagnosis, model, resample, faults):

@@ -105,14 +105,9 @@ def machine_names(table: pd.DataFrame) -> pd.DataFrame:
     >>> list(machine_names(pd.DataFrame(columns=["p-value", "share of a b", "share of a_b"])))
     ['p_value', 'share_of_a_b', 'share_of_a_b_2']
     """
-    names = []
-    for name in map(str, table.columns):
-        plain = stem = "_".join(name.replace("p-value", "p_value").split())
-        number = 1
-        while plain in names:
-            number += 1
-            plain = f"{stem}_{number}"
-        names.append(plain)
+    plain = ["_".join(str(name).replace("p-value", "p_value").split()) for name in table]
+    number = pd.Series(plain).groupby(plain).cumcount() + 1
+    names = [f"{name}_{n}" if n > 1 else name for name, n in zip(plain, number, strict=True)]
     return table.set_axis(names, axis=1)
 
 

@@ -219,5 +219,5 @@ def test_conditions_stand_in_the_order_of_the_model():
         }
     )
     found = _accuracy(rows, ["normal", "inner", "ball"])
-    assert found["columns"] == ["normal", "ball"] and found["right"] == 1 and found["total"] == 3
-    assert [name for name, _ in found["rows"]] == ["normal", "ball", "unheard"]
+    assert found.columns.tolist() == ["normal", "ball"] and found.to_numpy().sum() == 3
+    assert found.index.tolist() == ["normal", "ball", "unheard"]
