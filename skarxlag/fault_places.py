@@ -35,7 +35,9 @@ WITHOUT_COMB = 0.8
 LEAST_P = np.finfo(float).tiny
 #: Names of conditions that say the place; the names of compound faults match two of them.
 _NAMES = {
-    "healthy": r"healthy|normal|good|baseline|intact|^ok\d*$|^n\d*$|no.?fault|undamaged",
+    "healthy": r"(?<![a-z])(?<!no[nt][ _-])(?<!no[ _-])"
+    r"(healthy|normal|good|baseline|intact|nominal|ok|okay|undamaged)(?![a-z])"
+    r"|^[hn]\d*$|no.?fault",
     "inner": r"inner|inside|^ir|^i\d*$|bpfi",
     "outer": r"outer|outside|^or|^o\d*$|bpfo",
     "ball": r"ball|roller|element|^b\d*$|bsf",
@@ -60,6 +62,8 @@ def place_of_label(label: Any) -> str | None:
     --------
     >>> [place_of_label(name) for name in ("OR5", "Inner race", "B", "Normal", "IR-ball", 3)]
     ['outer', 'inner', 'ball', 'healthy', None, None]
+    >>> [place_of_label(name) for name in ("normal_0", "abnormal", "not healthy", "H1")]
+    ['healthy', None, None, 'healthy']
     """
     if not isinstance(label, str):
         return None

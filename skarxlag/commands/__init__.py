@@ -9,7 +9,7 @@ from importlib import import_module
 from io import TextIOWrapper, UnsupportedOperation
 
 from .._version import __version__
-from .messages import CommandError, UsageError
+from .messages import CommandError, UsageError, say
 
 #: Summaries of the commands. The command NAME is the module ``skarxlag.commands.NAME``. Its
 #: ``add_arguments(parser)`` declares the arguments, and two defaults: ``run``, which takes the
@@ -59,7 +59,8 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _stop(args, message, status):
-    print(f"\nskarxlag {args.command}: {message}", file=sys.stderr)
+    print(file=sys.stderr)
+    say(f"skarxlag {args.command}: {message}")
     return status
 
 

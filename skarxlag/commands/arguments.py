@@ -62,6 +62,11 @@ speed = number(float, "a speed in rpm, or all", lambda value: value > 0)
 speed_range = checked(SpeedRange.parse)
 
 
+def channel_names(text: str) -> str | list[str]:
+    """Parse the name of a channel, or several, separated by semicolons."""
+    return [name.strip() for name in text.split(";")] if ";" in text else text
+
+
 def speed_or_all(text: str) -> float | str:
     """Parse a shaft speed, or the word all."""
     return text if text == "all" else speed(text)
@@ -98,7 +103,7 @@ def add_source_arguments(parser: argparse.ArgumentParser, of: str) -> None:
     text = "facts in a file's name, as named groups: '(?P<condition>[A-Z]+)_(?P<rpm>\\d+)'"
     option(group, "--pattern", text, metavar="REGEX")
     text = "name, position, or pattern such as *DE_time; several separated by ;, the output first"
-    option(group, "--channel", text, metavar="NAME")
+    option(group, "--channel", text, channel_names, "NAME")
     option(group, "--sampling-rate", "if the files do not state it", positive_number, "HZ")
     option(group, "--rpm", "shaft speed, the same for all", positive_number, "RPM")
     option(group, "--dtype", "samples of raw binary files, such as <i2", metavar="TYPE")
@@ -109,12 +114,16 @@ def option_of(name: str) -> str:
     return "--" + name.replace("_", "-")
 
 
+def refuse(*cases: tuple[object, str]) -> None:
+    """Raise the first of some usage errors that has occurred."""
+    for has_occurred, message in cases:
+        if has_occurred:
+            raise UsageError(f"argument {message}")
+
+
 def stated(args: argparse.Namespace) -> dict[str, Any]:
     """Return the keyword arguments of `list_files` and `list_recordings`."""
-    options = {name: vars(args)[name] for name in ("pattern", "channel", "sampling_rate", "dtype")}
-    if args.channel is not None and ";" in args.channel:
-        options["channel"] = [name.strip() for name in args.channel.split(";")]
-    return options
+    return {name: vars(args)[name] for name in ("pattern", "channel", "sampling_rate", "dtype")}
 
 
 def named_recordings(args: argparse.Namespace) -> list[ListedRecording]:

@@ -18,7 +18,7 @@ from ..bearings import bearing_orders
 from ..recordings.listing import list_recordings
 from ..stretches import order_comparison
 from . import arguments, results
-from .arguments import flag, option
+from .arguments import flag, option, option_of, refuse
 from .diagnosis import diagnose_all
 from .journal import Journal
 from .messages import UsageError, add_progress_arguments, as_command_error, below_common_folder
@@ -89,31 +89,37 @@ def _model(args):
     if args.bearing is not None and is_recording:
         args.recordings.insert(0, str(path))
         path = None
-    if path is None and args.bearing is None:
-        raise UsageError("argument MODEL.skops: none given, expected a model or --bearing")
-    if not args.recordings and args.table is None:
-        raise UsageError("argument RECORDING: none given, expected files or --table")
-    for name in ("pattern", "channel", "sampling_rate", "dtype", "rpm"):
-        if vars(args)[name] is not None and not args.recordings:
-            raise UsageError(
-                f"argument {arguments.option_of(name)}: belongs to RECORDING; the table states "
-                "its own"
-            )
+    facts = ("pattern", "channel", "sampling_rate", "dtype", "rpm")
+    stated = [] if args.recordings else [name for name in facts if vars(args)[name] is not None]
+    needed = "none given, expected"
+    refuse(
+        (path is None and args.bearing is None, f"MODEL.skops: {needed} a model or --bearing"),
+        (not args.recordings and args.table is None, f"RECORDING: {needed} files or --table"),
+        *(
+            (True, f"{option_of(n)}: belongs to RECORDING; the table states its own")
+            for n in stated
+        ),
+        (path is None and args.resample, "--resample: belongs to a model"),
+    )
     if path is None:
-        if args.resample:
-            raise UsageError("argument --resample: belongs to a model")
         return BearingModel(args.bearing)
     model = SavedModel(path)
-    if args.fail_on is not None and model.healthy is None:
-        raise UsageError(
-            f"argument --fail-on: {path} does not state which condition is healthy; save it with "
-            "save_diagnoser(..., conditions=[...]), the healthy one first"
-        )
-    if args.resample and model.sampling_rate is None:
-        raise UsageError(f"argument --resample: {path} does not state a sampling rate")
+    refuse(
+        (
+            args.fail_on is not None and model.healthy is None,
+            f"--fail-on: {path} does not state which condition is healthy; save it with "
+            "save_diagnoser(..., conditions=[...]), the healthy one first",
+        ),
+        (
+            args.resample and model.sampling_rate is None,
+            f"--resample: {path} does not state a sampling rate",
+        ),
+        (
+            args.bearing is not None and not _is_report(args),
+            "--bearing: belongs to a report, -o FILE.html",
+        ),
+    )
     if args.bearing is not None:
-        if not _is_report(args):
-            raise UsageError("argument --bearing: belongs to a report, -o FILE.html")
         try:
             order_comparison(model.diagnoser)
         except ValueError as error:
@@ -126,22 +132,21 @@ def _is_report(args):
 
 
 def _listed(args):
+    own = [] if args.output is None else results.result_paths(args.output)
     with as_command_error():
         recordings = arguments.named_recordings(args)
-        if args.output is not None:
-            # Results of an earlier run may lie in the folder of the recordings.
-            own = {path.absolute() for path in results.result_paths(args.output)}
-            named = {Path(each).absolute() for each in args.recordings}
-            recordings = [r for r in recordings if r.path.absolute() not in own - named]
+        # Results of an earlier run may lie in the folder of the recordings.
+        found = {path.absolute() for path in own}
+        found -= {Path(each).absolute() for each in args.recordings}
+        recordings = [each for each in recordings if each.path.absolute() not in found]
         if args.table is not None:
             recordings += list_recordings(args.table)
-    if args.output is not None:
-        inputs = [args.model, args.table, *(recording.path for recording in recordings)]
-        for path in results.result_paths(args.output):
-            results.check_output(path, inputs, results.is_result_file, args.force, results.SUFFIXES)
-        if _is_report(args):
-            # Without jinja2 this fails, before the recordings are read.
-            template()
+    inputs = [args.model, args.table, *(recording.path for recording in recordings)]
+    for path in own:
+        results.check_output(path, inputs, results.is_result_file, args.force, results.SUFFIXES)
+    if _is_report(args):
+        # Without jinja2 this fails, before the recordings are read.
+        template()
     return recordings
 
 
@@ -158,8 +163,7 @@ def _lines(args, model, diagnoses, rows):
     table = results.verdict_table(rows.assign(recording=names))
     if args.quiet:
         return [table]
-    lines = [model.heading, f"Recordings below {folder}" if folder else "", table]
-    lines = list(filter(None, lines))
+    lines = [model.heading, *([f"Recordings below {folder}"] if folder else []), table]
     by_remark = {}
     for name, diagnosis in zip(names, diagnoses, strict=True):
         for remark in diagnosis.remarks:
@@ -169,15 +173,10 @@ def _lines(args, model, diagnoses, rows):
         if len(about) > _MOST_NAMES:
             of += f" and {len(about) - _MOST_NAMES} more"
         lines.append(f"{'All recordings' if 1 < len(rows) == len(about) else of}: {remark}")
-    if "condition" in rows and rows["condition"].notna().any():
-        known = rows[rows["condition"].notna()]
-        right = (known["verdict"].astype(str) == known["condition"]).sum()
-        lines.append(f"{right} of {len(known)} verdicts are the stated condition.")
-    is_assumed = any(each.error is None and each.sampling_rate is None for each in diagnoses)
-    if is_assumed and model.sampling_rate is not None:
-        lines.append(
-            f"No sampling rate is stated for some files; {model.sampling_rate:g} Hz was assumed."
-        )
+    if "condition" in rows:
+        n_right = (rows["verdict"].astype(str) == rows["condition"]).sum()
+        n_known = rows["condition"].notna().sum()
+        lines.append(f"{n_right} of {n_known} verdicts are the stated condition.")
     if args.output is not None:
         lines.append("Written: " + ", ".join(map(str, results.result_paths(args.output))))
     return lines

@@ -2,15 +2,15 @@
 
 import argparse
 from pathlib import Path
-from time import perf_counter
 
 import pandas as pd
-from joblib import Parallel, delayed
+from joblib import parallel_config
+from sklearn.model_selection import check_cv
 
 from .._answers import requests
 from .._files import write_atomically
-from ..accuracy_tables import scored_windows
 from ..datasets import FETCHERS
+from ..model_selection import cross_speed_predict
 from .arguments import (
     add_source_arguments,
     job_count,
@@ -77,48 +77,40 @@ def run(args: argparse.Namespace) -> int:
     except OSError as error:
         raise UsageError(f"argument --output: {error}") from error
     cases = rig_cases(args) if is_rig else [own_case(args)]
-    n_fits = sum(len(case.splits) * len(case.makers) for case in cases)
-    with as_command_error(), Progress(n_fits, "fits", args) as progress:
-        texts = [_evaluated(case, args, progress) for case in cases]
+    texts, n_fits = [], sum(len(case.makers) for case in cases)
+    with as_command_error(), Progress(n_fits, "diagnosers", args) as progress:
+        for case in cases:
+            verdicts = _verdicts(case, args.n_jobs, progress)
+            text, tables = rig_report(case, verdicts) if is_rig else own_report(case, verdicts)
+            texts.append(text)
+            if is_rig and why_no_figures() is None:
+                save_figures(case, verdicts, args.output)
+            for name, table in (tables | {"verdicts": verdicts}).items():
+                content = table.to_csv(float_format="%.6g").encode()
+                write_atomically(args.output / f"{case.stem}_{name}.csv", content)
         stem = args.rig if is_rig else cases[0].stem
         write_atomically(args.output / f"{stem}_report.txt", "\n".join(texts).encode())
     print(*texts, sep="\n")
     if is_rig:
-        drawn = "Drawn as PNG: accuracy, confusion matrices, detection, identification."
-        print(why_no_figures() or drawn)
+        print(why_no_figures() or "Drawn as PNG: accuracy and confusion matrices.")
     print(f"Report, tables and figures are in {args.output.resolve()}")
     return 0
 
 
-def _evaluated(case, args, progress):
-    """Write tables and figures of a case, and return its report."""
-    fits = Parallel(n_jobs=args.n_jobs, prefer="threads", return_as="generator")(
-        delayed(_scored)(case, split, name) for name in case.makers for split in case.splits
-    )
-    frames, diagnosers = [], []
-    for frame, diagnoser, line in fits:
-        frames.append(frame)
-        diagnosers.append(diagnoser)
-        progress.step(line)
-    verdicts = pd.concat(frames, ignore_index=True)
-    if args.table is not None:
-        text, tables = own_report(case, verdicts)
-    else:
-        text, tables = rig_report(case, verdicts)
-        if why_no_figures() is None:
-            # ALPIO comes first: it has an observer for each model, whose levels can be drawn.
-            save_figures(case, verdicts, diagnosers[0], args.output)
-    for name, table in (tables | {"verdicts": verdicts.set_index("diagnoser")}).items():
-        content = table.to_csv(float_format="%.6g").encode()
-        write_atomically(args.output / f"{case.stem}_{name}.csv", content)
-    return text
-
-
-def _scored(case, split, name):
-    started, rig = perf_counter(), case.rig
-    diagnoser = case.makers[name]()
-    speeds = {"rpm": rig.rpm[split.train]} if requests(diagnoser, "fit", "rpm") else {}
-    diagnoser.fit(rig.data[split.train], rig.target[split.train], **speeds)
-    frame = scored_windows(diagnoser, rig, split.test, {"diagnoser": name} | split.columns)
-    line = f"{case.title}: {name}, {split.label}: {perf_counter() - started:.1f} s"
-    return frame, diagnoser, line
+def _verdicts(case, n_jobs, progress):
+    """Return a row for each window of each test, and each diagnoser."""
+    rig, frames = case.rig, {}
+    splits = [(split.train, split.test) for split in case.splits]
+    for name, make in case.makers.items():
+        diagnoser = make()
+        params = {"rpm": rig.rpm} if requests(diagnoser, "predict", "rpm") else {}
+        with parallel_config("threading", n_jobs=n_jobs):
+            frames[name] = cross_speed_predict(
+                diagnoser, rig.data, rig.target, groups=rig.rpm, cv=check_cv(splits), params=params
+            )
+        progress.step(f"{case.title}: {name}")
+    verdicts = pd.concat(frames, names=["diagnoser", None]).reset_index("diagnoser")
+    columns = pd.DataFrame([split.columns for split in case.splits])
+    verdicts = verdicts.join(columns, on="split").set_index("window")
+    rows = pd.DataFrame({name: rig[name] for name in ("rpm", "recording", "start")})
+    return verdicts.join(rows.rename(columns={"rpm": "test_rpm"})).reset_index(drop=True)

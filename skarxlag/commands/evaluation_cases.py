@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,23 +36,11 @@ _SIMULATED_RPM = 500.0
 _LONG, _SHORT = 4800, 1200
 
 
-@dataclass(frozen=True)
-class Split:
-    """Windows of a training and of its test.
-
-    Parameters
-    ----------
-    train, test : ndarray of int
-        Rows of the windows.
-    label : str
-        Description for progress lines.
-    columns : dict
-        Constant columns of the verdicts.
-    """
+class Split(NamedTuple):
+    """Rows of the windows of a training and of its test, and constant columns of the verdicts."""
 
     train: NDArray[Any]
     test: NDArray[Any]
-    label: str
     columns: dict[str, Any]
 
 
@@ -79,41 +67,41 @@ class Case:
 
 def rig_cases(args: argparse.Namespace) -> list[Case]:
     """Return the cases of a rig: one for each crack size of the simulated rig."""
-    report_progress(args, f"{TITLES[args.rig]}: loading")
     length, title = args.window_length or _SHORT, TITLES[args.rig]
+    report_progress(args, f"{title}: loading")
     try:
         with as_command_error(OSError):
             if args.rig in FETCHERS:
                 rig = FETCHERS[args.rig](data_home=args.data_home, window_length=length)
-                return [_rig_case(args, title, args.rig, rig)]
+                return [_rig_case(args, title, args.rig, rig, "all")]
     except ValueError as error:
         # The files of a fetcher are the original ones, so only the window length can be wrong.
         raise UsageError(f"argument --window-length: {error}") from error
     # A tail that fills no window is not simulated.
     n_samples = (args.n_samples or N_SAMPLES) // length * length
-    simulate = partial(simulate_rig, n_samples=n_samples, window_length=length)
-    return [
-        _rig_case(args, f"{title}, crack {crack:g} mm", f"{args.rig}_{crack:g}mm", rig)
-        for crack, rig in ((crack, simulate(crack_mm=crack)) for crack in _CRACKS_MM)
-    ]
+    cases = []
+    for crack in _CRACKS_MM:
+        rig = simulate_rig(crack_mm=crack, n_samples=n_samples, window_length=length)
+        name, stem = f"{title}, crack {crack:g} mm", f"{args.rig}_{crack:g}mm"
+        cases.append(_rig_case(args, name, stem, rig, _SIMULATED_RPM))
+    return cases
 
 
-def _rig_case(args, title, stem, rig):
+def _rig_case(args, title, stem, rig, train_rpm):
     if np.unique(rig.recording, return_counts=True)[1].min() < 2:
         raise UsageError(
             f"argument --window-length: {rig.data.shape[-1]}, expected at most half of the "
             "shortest recording"
         )
-    speeds = np.unique(rig.rpm).tolist()
-    wanted = args.train_rpm or ("all" if args.rig in FETCHERS else _SIMULATED_RPM)
+    speeds, wanted = np.unique(rig.rpm).tolist(), args.train_rpm or train_rpm
     if wanted not in (*speeds, "all"):
         listed = ", ".join(f"{speed:g}" for speed in speeds)
         raise UsageError(f"argument --train-rpm: {wanted:g}, expected {listed}, or all")
     first, second = first_and_second_half(rig.recording)
-    splits = []
-    for speed in speeds if wanted == "all" else [wanted]:
-        train, label = np.flatnonzero(first & (rig.rpm == speed)), f"calibrated at {speed:g} rpm"
-        splits.append(Split(train, np.flatnonzero(second), label, {"train_rpm": speed}))
+    splits = [
+        Split(np.flatnonzero(first & (rig.rpm == rpm)), np.flatnonzero(second), {"train_rpm": rpm})
+        for rpm in (speeds if wanted == "all" else [wanted])
+    ]
     healthy = rig.target_names[0]
     makers = {name: partial(make, healthy=healthy) for name, make in DIAGNOSERS.values()}
     return Case(title, stem, rig, splits, makers)
@@ -163,8 +151,7 @@ def _own_splits(rig) -> Iterator[Split]:
         is_train = at_speed if protocol == "in" else ~at_speed
         train, test = np.flatnonzero(is_train & learned), np.flatnonzero(~is_train & tested)
         if len(test) > 0 and len(set(rig.target[train])) == len(rig.target_names):
-            label = f"one speed {protocol}: {speed:g} rpm"
-            yield Split(train, test, label, {"protocol": protocol, "left": float(speed)})
+            yield Split(train, test, {"protocol": protocol, "left": float(speed)})
 
 
 def _peer(nperseg, classifier):

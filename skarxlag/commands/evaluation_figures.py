@@ -4,50 +4,18 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from sklearn.pipeline import Pipeline
 
-from ..plotting import IdentificationDisplay, SpeedAccuracyDisplay, ThresholdLadderDisplay
+from ..plotting import SpeedAccuracyDisplay
 from .evaluation_cases import Case
 from .evaluation_reports import confusion_verdicts
 
 
-def save_figures(case: Case, verdicts: pd.DataFrame, diagnoser: Pipeline, folder: Path) -> None:
-    """Draw and save all figures of a rig.
-
-    Parameters
-    ----------
-    case : Case
-        The rig. Windows are drawn of its first test, at the training speed.
-    verdicts : DataFrame
-        As `skarxlag.accuracy_tables` describes it.
-    diagnoser : Pipeline
-        Diagnoser with observers and a ladder, calibrated in the first split.
-    folder : Path
-        The folder.
-    """
-    rig, split = case.rig, case.splits[0]
-    rows = split.test[rig.rpm[split.test] == split.columns["train_rpm"]]
-    X, y, names = rig.data[rows], rig.target[rows], rig.target_names
-    title = f"{case.title}, {split.label}, windows at the same speed"
+def save_figures(case: Case, verdicts: pd.DataFrame, folder: Path) -> None:
+    """Draw the accuracy across speeds and the confusion matrices of a rig, and save them."""
     drawn = {
         "speeds": _speed_figure(verdicts, case.title),
-        "confusion": _confusion_figure(verdicts, names, case.title),
+        "confusion": _confusion_figure(verdicts, case.rig.target_names, case.title),
     }
-    drawn["detection"] = detection = new_figure(title, 9, 4.4)
-    ThresholdLadderDisplay.from_estimator(
-        diagnoser, X, y, decision="detection", conditions=names, ax=detection.subplots()
-    )
-    for name, condition in (("healthy", names[0]), ("faulty", names[-1])):
-        figure = new_figure(f"{title}, window of {condition}", 9, 4.6)
-        IdentificationDisplay.from_estimator(
-            diagnoser,
-            X[y == condition][0],
-            condition=condition,
-            conditions=names,
-            sampling_rate=rig.sampling_rate,
-            axes=figure.subplots(2, sharex=True),
-        )
-        drawn[f"identification_{name}"] = figure
     for name, figure in drawn.items():
         figure.savefig(folder / f"{case.stem}_{name}.png", dpi=120)
 

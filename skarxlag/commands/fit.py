@@ -6,7 +6,6 @@ best of several speeds, and names no fault.
 """
 
 import argparse
-import re
 import warnings
 from datetime import UTC, datetime
 from importlib.util import find_spec
@@ -17,17 +16,13 @@ import numpy as np
 import pandas as pd
 from joblib import parallel_config
 
+from .. import diagnosers
 from .._answers import answers, requests
-from ..diagnosers import (
-    make_detector,
-    make_diagnoser,
-    make_known_conditions,
-)
-from ..fault_places import HEALTHY
+from ..fault_places import HEALTHY, place_of_label
 from ..persistence import save_diagnoser
 from ..verdicts import check_condition_names
 from . import arguments
-from .arguments import flag, option
+from .arguments import flag, option, option_of
 from .info import limits_basis, too_few_rows
 from .messages import (
     CommandError,
@@ -39,15 +34,7 @@ from .messages import (
 )
 from .models import DIAGNOSERS, is_model_file
 from .results import check_output
-from .training import EITHER, OF_DETECTOR, STRETCHES, WINDOWS, training_rows
-
-#: Words in the name of a healthy condition, and whole names of it.
-_HEALTHY_WORDS = {"healthy", "normal", "good", "intact", "baseline", "ok", "okay", "nominal"}
-_HEALTHY_NAMES = {"n", "h"}
-
-
-#: Rows that diagnosers take; the others take windows.
-_ROWS = {None: EITHER, "stretches": STRETCHES, "detector": OF_DETECTOR}
+from .training import training_rows
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -69,7 +56,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     model = parser.add_argument_group("model")
     text = "default: stretches if the recordings are long enough and none of the options that cut "
     text += "windows is given, else diagnoser; detector if the only condition is healthy"
-    model.add_argument("--diagnoser", choices=[*DIAGNOSERS, *filter(None, _ROWS)], help=text)
+    kinds = [*DIAGNOSERS, "stretches", "detector"]
+    model.add_argument("--diagnoser", choices=kinds, help=text)
     text = "name places of faults by the orders of this bearing: with recordings of faults, orders "
     text += "and spectra make one verdict; without, healthy recordings set the limits. A name such "
     text += "as 6205, dimensions 9,7.94,39.04, or orders outer=3.585,inner=5.415"
@@ -101,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
         if find_spec("skops") is None:
             raise CommandError("saving a diagnoser needs skops: pip install 'skarxlag[io]'")
     _check_options(args, listed)
-    rig, rows = training_rows(args, listed, _ROWS.get(args.diagnoser, WINDOWS))
+    rig, rows = training_rows(args, listed)
     kind = args.diagnoser or ("stretches" if rows == "stretches" else "diagnoser")
     chosen = _choose_speed(args, rig)
     healthy, reason = _healthy_condition(args, kind, rig, chosen)
@@ -111,20 +99,18 @@ def run(args: argparse.Namespace) -> int:
     X = rig.pop("data")
     X = X if chosen.all() else X[chosen]
     y, rpm = rig.target[chosen], None if rig.rpm is None else rig.rpm[chosen]
-    diagnoser = _make(args, kind, healthy, float(rig.sampling_rate))
+    rate, channels = float(rig.sampling_rate), listed[0].channel or []
+    diagnoser, started = _make(args, kind, healthy, rate), perf_counter()
     rates = [name for name in diagnoser.get_params() if name.endswith("__false_alarm_rate")]
     diagnoser.set_params(**dict.fromkeys(rates, args.false_alarm_rate))
-    started = perf_counter()
     report_progress(args, f"{len(X)} {rows}: fitting")
     with as_command_error():
-        labels = None if kind == "detector" else y
-        notes = [f"Note: {note}" for note in _fit_quietly(args, diagnoser, X, labels, rpm)]
-    companions, lines = _companions(args, kind, X, y, rpm, healthy)
+        notes = _fit_quietly(args, diagnoser, X, None if kind == "detector" else y, rpm)
+    companions = _companions(args, kind, X, y, rpm, healthy, notes)
     # Places of faults that no recording shows are conditions, too.
     conditions = sorted(answers(diagnoser).conditions or [healthy], key=lambda c: c != healthy)
     counts = pd.Series(rig.recording[chosen]).groupby(y).agg(["count", "nunique"])
     n_windows, n_recordings = counts.reindex(conditions, fill_value=0).T.to_numpy().tolist()
-    channels = listed[0].channel or []
     with as_command_error():
         save_diagnoser(
             diagnoser,
@@ -134,7 +120,7 @@ def run(args: argparse.Namespace) -> int:
             conditions=conditions,
             healthy=healthy,
             train_rpm=None if rpm is None else np.unique(rpm).tolist(),
-            sampling_rate=float(rig.sampling_rate),
+            sampling_rate=rate,
             n_channels=1 if X.ndim == 2 else X.shape[1],
             window_length=X.shape[-1],
             rows=rows,
@@ -147,14 +133,18 @@ def run(args: argparse.Namespace) -> int:
         )
     if args.verbose:
         report_progress(args, f"fitted in {perf_counter() - started:.1f} s")
-    print(rig.DESCR, _length_line(kind, rows, X, rig.sampling_rate, rpm), sep="\n")
+    seconds = X.shape[-1] / rate
+    turns = "" if rpm is None else f", {seconds * rpm.min() / 60:.3g} turns at {rpm.min():g} rpm"
+    if rpm is None and kind == "stretches":
+        turns = "; the table states no speed: the pattern of impacts is used"
+    print(rig.DESCR)
+    print(f"{rows.capitalize()} of {X.shape[-1]} samples, {seconds:.3g} s at {rate:g} Hz{turns}")
     for name, n_own_recordings, n_own in zip(conditions, n_recordings, n_windows, strict=True):
         if n_own_recordings:
             print(f"{name}: {counted(n_own_recordings, 'recordings')}, {counted(n_own, rows)}")
-    print(f"Healthy: {healthy or 'none'} ({reason})", *notes, *lines, sep="\n")
+    print(f"Healthy: {healthy or 'none'} ({reason})", *notes, sep="\n")
     if healthy is not None:
-        decide = companions.get("detector", diagnoser)[-1]
-        basis = limits_basis(decide, rows)
+        basis = limits_basis(companions.get("detector", diagnoser)[-1], rows)
         print(f"Limits for a false-alarm rate of {args.false_alarm_rate:g} from {basis}")
         if "detector" not in companions and kind != "detector":
             print(*too_few_rows(n_windows[0], args.false_alarm_rate, rows))
@@ -168,19 +158,22 @@ def _check_options(args, listed):
         args.diagnoser = "stretches"
     elif args.diagnoser is None and len(present) == 1 and None not in present:
         (name,) = present
-        is_healthy = _is_named_healthy(name) if args.healthy is None else name == args.healthy
+        is_healthy = _is_healthy(name) if args.healthy is None else name == args.healthy
         args.diagnoser = "detector" if is_healthy else None
     for name, kind in {"fixed_gain": "detector", "bearing": "stretches"}.items():
         if vars(args)[name] and args.diagnoser != kind:
-            option_name = arguments.option_of(name)
-            raise UsageError(f"argument {option_name}: belongs to --diagnoser {kind}")
+            raise UsageError(f"argument {option_of(name)}: belongs to --diagnoser {kind}")
 
 
-def _make(args, kind, healthy, sampling_rate):
+def _is_healthy(name):
+    return place_of_label(name) == HEALTHY
+
+
+def _make(args, kind, healthy, rate):
     if kind == "detector":
-        return make_detector(fixed_gain=args.fixed_gain)
+        return diagnosers.make_detector(fixed_gain=args.fixed_gain)
     if kind == "stretches":
-        return make_diagnoser(sampling_rate=sampling_rate, bearing=args.bearing, healthy=healthy)
+        return diagnosers.make_diagnoser(sampling_rate=rate, bearing=args.bearing, healthy=healthy)
     return DIAGNOSERS[kind][1](healthy=healthy)
 
 
@@ -193,50 +186,33 @@ def _fit_quietly(args, model, X, y, rpm):
     ):
         warnings.simplefilter("always", UserWarning)
         model.fit(X, y, **speeds)
-    return [str(warning.message) for warning in warned]
+    return [f"Note: {warning.message}" for warning in warned]
 
 
-def _companions(args, kind, X, y, rpm, healthy):
-    """Fit the known conditions and the healthy limits; return them and lines about them."""
-    wanted, fitted, lines = {}, {}, []
-    if len(set(y)) > 1:
-        wanted["known_conditions"] = make_known_conditions(), slice(None), y
-    if healthy is not None:
-        limits = make_detector(false_alarm_rate=args.false_alarm_rate)
-        wanted["detector"] = limits, y == healthy, None
+def _companions(args, kind, X, y, rpm, healthy, notes):
+    """Return the fitted known conditions and healthy limits; the notes say why one is missing."""
+    fitted = {}
     if kind == "detector" or args.no_p_values:
-        wanted.clear()
-    for name, (model, rows, labels) in wanted.items():
+        return fitted
+    if len(set(y)) > 1:
+        known = diagnosers.make_known_conditions()
         try:
-            _fit_quietly(args, model, X[rows], labels, None if rpm is None else rpm[rows])
-            left_out = sorted(set(labels) - set(model[-1].classes_)) if name != "detector" else []
-            if left_out:
+            _fit_quietly(args, known, X, y, rpm)
+            if left_out := sorted(set(y) - set(known[-1].classes_)):
                 names = ", ".join(left_out)
                 raise ValueError(f"fewer than two windows at one speed of {names}")
-            fitted[name] = model
+            fitted["known_conditions"] = known
         except ValueError as error:
-            verdict = "The verdict 'none of these' is not possible"
-            lines.append(f"{'No healthy limits' if name == 'detector' else verdict}: {error}")
-    if "known_conditions" in fitted:
-        at = "of unknown speed" if rpm is None else "at other speeds"
-        share = answers(fitted["known_conditions"]).stated_rate
-        lines.append(
-            f"The verdict is 'none of these' if the p-value of the nearest condition is below "
-            f"{share:g}, from {min(np.unique(y, return_counts=True)[1])} rows a condition or more. "
-            f"Recordings {at} are rarely rejected"
-        )
-    return fitted, lines
-
-
-def _length_line(kind, rows, X, sampling_rate, rpm):
-    """Describe the rows that a verdict rests on."""
-    seconds = X.shape[-1] / sampling_rate
-    text = f"{rows} of {X.shape[-1]} samples, {seconds:.3g} s at {sampling_rate:g} Hz"
-    if rows == "stretches" and rpm is not None:
-        text += f", {seconds * rpm.min() / 60:.3g} turns at {rpm.min():g} rpm"
-    elif kind == "stretches" and rpm is None:
-        text += "; the table states no speed: the pattern of impacts is used"
-    return text[0].upper() + text[1:]
+            notes.append(f"The verdict 'none of these' is not possible: {error}")
+    if healthy is not None:
+        detector = diagnosers.make_detector(false_alarm_rate=args.false_alarm_rate)
+        rows = y == healthy
+        try:
+            _fit_quietly(args, detector, X[rows], None, None if rpm is None else rpm[rows])
+            fitted["detector"] = detector
+        except ValueError as error:
+            notes.append(f"No healthy limits: {error}")
+    return fitted
 
 
 def _choose_speed(args, rig):
@@ -258,10 +234,7 @@ def _healthy_condition(args, kind, rig, chosen):
     """Return the healthy condition, or None if there is none, and why it is that one."""
     if args.bearing is not None and rig.rpm is None:
         raise CommandError(f"{args.table}: no speed is stated; expected a column rpm, or --rpm")
-    if rig.target is None:
-        present = []
-    else:
-        present = [name for name in rig.target_names if name in rig.target[chosen]]
+    present = [] if rig.target is None else [n for n in rig.target_names if n in rig.target[chosen]]
     if len(present) < 2 and kind != "detector" and args.bearing is None:
         raise CommandError(
             f"{args.table}: conditions {present}; --diagnoser {kind} needs two or more in a column "
@@ -271,25 +244,16 @@ def _healthy_condition(args, kind, rig, chosen):
         rig.target, present = np.full(len(rig.recording), HEALTHY), [HEALTHY]
     with as_command_error():
         check_condition_names(present)
-    if args.healthy in present:
-        return args.healthy, "--healthy"
-    if args.healthy == "none" and kind != "detector":
-        return None, "--healthy"
-    named = [name for name in present if _is_named_healthy(name)]
+    named = list(filter(_is_healthy, present))
+    if args.healthy in present or (args.healthy == "none" and kind != "detector"):
+        return None if args.healthy not in present else args.healthy, "--healthy"
     if args.healthy is None and len(present) == 1:
         return present[0], "the only condition"
     if args.healthy is None and len(named) == 1:
         return named[0], "by its name; --healthy names another"
-    at = "" if args.train_rpm is None else f" at {args.train_rpm} rpm"
     problem = "needed, because the names do not show which condition is healthy"
     raise UsageError(
         f"argument --healthy: {problem if args.healthy is None else repr(args.healthy)}, expected "
-        f"a condition of {args.table}{at}: {', '.join(present)}"
+        f"a condition of {args.table}: {', '.join(present)}"
         + ("; or --healthy none" if kind != "detector" else "")
     )
-
-
-def _is_named_healthy(name):
-    words = set(re.findall(r"[a-z]+", name.lower()))
-    is_named = name.strip().lower() in _HEALTHY_NAMES or words & _HEALTHY_WORDS
-    return bool(is_named) and not words & {"no", "not", "non"}

@@ -86,10 +86,15 @@ def add_progress_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def say(text: object) -> None:
+    """Print a line to standard error, without the control characters of names."""
+    print(printable(text), file=sys.stderr, flush=True)
+
+
 def report_progress(args: argparse.Namespace, line: str) -> None:
     """Print a line to standard error, unless --quiet is given."""
     if not args.quiet:
-        print(line, file=sys.stderr, flush=True)
+        say(line)
 
 
 class Progress:

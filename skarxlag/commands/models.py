@@ -102,12 +102,14 @@ class SavedModel:
     @property
     def heading(self) -> str:
         """Description in one line."""
-        speeds = ", ".join(f"{speed:g}" for speed in self.train_rpm or ()) or "unknown"
-        rate = f" at {self.sampling_rate:g} Hz" if self.sampling_rate else ""
+        speeds = ", ".join(f"{speed:g}" for speed in self.train_rpm or ())
+        speeds = f" at {speeds} rpm" if speeds else ""
+        rate = self.sampling_rate
+        seconds = f", {self.window_length / rate:.3g} s at {rate:g} Hz" if rate else ""
         return (
             f"{self.path}: {self.facts['diagnoser']} calibrated on "
-            f"{', '.join(map(str, self.conditions))} at {speeds} rpm, {self.rows} of "
-            f"{self.window_length} samples{rate}. Healthy: {self.healthy or 'not known'}"
+            f"{', '.join(map(str, self.conditions))}{speeds}, {self.rows} of "
+            f"{self.window_length} samples{seconds}. Healthy: {self.healthy or 'not known'}"
         )
 
     @property
@@ -142,6 +144,8 @@ class SavedModel:
         remarks += _remarks(windows, verdict)
         if verdict["verdict"] == CHANGED and self.facts.get("bearing"):
             remarks.append(f"No comb of bearing {self.facts['bearing']} shows a fault.")
+        if sampling_rate is None and self.sampling_rate is not None:
+            remarks.append(f"No sampling rate is stated; {self.sampling_rate:g} Hz was assumed.")
         if recording.rpm is None and self.can.is_stretch and self.train_rpm:
             remarks.append("The speed is not stated. Speeds near those of fit were searched.")
         return Diagnosis(verdict, windows, sampling_rate, tuple(remarks))

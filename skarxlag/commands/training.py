@@ -1,7 +1,6 @@
 """Training data of ``fit``: windows or stretches of recordings, no more than memory holds."""
 
 import argparse
-from dataclasses import dataclass
 
 import numpy as np
 from sklearn.utils import Bunch
@@ -9,6 +8,7 @@ from sklearn.utils import Bunch
 from ..recordings.listing import ListedRecording
 from ..recordings.rig import cut_recordings
 from .messages import CommandError, Progress, as_command_error
+from .models import DIAGNOSERS
 
 #: Samples of a channel that the windows of all recordings hold together, unless --max-windows says
 #: otherwise: a quarter of a GiB, and three times as much while a diagnoser is fitted.
@@ -23,44 +23,28 @@ _SECONDS, _TURNS = 1.0, 10
 _FEWEST, _ENOUGH = 2, 4
 
 
-@dataclass(frozen=True)
-class Rows:
-    """Rows that a kind of diagnoser takes: windows, stretches, or stretches if possible."""
-
-    windows: bool = True
-    stretches: bool = False
-    window_length: int = _WINDOW_LENGTH
-
-
-WINDOWS = Rows()
-STRETCHES = Rows(windows=False, stretches=True)
-EITHER = Rows(stretches=True)
-OF_DETECTOR = Rows(stretches=True, window_length=_DETECTOR_LENGTH)
-
-
-def training_rows(
-    args: argparse.Namespace, listed: list[ListedRecording], wanted: Rows
-) -> tuple[Bunch, str]:
+def training_rows(args: argparse.Namespace, listed: list[ListedRecording]) -> tuple[Bunch, str]:
     """Return the rows of recordings as a rig, and whether they are windows or stretches."""
-    is_cut = (args.window_length, args.hop, args.max_windows) != (None, None, None)
-    if is_cut or not wanted.stretches:
-        rig = _cut(args, listed, args.window_length or wanted.window_length)
-        return rig, "windows" if wanted.windows else "stretches"
+    needs_stretches = args.diagnoser == "stretches"
+    length = _DETECTOR_LENGTH if args.diagnoser == "detector" else _WINDOW_LENGTH
+    if args.window_length or args.hop or args.max_windows or args.diagnoser in DIAGNOSERS:
+        rig = _cut(args, listed, args.window_length or length)
+        return rig, "stretches" if needs_stretches else "windows"
     rig = _cut(args, listed, _WINDOW_LENGTH)
     n_windows = stretch_windows(rig)
-    if n_windows is None and not wanted.windows:
+    if n_windows is None and needs_stretches:
         raise CommandError(
             f"{args.table}: the shortest recording is too short for two stretches of a second, or "
             "of ten turns; use --diagnoser diagnoser"
         )
+    if n_windows is None and length == _WINDOW_LENGTH:
+        return rig, "windows"
     if n_windows is not None and rig.available.sum() == len(rig.data):
         return join_windows(rig, n_windows), "stretches"
-    if n_windows is None and wanted.window_length == _WINDOW_LENGTH:
-        return rig, "windows"
     # Windows that were left out cannot be joined.
     del rig["data"]
     if n_windows is None:
-        return _cut(args, listed, wanted.window_length), "windows"
+        return _cut(args, listed, length), "windows"
     return _cut(args, listed, n_windows * _WINDOW_LENGTH), "stretches"
 
 

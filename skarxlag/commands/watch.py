@@ -11,10 +11,11 @@ from typing import Any
 
 import pandas as pd
 
-from .arguments import option_of, positive_number
-from .messages import CommandError, UsageError, as_command_error
+from ..recordings.listing import positive
+from .arguments import channel_names, flag, option, option_of, positive_number
+from .messages import CommandError, UsageError, as_command_error, say
 from .models import SavedModel, is_model_file
-from .watch_stream import SensorStream, say
+from .watch_stream import SensorStream
 
 _NEEDED, _FURTHER = ["name", "source", "model"], ["channel", "rpm"]
 
@@ -32,48 +33,42 @@ sensors in the columns name, source and model, and optionally channel and rpm.
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.description = _DESCRIPTION
-    add, seconds = parser.add_argument, {"type": positive_number, "metavar": "SECONDS"}
-    add("model", type=Path, metavar="MODEL.skops", help="file that fit has saved, or a csv table")
-    add("source", nargs="?", metavar="SOURCE", help="file or folder; default: standard input")
-    add("--dtype", help="of raw samples: <i2, or '(4,)<f4' for four interleaved channels")
-    add(
-        "--channel",
-        metavar="NAME",
-        help="name, position or pattern such as *DE_time of the column or channel; several are "
-        "separated by ; with the output first; default: all but a column of times",
-    )
-    add("--sampling-rate", type=positive_number, metavar="HZ", help="default: the model's")
+    text = "file that fit has saved, or a csv table"
+    parser.add_argument("model", type=Path, metavar="MODEL.skops", help=text)
+    text = "file or folder; default: standard input"
+    parser.add_argument("source", nargs="?", metavar="SOURCE", help=text)
+
+    def seconds(name, text):
+        option(parser, name, text, positive_number, "SECONDS")
+
+    text = "of raw samples: <i2, or '(4,)<f4' for four interleaved channels"
+    option(parser, "--dtype", text, metavar="TYPE")
+    text = "name, position or pattern such as *DE_time of the column or channel; several are "
+    text += "separated by ; with the output first; default: all but a column of times"
+    option(parser, "--channel", text, channel_names, "NAME")
+    option(parser, "--sampling-rate", "default: the model's", positive_number, "HZ")
     speed = parser.add_mutually_exclusive_group()
-    speed.add_argument("--rpm", type=positive_number, help="shaft speed, if the model uses it")
-    speed.add_argument("--rpm-column", metavar="NAME", help="csv column of shaft speeds")
-    add("--time-column", metavar="NAME", help="csv column of times; none: ignore times")
-    add("--hop", type=int, metavar="SAMPLES", help="between windows; default: their length")
-    add("--half-life", default=10.0, help="of evidence; default: %(default)g", **seconds)
-    add(
-        "--false-alarm-interval",
-        type=positive_number,
-        default=1000.0,
-        metavar="HOURS",
-        help="mean signal between false alarms; default: %(default)g",
-    )
-    add(
-        "--timed-files",
-        action="store_true",
-        help="there may be gaps between the files of a folder: a file begins at the date that it "
-        "states, or else its time of modification is that of its last sample",
-    )
-    add("--gap-tolerance", help="lateness that is no gap; default: half a window", **seconds)
-    state = "continue from here, and save every minute; with a table, a folder"
-    add("--state", type=Path, metavar="FILE.json", help=state)
-    add("--idle", help="end after so long without anything new; default: never", **seconds)
-    add("--poll", default=0.2, help="pause between looks; default: %(default)g", **seconds)
-    finished = "pause after which a file in a folder is finished; default: %(default)g"
-    add("--settle", default=2.0, help=finished, **seconds)
-    every = "between lines of JSON, unless the verdict changes; default: every window"
-    add("--every", help=every, **seconds)
-    add("--heartbeat", help="without a line, then write a heartbeat; default: never", **seconds)
-    add("--sensor", metavar="NAME", help="stated in each line; default: name of SOURCE")
-    add("-v", "--verbose", action="store_true", help="print one status line a second")
+    option(speed, "--rpm", "shaft speed, if the model uses it", positive_number, "RPM")
+    option(speed, "--rpm-column", "csv column of shaft speeds", metavar="NAME")
+    option(parser, "--time-column", "csv column of times; none: ignore times", metavar="NAME")
+    option(parser, "--hop", "between windows; default: their length", int, "SAMPLES")
+    seconds("--half-life", "of evidence; default: 10")
+    text = "mean signal between false alarms; default: 1000"
+    option(parser, "--false-alarm-interval", text, positive_number, "HOURS")
+    text = "there may be gaps between the files of a folder: a file begins at the date that it "
+    text += "states, or else its time of modification is that of its last sample"
+    flag(parser, "--timed-files", text)
+    seconds("--gap-tolerance", "lateness that is no gap; default: half a window")
+    text = "continue from here, and save every minute; with a table, a folder"
+    option(parser, "--state", text, Path, "FILE.json")
+    seconds("--idle", "end after so long without anything new; default: never")
+    seconds("--poll", "pause between looks; default: 0.2")
+    seconds("--settle", "pause after which a file in a folder is finished; default: 2")
+    seconds("--every", "between lines of JSON, unless the verdict changes; default: every window")
+    seconds("--heartbeat", "without a line, then write a heartbeat; default: never")
+    option(parser, "--sensor", "stated in each line; default: name of SOURCE", metavar="NAME")
+    flag(parser, "-v --verbose", "print one status line a second")
+    parser.set_defaults(half_life=10.0, false_alarm_interval=1000.0, poll=0.2, settle=2.0)
     parser.set_defaults(run=run, fail=parser.error)
 
 
@@ -102,31 +97,31 @@ def _listed_sensors(args):
     path = args.model
     with as_command_error():
         table = pd.read_csv(path, dtype=str, keep_default_na=False)
-    columns, sensors = list(table.columns), []
+        if args.state is not None:
+            args.state.mkdir(parents=True, exist_ok=True)
+    columns = list(table)
     if not set(_NEEDED) <= set(columns) <= {*_NEEDED, *_FURTHER} or table.empty:
         raise CommandError(
             f"{path}: {len(table)} sensors with the columns {', '.join(columns)}; expected "
             f"{', '.join(_NEEDED)}, and if needed {', '.join(_FURTHER)}"
         )
-    for option, column in (("sensor", "name"), ("rpm_column", "rpm")):
-        if vars(args)[option] is not None and column in columns:
-            raise UsageError(f"argument {option_of(option)}: {path} has a column {column}")
-    if args.state is not None:
-        with as_command_error():
-            args.state.mkdir(parents=True, exist_ok=True)
-    for line, row in enumerate(table.to_dict("records"), start=2):
-        name, where = row["name"], f"{path}, line {line}"
-        if not name or Path(name).name != name or (table["name"] == name).sum() > 1:
+    for name, column in (("sensor", "name"), ("rpm_column", "rpm")):
+        if vars(args)[name] is not None and column in columns:
+            raise UsageError(f"argument {option_of(name)}: {path} has a column {column}")
+    is_repeated, sensors = table["name"].duplicated(keep=False), []
+    for line, row in enumerate(table.to_dict("records")):
+        name, where = row["name"], f"{path}, line {line + 2}"
+        if not name or Path(name).name != name or is_repeated[line]:
             raise CommandError(f"{where}: name {name!r}, expected a unique name without slashes")
         if row["source"] in ("", "-"):
             raise CommandError(f"{where}: source {row['source']!r}, expected a file or a folder")
-        own = {"sensor": name, "channel": row.get("channel") or args.channel}
-        own |= {"source": str(path.parent / row["source"]), "model": path.parent / row["model"]}
+        own = {"sensor": name, "model": path.parent / row["model"]}
+        own["source"] = str(path.parent / row["source"])
+        if row.get("channel"):
+            own["channel"] = channel_names(row["channel"])
         if row.get("rpm"):
-            try:
-                own["rpm"] = positive_number(row["rpm"])
-            except argparse.ArgumentTypeError as error:
-                raise CommandError(f"{where}: rpm {error}") from error
+            with as_command_error(ValueError):
+                own["rpm"] = positive(where, "rpm", row["rpm"])
         if args.state is not None:
             own["state"] = args.state / f"{name}.json"
         sensors.append(argparse.Namespace(**vars(args) | own))

@@ -2,7 +2,6 @@
 
 import json
 import math
-import sys
 import time
 from collections.abc import Mapping
 from datetime import UTC, datetime
@@ -52,23 +51,22 @@ class VerdictLines:
         now = time.monotonic()
         if self._heartbeat is None or now - self._line_at < self._heartbeat:
             return
-        self._line_at = now
-        line = {"kind": "heartbeat", "time": _iso_date(None)} | self._facts
-        line["seconds_without_window"] = round(now - self._window_at, 3)
-        line["verdict"], line["alarm"] = None, None
-        if self.last is not None:
-            line |= {"verdict": self.last.verdict, "alarm": self.last.alarm}
-        print(json.dumps(line, allow_nan=False), flush=True)
+        fields = {"seconds_without_window": round(now - self._window_at, 3)}
+        fields["verdict"] = None if self.last is None else self.last.verdict
+        fields["alarm"] = None if self.last is None else self.last.alarm
+        self._print("heartbeat", None, fields)
 
     def write(self, verdicts: list[MonitorVerdict], source: str | None) -> None:
         """Write those of some verdicts that are due."""
-        if not verdicts:
-            return
-        self.last, self._window_at = verdicts[-1], time.monotonic()
-        for verdict in filter(self._is_due, verdicts):
-            self._written, self._line_at = verdict, self._window_at
-            print(self._json(verdict, source))
-        sys.stdout.flush()
+        for verdict in verdicts:
+            self.last, self._window_at = verdict, time.monotonic()
+            if self._is_due(verdict):
+                self._written, fields = verdict, verdict._asdict()
+                seconds = fields.pop("time")
+                fields = {"seconds": seconds} | fields
+                if source is not None:
+                    fields["source"] = printable(source)
+                self._print("verdict", seconds, fields)
 
     def _is_due(self, verdict):
         if self._every is None or self._written is None or _news(verdict) != _news(self._written):
@@ -77,17 +75,13 @@ class VerdictLines:
         # A clock that was set back would suppress all lines; times are sums of rounded steps.
         return passed < 0 or passed >= self._every * (1 - 1e-9)
 
-    def _json(self, verdict, source):
-        fields = verdict._asdict()
-        seconds = fields.pop("time")
-        line = {"kind": "verdict", "time": _iso_date(seconds)} | self._facts
-        line |= {"seconds": seconds} | fields
+    def _print(self, kind, seconds, fields):
+        self._line_at = time.monotonic()
+        line = {"kind": kind, "time": _iso_date(seconds)} | self._facts | fields
         for name, value in line.items():
             if isinstance(value, float) and not math.isfinite(value):
                 line[name] = None
-        if source is not None:
-            line["source"] = printable(source)
-        return json.dumps(line, allow_nan=False)
+        print(json.dumps(line, allow_nan=False), flush=True)
 
 
 def _iso_date(seconds):

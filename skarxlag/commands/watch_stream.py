@@ -16,7 +16,7 @@ from ..recordings.live_times import StreamTimes
 from ..recordings.rates import rates_agree
 from ..verdicts import HOLD
 from .arguments import option_of
-from .messages import CommandError, UsageError, as_command_error, printable
+from .messages import CommandError, UsageError, as_command_error, say
 from .models import SavedModel
 from .watch_output import VerdictLines, sentence, summary
 
@@ -24,11 +24,6 @@ from .watch_output import VerdictLines, sentence, summary
 _SAVE_EVERY = 60.0
 #: Arguments on which the meaning of a state depends.
 _READING = ("channel", "dtype", "time_column", "rpm_column")
-
-
-def say(text: str) -> None:
-    """Print a line to standard error."""
-    print(printable(text), file=sys.stderr, flush=True)
 
 
 class SensorStream:
@@ -65,12 +60,13 @@ class SensorStream:
         if model.can.needs_rpm and args.rpm is None and args.rpm_column is None:
             listed = ", ".join(f"{speed:g}" for speed in model.train_rpm or model.can.speeds)
             raise UsageError(f"argument --rpm: needed, {args.model} was fitted at {listed} rpm")
+        path = Path(args.source)
         self._facts = {name: vars(args)[name] for name in _READING} | {
-            "source": args.source if args.source == "-" else str(Path(args.source).resolve()),
+            "source": args.source if args.source == "-" else str(path.resolve()),
             "model": model.identity,
             "sampling_rate": self._rate,
         }
-        sensor = args.sensor or (args.model if args.source == "-" else Path(args.source)).stem
+        sensor = args.sensor or (args.model if args.source == "-" else path).stem
         self._lines = VerdictLines(sensor, model.healthy, args.every, args.heartbeat)
         self._said, self._limits, self.is_at_place = time.monotonic(), None, True
         self._unread: Counter[str] = Counter()
@@ -90,7 +86,7 @@ class SensorStream:
             self._place = self._restored()
             # A file that cannot be written is reported now, not in a minute.
             self.save()
-            self.blocks = self._source()
+            self.blocks = self._source(path)
 
     def say(self, text: str) -> None:
         """Print a line to standard error, after the name of the sensor if the user stated one."""
@@ -106,13 +102,11 @@ class SensorStream:
             if facts.get(name, own) != own:
                 found = f"{name.replace('_', ' ')} {facts[name]!r}, expected {own!r}"
                 found = "another model" if name == "model" else found
-                raise CommandError(
-                    printable(f"{path}: a state of {found}; name another --state or delete it")
-                )
+                raise CommandError(f"{path}: a state of {found}; name another --state or delete it")
         place = facts.get("place")
         is_pair = isinstance(place, list) and len(place) == 2 and type(place[0]) is int
         if place is not None and not is_pair:
-            raise CommandError(f"{printable(path)}: place {place!r}, expected two values")
+            raise CommandError(f"{path}: place {place!r}, expected two values")
         self._monitor.restore(state)
         return place
 
@@ -122,15 +116,17 @@ class SensorStream:
         if self._args.state is not None and self.is_at_place:
             save_monitor_state(self._monitor, self._args.state, place=self._place, **self._facts)
 
-    def _source(self):
-        args, path, length = self._args, Path(self._args.source), self._model.window_length
-        channel = args.channel
-        if channel is not None and ";" in channel:
-            channel = [name.strip() for name in channel.split(";")]
-        if args.source != "-" and path.is_dir():
-            self._refuse_columns("a folder")
+    def _source(self, path):
+        args, length = self._args, self._model.window_length
+        is_folder = args.source != "-" and path.is_dir()
+        for name in ("time_column", "rpm_column"):
+            if vars(args)[name] is not None and (is_folder or args.dtype):
+                source = "a folder" if is_folder else "raw samples"
+                wrong = f"argument {option_of(name)}: belongs to csv lines, not to {source}"
+                raise UsageError(wrong)
+        if is_folder:
             options = {
-                "channel": channel,
+                "channel": args.channel,
                 "dtype": args.dtype,
                 "sampling_rate": self._rate,
                 "n_channels": self._model.n_channels,
@@ -142,10 +138,9 @@ class SensorStream:
         if args.dtype is None:
             tolerance = args.gap_tolerance or 0.5 * length / self._rate
             times = StreamTimes(args.time_column, self._rate, tolerance, length)
-            parser = TextSamples(channel, times, args.rpm_column)
+            parser = TextSamples(args.channel, times, args.rpm_column)
         else:
-            self._refuse_columns("raw samples")
-            parser = RawSamples(args.dtype, channel)
+            parser = RawSamples(args.dtype, args.channel)
         self._unread = parser.unread
         if args.source == "-":
             if sys.stdin is None:
@@ -154,15 +149,8 @@ class SensorStream:
         if path.is_fifo() or path.is_char_device():
             return from_stream(lambda: path.open("rb", buffering=0), parser)
         if not path.is_file():
-            raise FileNotFoundError(f"{printable(path)}: no such file or folder")
+            raise FileNotFoundError(f"{path}: no such file or folder")
         return from_growing_file(path, parser, self.say, self._place)
-
-    def _refuse_columns(self, source):
-        for name in ("time_column", "rpm_column"):
-            if vars(self._args)[name] is not None:
-                raise UsageError(
-                    f"argument {option_of(name)}: belongs to csv lines, not to {source}"
-                )
 
     def step(self) -> bool | None:
         """Process the next block, if there is one.
@@ -179,7 +167,7 @@ class SensorStream:
         except StopIteration:
             return None
         except ContentError as error:
-            raise CommandError(f"{printable(self._args.source)}: {error}") from error
+            raise CommandError(f"{self._args.source}: {error}") from error
         self._lines.beat()
         return block is not None
 

@@ -382,7 +382,7 @@ def test_what_save_diagnoser_wrote_is_accepted(run, workshop):
     save_diagnoser(make_diagnoser(healthy="inner").fit(X, y), path, sampling_rate=50e3)
     code, out, _ = run("diagnose", path, "--table", workshop / "table.csv")
     assert code == 0
-    assert "calibrated on inner, good, outer, windows of 200 samples at 50000 Hz" in out
+    assert "calibrated on inner, good, outer, windows of 200 samples, 0.004 s at 50000 Hz" in out
     rows = [line.split() for line in out.splitlines() if ".npy " in line and "%" in line]
     assert len(rows) == 6 and all(row[1] == row[3] for row in rows)
     save_diagnoser(make_diagnoser().fit(X, y), path)

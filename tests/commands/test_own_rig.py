@@ -104,4 +104,4 @@ def test_a_rig_of_one_channel_is_evaluated_with_figures(run, tmp_path, monkeypat
     arguments = ("evaluate", "--rig", "uestc", "--window-length", 400, "--train-rpm", 500, "-q")
     code, out, err = run(*arguments, "--output", tmp_path)
     assert (code, err) == (0, "") and "Drawn as PNG" in out
-    assert (tmp_path / "uestc_identification_healthy.png").stat().st_size > 10_000
+    assert (tmp_path / "uestc_confusion.png").stat().st_size > 10_000

