@@ -9,9 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
-from ._state import INNOVATIONS, CheckedEstimator, uses_fitted
-from ._validation import check_input_names, validate_innovations
-from .speeds import with_plausible_speeds
+from ._state import INNOVATIONS, CheckedEstimator, remember_parameters, uses_fitted
+from ._validation import check_input_names, validate_innovations, weighted_windows
+from .kernels.speed_references import group_speeds
+from .speeds import log_speeds, speeds_of_rows, with_plausible_speeds
 
 #: Site of the documentation.
 SITE = "https://skarxlag.github.io/skarxlag/"
@@ -101,16 +102,65 @@ class GroupTransformer(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=
 class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
     """Transformer from rows and their speeds to one residual for each condition.
 
-    A subclass computes the residuals of checked rows in `_residuals`. The names of the residuals
-    are those of the conditions and `_suffix`.
+    A subclass sets its own fitted attributes in `_learn`, and computes the residuals of checked
+    rows in `_residuals`. The names of the residuals are those of the conditions and `_suffix`.
     """
 
     classes_: NDArray[Any]
+    speeds_: NDArray[Any]
     _suffix: ClassVar[str]
 
     #: Metadata routing passes these without `set_fit_request` and `set_transform_request`.
     __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
     __metadata_request__transform: ClassVar = {"rpm": True}
+
+    def fit(
+        self,
+        X: ArrayLike,
+        y: ArrayLike,
+        rpm: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
+    ) -> Self:
+        """Learn what rows of each condition look like.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
+            Innovations or plain rows. For `SpectralDistance`: log spectra of shape (n_rows,
+            n_groups, n_frequencies) or (n_rows, n_frequencies).
+        y : array-like of shape (n_rows,)
+            Condition of each row.
+        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
+            Nominal speed of each row in revolutions per minute, or of each of its samples. None:
+            the speed is not known.
+        sample_weight : array-like of shape (n_rows,) or None, default=None
+            How many rows each one stands for, at least 0: its weight in means and covariances.
+            None: one each.
+
+        Returns
+        -------
+        estimator
+            This transformer.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is out of its range, a weight is negative, or a speed is not above 0. If
+            orders are compared: also if `rpm` is given without a sampling rate, or a row has less
+            than 3 turns.
+        """
+        X, y = self._validate(X, y, reset=True)
+        self._check_parameters()
+        log_speed = log_speeds(rpm, len(X))
+        rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
+        self.classes_, target = np.unique(y, return_inverse=True)
+        self.speeds_ = np.empty(0)
+        if rpm is not None:
+            self.speeds_ = np.exp(group_speeds(log_speed[rows])[0])
+            rpm = speeds_of_rows(rpm, len(X))[rows]
+        self._learn(X if len(rows) == len(X) else X[rows], target, weights, rpm)
+        remember_parameters(self)
+        return self
 
     def fit_transform(
         self,
@@ -167,7 +217,7 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
             If a speed is not above 0, or farther than a factor of 5 outside the speeds of `fit`.
             The residuals of such a row are 1 for all conditions.
         """
-        X = self._checked_rows(X)
+        X, _ = self._validate(X)
         self._check_rpm_is_taken(rpm)
         rpm, is_plausible = with_plausible_speeds(rpm, len(X), self._trained_speeds() or ())
         residuals = self._residuals(X, rpm)
@@ -175,8 +225,8 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         residuals[~is_plausible] = 1.0
         return residuals.astype(X.dtype, copy=False)
 
-    def _checked_rows(self, X):
-        return validate_innovations(self, X, reset=False, any_length=True)[0]
+    def _validate(self, X, y=None, *, reset=False):
+        return validate_innovations(self, X, y, reset=reset, any_length=True)
 
     def _check_rpm_is_taken(self, rpm):
         if rpm is not None and self._trained_speeds() is None:

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._base import StretchTransformer
 from ._parallel import one_thread
-from ._state import SPEEDS, WINDOWS, Labels, Values, as_fitted, remember_parameters
-from ._validation import ABOVE_0, check_real, validate_signals, weighted_windows
+from ._state import SPEEDS, WINDOWS, Labels, Values, as_fitted
+from ._validation import ABOVE_0, check_real, validate_signals
 from .kernels.drift import (
     along_axes,
     joint_axes,
@@ -44,7 +44,8 @@ _LEAST = 1e-12
 class SpectralDistance(StretchTransformer):
     r"""Transformer from log spectra to distances from each condition that tolerate other speeds.
 
-    A window comes as one or several groups of log spectra over frequency. Each group g is reduced
+    A window comes as one or several groups of log spectra: natural logarithms of power at the
+    midpoints of equal cells of frequency. Each group g is reduced
     to its cosine coefficients :math:`d_g` without the first, the gain. Its distance from condition
     c at speed q is the root of
 
@@ -195,47 +196,10 @@ class SpectralDistance(StretchTransformer):
     }
 
     @one_thread
-    def fit(
-        self,
-        X: ArrayLike,
-        y: ArrayLike,
-        rpm: ArrayLike | None = None,
-        sample_weight: ArrayLike | None = None,
-    ) -> Self:
-        """Calibrate references and covariances.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)
-            Log spectra, natural logarithms of power at the midpoints of equal cells.
-        y : array-like of shape (n_windows,)
-            Condition of each window.
-        rpm : float, array-like of shape (n_windows,) or (n_windows, n_samples), default=None
-            Speed of each window in revolutions per minute, or of each of its samples, of which the
-            mean is taken. None: the speed is not known.
-        sample_weight : array-like of shape (n_windows,) or None, default=None
-            Weight of each window in means and covariances, at least 0. None: all weigh 1.
-
-        Returns
-        -------
-        SpectralDistance
-            The fitted transformer.
-
-        Raises
-        ------
-        ValueError
-            If a parameter is out of its range, a speed is not above 0, or a weight is negative.
-        """
-        X, y = self._validate(X, y, reset=True)
-        self._check_parameters()
+    def _learn(self, X, target, weights, rpm):
         self._check_relations()
-        log_speed = log_speeds(rpm, len(X))
-        rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
-        self.classes_, target = np.unique(y, return_inverse=True)
-        speed = np.zeros(len(X)) if log_speed is None else log_speed
-        known, at = group_speeds(speed[rows])
-        self.speeds_: NDArray[Any] = np.empty(0) if log_speed is None else np.exp(known)
-        spectra = X[rows].astype(np.float64, copy=False)
+        known, at = group_speeds(np.zeros(len(X)) if rpm is None else log_speeds(rpm, len(X)))
+        spectra = X.astype(np.float64, copy=False)
         cepstra = cepstrum(spectra)
         means, recorded = mean_by_speed(cepstra, at, target, weights)
         self.recorded_: NDArray[Any] = recorded.astype(np.intp)
@@ -250,8 +214,6 @@ class SpectralDistance(StretchTransformer):
         self.axes_, self.variances_, references = map(np.stack, zip(*found[:-1], strict=True))
         self.references_ = np.moveaxis(references, 0, 2)
         self.joint_axes_, self.joint_variances_, self.joint_references_ = found[-1]
-        remember_parameters(self)
-        return self
 
     def _calibrate(self, chosen, scatter, moved, learned, means):
         """Return axes, variances and references of the chosen groups, joined to one vector."""
@@ -295,7 +257,7 @@ class SpectralDistance(StretchTransformer):
         return self
 
     def _moved_references(self, X, y, rpm):
-        X, y = self._validate(X, y, reset=False)
+        X, y = self._validate(X, y)
         unknown = np.setdiff1d(y, self.classes_)
         if len(unknown) > 0:
             raise ValueError(
@@ -365,10 +327,7 @@ class SpectralDistance(StretchTransformer):
         of_group = smooth_variance(self._n_coefficients(), self.smooth_drift, rough)
         return np.tile(of_group, n_groups)
 
-    def _checked_rows(self, X):
-        return self._validate(X, reset=False)[0]
-
-    def _validate(self, X, y=None, *, reset):
+    def _validate(self, X, y=None, *, reset=False):
         expected = "(n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)"
         X, y = validate_signals(
             self, X, y, reset=reset, expected=f"log spectra of shape {expected}"

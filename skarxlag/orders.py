@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from numbers import Integral
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,16 +12,14 @@ from sklearn.utils import Bunch, check_scalar
 
 from ._base import StretchTransformer
 from ._parallel import map_batches
-from ._state import INNOVATIONS, SPEEDS, Labels, Values, remember_parameters, uses_fitted
+from ._state import INNOVATIONS, SPEEDS, Labels, Values, uses_fitted
 from ._validation import (
     ABOVE_0,
     check_real,
     of_one_model,
-    validate_innovations,
-    weighted_windows,
 )
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
-from .kernels.speed_references import drift_factor, group_means, group_speeds, speed_distance
+from .kernels.speed_references import drift_factor, group_means, speed_distance
 from .speeds import LEAST_TURNS, log_speeds, samples_a_turn
 
 #: Lowest order, and the step from one order to the next.
@@ -167,51 +165,13 @@ class OrderResidual(StretchTransformer):
         "speeds_": SPEEDS,
     }
 
-    def fit(
-        self,
-        X: ArrayLike,
-        y: ArrayLike,
-        rpm: ArrayLike | None = None,
-        sample_weight: ArrayLike | None = None,
-    ) -> Self:
-        """Calibrate the references.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_stretches, 1, n_samples) or (n_stretches, n_samples)
-            Innovations of one model, or plain stretches.
-        y : array-like of shape (n_stretches,)
-            Condition of each stretch.
-        rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
-            Nominal speed in revolutions per minute.
-        sample_weight : array-like of shape (n_stretches,) or None, default=None
-            How many stretches each one stands for, at least 0: its weight in means and variances.
-            None: one each.
-
-        Returns
-        -------
-        OrderResidual
-            The fitted transformer.
-
-        Raises
-        ------
-        ValueError
-            If a parameter is out of its range; if speeds are not above 0, or not one for each
-            stretch; if `rpm` is given without `sampling_rate`; if a stretch has less than 3
-            turns; or if a weight is negative.
-        """
-        X, y = validate_innovations(self, X, y, reset=True)
-        self._check_parameters()
-        rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
-        self.classes_, target = np.unique(y, return_inverse=True)
+    def _learn(self, X, target, weights, rpm):
         self.orders_: NDArray[Any] = _LOWEST_ORDER + _ORDER_STEP * np.arange(self._n_orders())
-        signals = of_one_model(X)[rows]
-        speeds, turns = np.empty(0), np.full(len(rows), X.shape[-1] / _SUPPOSED_TURNS)
+        signals = of_one_model(X)
+        turns = np.full(len(X), X.shape[-1] / _SUPPOSED_TURNS)
         if rpm is not None:
-            turns = samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])[rows]
-            speeds = np.exp(group_speeds(log_speeds(rpm, len(X), X.shape[-1])[rows])[0])
-        self.speeds_: NDArray[Any] = speeds
-        mean_of_row = np.log(turns).reshape(len(rows), -1).mean(axis=1)
+            turns = samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])
+        mean_of_row = np.log(turns).reshape(len(X), -1).mean(axis=1)
         self.samples_a_turn_: float = float(np.exp(np.average(mean_of_row, weights=weights)))
 
         def of_batch(batch):
@@ -219,12 +179,10 @@ class OrderResidual(StretchTransformer):
             spectrum = order_spectrum(envelopes, step, self.n_turns)
             return at_orders(*spectrum, self.orders_, np.ones(1))[0][0]
 
-        found = np.stack(map_batches(of_batch, len(rows), self.n_jobs, batch_size=1))
+        found = np.stack(map_batches(of_batch, len(X), self.n_jobs, batch_size=1))
         self.references_: NDArray[Any] = group_means(found, target, weights)
         scatter = (found - self.references_[target]) ** 2
         self.variances_: NDArray[Any] = np.average(scatter, axis=0, weights=weights)
-        remember_parameters(self)
-        return self
 
     @uses_fitted
     def match(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
@@ -244,7 +202,7 @@ class OrderResidual(StretchTransformer):
             (n_stretches, n_classes); ``spectra`` of shape (n_stretches, n_classes, n_bands,
             n_orders), the order spectra z at these factors, in nepers.
         """
-        X = self._checked_rows(X)
+        X, _ = self._validate(X)
         self._check_rpm_is_taken(rpm)
         return self._match(X, rpm)
 

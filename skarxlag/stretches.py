@@ -7,17 +7,16 @@ from numbers import Integral
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from sklearn.base import clone
 from sklearn.pipeline import Pipeline
 from sklearn.utils import check_scalar
 
-from ._answers import answers, requests
+from ._answers import requests
 from ._base import StretchTransformer
-from ._state import INNOVATIONS, Labels, Values, remember_parameters
-from ._validation import check_real, validate_innovations, weighted_windows
+from ._state import INNOVATIONS, SPEEDS, Labels
+from ._validation import check_real
 from .comparison import SpectralDistance
-from .fault_classifier import FaultOrderClassifier
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
 from .spectra import LogSpectra
@@ -112,8 +111,9 @@ class StretchResidual(StretchTransformer):
     Parameters
     ----------
     window_residual : estimator or None, default=None
-        Computes a residual for each window and condition, and may have a method `adapt`. None
-        stands for `LogSpectra` and `SpectralDistance` as `make_diagnoser` has them.
+        Computes a residual for each window and condition, and may have a method `adapt`. It must
+        take `sample_weight` if `fit` is given weights. None stands for `LogSpectra` and
+        `SpectralDistance` as `make_diagnoser` has them.
     order_residual : OrderResidual or None, default=None
         None stands for ``OrderResidual()``, which has no sampling rate: orders are compared only
         without `rpm`.
@@ -130,8 +130,9 @@ class StretchResidual(StretchTransformer):
         The fitted residual of windows.
     order_residual_ : OrderResidual or None
         The fitted residual of order spectra. None if a training row has less than three turns.
-    speed_known_ : bool
-        Whether `fit` was given `rpm`.
+    speeds_ : ndarray of shape (n_speeds,)
+        Training speeds in revolutions per minute, ascending; speeds within 2 % count as one. Empty
+        without `rpm`.
     window_shape_ : ndarray of int
         Shape of one training row.
     n_models_ : int
@@ -160,59 +161,21 @@ class StretchResidual(StretchTransformer):
 
     _suffix = "stretch"
 
-    _state = INNOVATIONS | {
-        "classes_": Labels(),
-        "speed_known_": Values((), kind="b"),
-    }
+    _state = INNOVATIONS | {"classes_": Labels(), "speeds_": SPEEDS}
 
-    def fit(
-        self,
-        X: ArrayLike,
-        y: ArrayLike,
-        rpm: ArrayLike | None = None,
-        sample_weight: ArrayLike | None = None,
-    ) -> Self:
-        """Calibrate both residuals.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
-            Innovations, or plain rows. Orders require those of one model.
-        y : array-like of shape (n_rows,)
-            Condition of each row.
-        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
-            Nominal speed in revolutions per minute.
-        sample_weight : array-like of shape (n_rows,) or None, default=None
-            How many rows each one stands for, at least 0; its windows count as often. None: one
-            each. A given residual of windows must take weights, too.
-
-        Returns
-        -------
-        StretchResidual
-            The fitted transformer.
-
-        Raises
-        ------
-        ValueError
-            As in `OrderResidual.fit`, and as the residual of windows raises it.
-        """
-        X, y = validate_innovations(self, X, y, reset=True)
-        self._check_parameters()
-        self.classes_: NDArray[Any] = np.unique(weighted_windows(y, None, sample_weight)[0])
-        self.speed_known_: bool = rpm is not None
+    def _learn(self, X, target, weights, rpm):
+        y = self.classes_[target]
         orders = OrderResidual() if self.order_residual is None else self.order_residual
         self.order_residual_: OrderResidual | None = None
         if len(_long_rows(X, rpm, orders.sampling_rate)[0]) == len(X):
-            self.order_residual_ = clone(orders).fit(X, y, rpm=rpm, sample_weight=sample_weight)
+            self.order_residual_ = clone(orders).fit(X, y, rpm=rpm, sample_weight=weights)
         of_windows = self.window_residual or window_comparison()
         windows, n_windows, metadata = self._windows(X, rpm, of_windows, "fit")
         # A residual of windows need not take weights if there are none.
-        if sample_weight is not None:
-            metadata["sample_weight"] = np.repeat(np.asarray(sample_weight), n_windows)
+        if np.any(weights != 1):
+            metadata["sample_weight"] = np.repeat(weights, n_windows)
         self.window_residual_: Any = clone(of_windows)
         self.window_residual_.fit(windows, np.repeat(y, n_windows), **metadata)
-        remember_parameters(self)
-        return self
 
     def _residuals(self, X, rpm):
         windows, _, metadata = self._windows(X, rpm, self.window_residual_, "transform")
@@ -226,13 +189,6 @@ class StretchResidual(StretchTransformer):
                 of_orders = self.order_residual_.transform(X[rows], rpm=speeds)
                 residuals[rows] *= np.asarray(of_orders) ** self.order_weight
         return residuals
-
-    def _trained_speeds(self):
-        if not self.speed_known_:
-            return None
-        if self.order_residual_ is not None:
-            return self.order_residual_._trained_speeds()
-        return answers(self.window_residual_).speeds
 
     def adapt(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
         """Move the references of the windows by the smooth drift of rows at a new speed.
@@ -258,7 +214,7 @@ class StretchResidual(StretchTransformer):
         ValueError
             If a condition was not in `fit`.
         """
-        X, y = validate_innovations(self, X, y, reset=False, any_length=True)
+        X, y = self._validate(X, y)
         windows, n_windows, metadata = self._windows(X, rpm, self.window_residual_, "transform")
         self.window_residual_.adapt(windows, np.repeat(y, n_windows), **metadata)
         return self
