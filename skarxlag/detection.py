@@ -45,19 +45,76 @@ _LEAST_LOG_P = float(np.log(np.finfo(np.float32).tiny))
 class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
     """Outlier detector whose score is the logarithm of a p-value.
 
-    A subclass has `fit`, the attribute `offset_`, the logarithm of the stated rate, and a method
-    `_detectors`, which returns one `FaultDetector` for each set of limits. All methods accept
-    `rpm`, the speed of each row.
+    A subclass sets `offset_`, the logarithm of the stated rate, and its other fitted attributes in
+    `_learn`, which returns sentences to warn of. Its method `_detectors` returns one
+    `FaultDetector` for each set of limits. All methods accept `rpm`, the speed of each row.
     """
 
     offset_: float
-    #: Whether less unsteadiness than expected counts, too.
-    _two_sided: ClassVar[bool] = False
+    #: Whether rows have conditions. Less unsteadiness than expected then counts, too.
+    _knows_conditions: ClassVar[bool] = False
 
     #: Metadata routing passes these without `set_fit_request` and its siblings.
     __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
     __metadata_request__predict: ClassVar = {"rpm": True}
     __metadata_request__decision_function: ClassVar = {"rpm": True}
+
+    def fit(
+        self,
+        X: ArrayLike,
+        y: Any = None,
+        rpm: ArrayLike | None = None,
+        sample_weight: ArrayLike | None = None,
+    ) -> Self:
+        """Calibrate the limits.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Windows or stretches, or the innovations of one model; at least two of one condition and
+            speed. Rows of one condition and speed are in the order of time.
+        y : array-like of shape (n_rows,) or None, default=None
+            Condition of each row, for `KnownConditions`; None: all rows are of one condition.
+            `FaultDetector` ignores it, since all rows must be healthy.
+        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), or None, default=None
+            Speed of the shaft in each row, in revolutions per minute. Of a speed for each sample,
+            the mean counts. None: all rows are of one speed, which is not known, and the limits are
+            those for a speed that differs by the factor 1.3.
+        sample_weight : array-like of shape (n_rows,) or None, default=None
+            Weight of each row in means and covariances, at least 0; only ratios count. None: all
+            are equal. A row of weight 2 counts like two equal rows. The numbers of rows and of
+            blocks of time, which state how well the limits are known, do not depend on weights. A
+            row of weight 0 is left out.
+
+        Returns
+        -------
+        estimator
+            The fitted detector.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is out of its range, a speed is not above 0, no condition has two rows of
+            one speed, or a weight is negative.
+
+        Warns
+        -----
+        UserWarning
+            If there are fewer rows than the stated rate needs, `rpm` is not given, all rows of a
+            condition are of one speed, a condition is left out because it has no two rows of one
+            speed, or no drift scale holds the rate at left-out speeds.
+        """
+        X, y = validate_innovations(self, X, y if self._knows_conditions else None, reset=True)
+        self._check_parameters()
+        log_speed = log_speeds(rpm, len(X), X.shape[-1])
+        rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
+        if len(rows) < len(X):
+            X, log_speed = X[rows], None if rpm is None else log_speed[rows]
+        sentences = self._learn(X, y, log_speed, weights)
+        remember_parameters(self)
+        for sentence in sentences:
+            warnings.warn(sentence, stacklevel=2)
+        return self
 
     def score_samples(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute the logarithm of the p-value of each row.
@@ -138,13 +195,10 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
         X, _ = validate_innovations(self, X, reset=False)
         detectors = self._detectors()
         log_speed, is_plausible = self._log_speeds(rpm, X, _speeds_of(detectors))
-        first = detectors[0]
-        rows = measure(
-            X, first.n_windows_, with_level=first.means_.shape[1] > 1, n_jobs=self.n_jobs
-        )
-        found = [
-            each._log_p_values_of(rows, log_speed, two_sided=self._two_sided) for each in detectors
-        ]
+        n_windows, with_level = detectors[0].n_windows_, detectors[0].means_.shape[1] > 1
+        rows = measure(X, n_windows, with_level=with_level, n_jobs=self.n_jobs)
+        two_sided = self._knows_conditions
+        found = [each._log_p_values_of(rows, log_speed, two_sided) for each in detectors]
         return np.where(is_plausible[:, np.newaxis], np.stack(found, axis=1), _LEAST_LOG_P)
 
     def _log_speeds(self, rpm, X, known):
@@ -330,55 +384,8 @@ class FaultDetector(RowOutlierDetector):
     }
 
     @one_thread
-    def fit(
-        self,
-        X: ArrayLike,
-        y: Any = None,
-        rpm: ArrayLike | None = None,
-        sample_weight: ArrayLike | None = None,
-    ) -> Self:
-        """Calibrate the limits on healthy rows.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
-            Healthy windows or stretches, or the innovations of one model; at least two of one
-            speed. Rows of one speed are in the order of time.
-        y : ignored
-            Here by convention.
-        rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), or None, default=None
-            Speed of the shaft in each row, in revolutions per minute. Of a speed for each sample,
-            the mean counts. None: all rows are of one
-            speed, which is not known, and the limits are those for a speed that differs by the
-            factor 1.3.
-        sample_weight : array-like of shape (n_rows,) or None, default=None
-            Weight of each row in means and covariances, at least 0; only ratios count. None: all
-            are equal. A row of weight 2 counts like two equal rows. The numbers of rows and of
-            blocks of time, which state how well the limits are known, do not depend on weights. A
-            row of weight 0 is left out.
-
-        Returns
-        -------
-        FaultDetector
-            The fitted detector.
-
-        Raises
-        ------
-        ValueError
-            If a parameter is out of its range, a speed is not above 0, no speed has two rows, or
-            a weight is negative.
-
-        Warns
-        -----
-        UserWarning
-            If there are fewer rows than the false-alarm rate needs, `rpm` is not given, all speeds
-            are one, or no drift scale holds the rate at left-out speeds.
-        """
-        X, _ = validate_innovations(self, X, reset=True)
-        self._check_parameters()
-        log_speed = log_speeds(rpm, len(X), X.shape[-1])
-        X, log_speed, weights = weighted_windows(X, log_speed, sample_weight)
-        known, at = group_speeds(np.zeros(len(X)) if rpm is None else log_speed)
+    def _learn(self, X, y, log_speed, weights):
+        known, at = group_speeds(np.zeros(len(X)) if log_speed is None else log_speed)
         if np.bincount(at).max() < 2:
             raise ValueError(
                 f"n_samples = {len(X)}: X has one row at each of {len(known)} speeds, expected at "
@@ -400,7 +407,7 @@ class FaultDetector(RowOutlierDetector):
         self.axes_: NDArray[np.float32] = limits.axes.astype(np.float32)
         # The mean of more windows has a smaller variance.
         self.variances_: NDArray[Any] = limits.variances * (n_windows / self.n_windows_)
-        self.speeds_: NDArray[Any] = np.empty(0) if rpm is None else np.exp(known)
+        self.speeds_: NDArray[Any] = np.empty(0) if log_speed is None else np.exp(known)
         self.offset_: float = float(np.log(self.false_alarm_rate))
         scale, shares = 1.0, np.empty(0)
         if len(known) > 1:
@@ -408,11 +415,7 @@ class FaultDetector(RowOutlierDetector):
             shares = flagged_shares(left_out, healthy.at, self.offset_, healthy.weights)
         self.drift_scale_: float = scale
         self.left_out_rates_: NDArray[Any] = shares
-        remember_parameters(self)
-        for sentence in self._weak_points():
-            # One frame is that of the decorator.
-            warnings.warn(sentence, stacklevel=3)
-        return self
+        return self._weak_points()
 
     def _weak_points(self):
         """Yield sentences on a calibration that promises less than its user may think."""

@@ -5,17 +5,16 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from numbers import Integral
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_scalar
 
-from ._state import INNOVATIONS, Labels, Values, check_state, remember_parameters
-from ._validation import check_rate, validate_innovations, weighted_windows
+from ._state import INNOVATIONS, Labels, Values, check_state
+from ._validation import check_rate
 from .detection import UNKNOWN_SPEED, FaultDetector, RowOutlierDetector, few_rows
 from .kernels.speed_references import group_speeds
-from .speeds import log_speeds
 
 #: Drift scale of a condition without rows at several speeds: faults drift more than a healthy
 #: bearing.
@@ -108,56 +107,12 @@ class KnownConditions(RowOutlierDetector):
     window_length: int = 4800
     n_jobs: int | None = None
 
-    _two_sided = True
+    _knows_conditions = True
     _state = INNOVATIONS | {"offset_": Values((), "below 0"), "classes_": Labels()}
 
-    def fit(
-        self,
-        X: ArrayLike,
-        y: ArrayLike | None = None,
-        rpm: ArrayLike | None = None,
-        sample_weight: ArrayLike | None = None,
-    ) -> Self:
-        """Calibrate the limits of each condition.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
-            Windows or stretches, or the innovations of one model. Rows of one condition and speed
-            are in the order of time.
-        y : array-like of shape (n_rows,) or None, default=None
-            Condition of each row. None: all rows are of one condition.
-        rpm : float, array-like of shape (n_rows,) or None, default=None
-            Speed of the shaft in each row, in revolutions per minute. None: all rows are of one
-            speed, which is not known.
-        sample_weight : array-like of shape (n_rows,) or None, default=None
-            Weight of each row, as in `FaultDetector.fit`. A row of weight 0 is left out.
-
-        Returns
-        -------
-        KnownConditions
-            The fitted estimator.
-
-        Raises
-        ------
-        ValueError
-            If a parameter is out of its range, a speed is not above 0, or no condition has two rows
-            at one speed.
-
-        Warns
-        -----
-        UserWarning
-            If a condition is left out because it has no two rows at one speed; if some condition
-            has fewer rows than the rate needs; if `rpm` is not given; or if all rows of a condition
-            are of one speed.
-        """
-        X, y = validate_innovations(self, X, y, reset=True)
-        self._check_parameters()
+    def _learn(self, X, y, log_speed, weights):
         labels = np.full(len(X), "known") if y is None else y
-        log_speed = log_speeds(rpm, len(X), X.shape[-1])
         speeds = None if log_speed is None else np.exp(log_speed)
-        X, counted, weights = weighted_windows(X, np.arange(len(X)), sample_weight)
-        labels, speeds = labels[counted], None if speeds is None else speeds[counted]
         classes = np.unique(labels)
         can = np.array([_has_two_rows(speeds, labels == name) for name in classes])
         if not can.any():
@@ -170,10 +125,7 @@ class KnownConditions(RowOutlierDetector):
         self.detectors_: list[FaultDetector] = [
             self._detector_of(X, labels == name, speeds, weights) for name in self.classes_
         ]
-        remember_parameters(self)
-        for sentence in self._weak_points(classes[~can].tolist()):
-            warnings.warn(sentence, stacklevel=2)
-        return self
+        return self._weak_points(classes[~can].tolist())
 
     def _detector_of(self, X, own, speeds, weights):
         detector = FaultDetector(
