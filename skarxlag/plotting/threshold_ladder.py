@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -12,7 +12,6 @@ from sklearn.pipeline import Pipeline
 from sklearn.utils import check_consistent_length
 
 from ..kernels.ladder import relative_scores
-from ..kernels.scaling import root_mean_square
 from ._fitted import isolation_thresholds, known_conditions, ordered_conditions
 from ._style import LINE, condition_styles, ink, legend_beside, new_axes
 
@@ -93,12 +92,6 @@ class ThresholdLadderDisplay:
     detection_threshold: float | None = None
     isolation_thresholds: dict[Any, float] | None = None
     conditions: Sequence[Any] | None = None
-    lines_: dict[str, Any] = field(init=False)
-    rival_line_: Any = field(init=False)
-    threshold_lines_: dict[str, Any] = field(init=False)
-    bands_: dict[str, Any] = field(init=False)
-    ax_: Any = field(init=False)
-    figure_: Any = field(init=False)
 
     def __post_init__(self) -> None:
         self.y, self.levels = np.asarray(self.y).astype(str), np.asarray(self.levels)
@@ -168,20 +161,21 @@ class ThresholdLadderDisplay:
         decision = possible[-1] if decision is None else decision
         if decision not in possible:
             raise ValueError(f"decision={decision!r}, expected one of {possible}.")
-        y, rivals = np.asarray(y).astype(str), None
-        thresholds = {"detection_threshold": decide.detection_threshold_}
+        y, shown, rivals = np.asarray(y).astype(str), decide._healthy_level(levels), None
+        gamma, deltas = decide.detection_threshold_, None
         if decision == "isolation":
-            thresholds["isolation_thresholds"] = isolation_thresholds(decide)
-        if not decide._is_bank():
-            shown = root_mean_square(levels)
-        elif decision == "detection":
-            shown = levels[:, decide.healthy_index_]
-        else:
-            del thresholds["detection_threshold"]
-            shown, rivals = _own_and_rival(levels, y, decide.classes_.astype(str))
+            deltas = isolation_thresholds(decide)
+            if decide._is_bank():
+                gamma = None
+                shown, rivals = _own_and_rival(levels, y, decide.classes_.astype(str))
         known = [*known_conditions(estimator), *dict.fromkeys(y.tolist())]
         display = cls(
-            y, shown, rivals=rivals, **thresholds, conditions=ordered_conditions(known, conditions)
+            y,
+            shown,
+            rivals=rivals,
+            detection_threshold=gamma,
+            isolation_thresholds=deltas,
+            conditions=ordered_conditions(known, conditions),
         )
         return display.plot(ax=ax)
 
@@ -201,41 +195,29 @@ class ThresholdLadderDisplay:
             The display, after drawing.
         """
         ax = new_axes(1)[0] if ax is None else ax
-        self.lines_, self.threshold_lines_, self.bands_ = {}, {}, {}
-        self.rival_line_ = None
-        styles = condition_styles(self.conditions)
         ax.set_yscale("log")
-        # Windows stand side by side, with a gap between two conditions.
+        styles = condition_styles(self.conditions)
         shown = [name for name in self.conditions if name in self.y]
-        order = np.concatenate([np.flatnonzero(self.y == name) for name in shown])
-        gap = _GAP * len(self.y)
-        place = np.empty(len(self.y))
-        place[order] = np.arange(len(order))
-        place += gap * np.array([shown.index(name) for name in self.y])
+        # Windows stand side by side, with a gap between two conditions.
+        gap, group = _GAP * len(self.y), np.array([shown.index(name) for name in self.y])
+        place = np.argsort(np.argsort(group, kind="stable")) + gap * group
+        own = {name: place[self.y == name] for name in shown}
+        self.lines_: dict[str, Any] = {}
         for name in shown:
-            own = self.y == name
             style = {"markersize": 4.5, "markeredgewidth": 0} | styles[name] | {"linestyle": "none"}
-            (self.lines_[name],) = ax.plot(place[own], self.levels[own], **style | line_kw)
+            levels = self.levels[self.y == name]
+            (self.lines_[name],) = ax.plot(own[name], levels, **style | line_kw)
+        self.rival_line_: Any = None
         if self.rivals is not None:
             style = {"linestyle": "none", "marker": ".", "markersize": 2.5, "alpha": 0.6}
             (self.rival_line_,) = ax.plot(
                 place, self.rivals, color=ink(), label="best other model", **style
             )
-        if self.detection_threshold is not None:
-            style = {"color": ink(), "linestyle": "--", "label": r"$\Gamma$"}
-            self.threshold_lines_[r"$\Gamma$"] = ax.axhline(self.detection_threshold, **style)
-        for name, delta in self.isolation_thresholds.items():
-            label = rf"$\Delta$ {name}"
-            style = {key: styles[name][key] for key in LINE} | {"label": label}
-            if self.rivals is not None and name in shown:
-                own = place[self.y == name]
-                (self.threshold_lines_[label],) = ax.plot(own[[0, -1]], [delta, delta], **style)
-            elif self.rivals is None and np.isfinite(delta) and delta != self.detection_threshold:
-                self.threshold_lines_[label] = ax.axhline(delta, **style)
-        if self.rivals is None:
-            self._draw_rungs(ax, styles)
-        middles = [place[self.y == name].mean() for name in shown]
-        ax.set_xticks(middles, shown, rotation=30, ha="right")
+        self.threshold_lines_: dict[str, Any] = self._draw_thresholds(ax, styles, own)
+        self.bands_: dict[str, Any] = (
+            {} if self.rivals is not None else self._draw_rungs(ax, styles)
+        )
+        ax.set_xticks([at.mean() for at in own.values()], shown, rotation=30, ha="right")
         ax.set(
             xlim=(-gap, place.max() + gap),
             xlabel="Windows by true condition",
@@ -243,19 +225,38 @@ class ThresholdLadderDisplay:
         )
         # The legend lists the thresholds as they lie in the plot, the highest on top.
         lines = sorted(self.threshold_lines_.values(), key=lambda line: -line.get_ydata()[0])
-        legend_beside(ax, lines if self.rival_line_ is None else [self.rival_line_, *lines])
-        self.ax_, self.figure_ = ax, ax.figure
+        legend_beside(ax, lines if self.rivals is None else [self.rival_line_, *lines])
+        self.ax_: Any = ax
+        self.figure_: Any = ax.figure
         return self
+
+    def _draw_thresholds(self, ax, styles, own):
+        lines = {}
+        if self.detection_threshold is not None:
+            style = {"color": ink(), "linestyle": "--", "label": r"$\Gamma$"}
+            lines[r"$\Gamma$"] = ax.axhline(self.detection_threshold, **style)
+        for name, delta in self.isolation_thresholds.items():
+            label = rf"$\Delta$ {name}"
+            style = {key: styles[name][key] for key in LINE} | {"label": label}
+            if self.rivals is None:
+                if np.isfinite(delta) and delta != self.detection_threshold:
+                    lines[label] = ax.axhline(delta, **style)
+            elif name in own:
+                (lines[label],) = ax.plot(own[name][[0, -1]], [delta, delta], **style)
+        return lines
 
     def _draw_rungs(self, ax, styles):
         """Draw a band for each rung; the lowest and the highest end with the axes."""
+        bands = {}
+        if self.rivals is not None:
+            return bands
         bottom, top = lower, _ = ax.get_ylim()
         for name, upper in self.isolation_thresholds.items():
-            upper = min(upper, top)
             style = {"color": styles[name]["color"], "alpha": 0.15, "linewidth": 0, "zorder": 0}
-            self.bands_[name] = ax.axhspan(lower, upper, **style)
+            bands[name] = ax.axhspan(lower, min(upper, top), **style)
             lower = upper
         ax.set_ylim(bottom, top)
+        return bands
 
 
 def _own_and_rival(levels, y, classes):
