@@ -14,23 +14,8 @@ from ._base import StretchTransformer
 from ._parallel import one_thread
 from ._state import SPEEDS, WINDOWS, Labels, Values, as_fitted
 from ._validation import ABOVE_0, check_real, validate_signals
-from .kernels.drift import (
-    along_axes,
-    joint_axes,
-    mean_squared_distances,
-    scaled_frequency,
-    smooth_variance,
-)
+from .kernels import drift, speed_references
 from .kernels.spectra import cepstrum
-from .kernels.speed_references import (
-    drift_factor,
-    drift_learned,
-    group_means,
-    group_speeds,
-    mean_by_speed,
-    reference_weights,
-    speeds_to_try,
-)
 from .speeds import log_speeds
 
 #: Logarithms of powers in double precision are smaller.
@@ -198,17 +183,18 @@ class SpectralDistance(StretchTransformer):
     @one_thread
     def _learn(self, X, target, weights, rpm):
         self._check_relations()
-        known, at = group_speeds(np.zeros(len(X)) if rpm is None else log_speeds(rpm, len(X)))
+        log_speed = np.zeros(len(X)) if rpm is None else log_speeds(rpm, len(X))
+        known, at = speed_references.group_speeds(log_speed)
         spectra = X.astype(np.float64, copy=False)
         cepstra = cepstrum(spectra)
-        means, recorded = mean_by_speed(cepstra, at, target, weights)
+        means, recorded = speed_references.mean_by_speed(cepstra, at, target, weights)
         self.recorded_: NDArray[Any] = recorded.astype(np.intp)
         # A covariance holds squares, so a weight counts by its root.
         root = np.sqrt(weights / weights.sum())[:, np.newaxis, np.newaxis]
         scatter = (cepstra - means[at, target]) * root
-        of_class = group_means(spectra, target, weights).reshape(-1, X.shape[-1])
-        moved = cepstrum(scaled_frequency(of_class).reshape(-1, *X.shape[1:]))
-        learned = drift_learned(known, means, recorded)
+        of_class = speed_references.group_means(spectra, target, weights).reshape(-1, X.shape[-1])
+        moved = cepstrum(drift.scaled_frequency(of_class).reshape(-1, *X.shape[1:]))
+        learned = speed_references.drift_learned(known, means, recorded)
         parts = [[g] for g in range(X.shape[1])] + [self._joined_groups()]
         found = [self._calibrate(chosen, scatter, moved, learned, means) for chosen in parts]
         self.axes_, self.variances_, references = map(np.stack, zip(*found[:-1], strict=True))
@@ -218,13 +204,13 @@ class SpectralDistance(StretchTransformer):
     def _calibrate(self, chosen, scatter, moved, learned, means):
         """Return axes, variances and references of the chosen groups, joined to one vector."""
         scatter, moved, learned = (_joined(each[:, chosen]) for each in (scatter, moved, learned))
-        drift = np.diag(self._smooth_variance(len(chosen), self.rough_drift))
-        drift += self.frequency_drift * moved.T @ moved / len(moved)
+        change = np.diag(self._smooth_variance(len(chosen), self.rough_drift))
+        change += self.frequency_drift * moved.T @ moved / len(moved)
         if len(learned) > 0:
-            drift += self.learned_drift * learned.T @ learned / len(learned)
-        axes, variances = joint_axes(scatter.T @ scatter, drift)
+            change += self.learned_drift * learned.T @ learned / len(learned)
+        axes, variances = drift.joint_axes(scatter.T @ scatter, change)
         centres = means[:, :, chosen].reshape(means.shape[0] * means.shape[1], len(axes))
-        return axes, variances, along_axes(centres, axes).reshape(*means.shape[:2], len(axes))
+        return axes, variances, drift.along_axes(centres, axes).reshape(*means.shape[:2], len(axes))
 
     def adapt(self, X: ArrayLike, y: ArrayLike, rpm: ArrayLike | None = None) -> Self:
         r"""Move all references by the smooth drift of windows at a new speed.
@@ -268,13 +254,13 @@ class SpectralDistance(StretchTransformer):
         self._check_rpm_is_taken(rpm)
         log_speed, known = log_speeds(rpm, len(X)), self._known_log_speeds()
         at = np.full(len(X), known.mean()) if log_speed is None else log_speed
-        weights, variance = reference_weights(at, known, self.recorded_ > 0)
-        factor = np.ones(len(X)) if log_speed is None else drift_factor(variance)
+        weights, variance = speed_references.reference_weights(at, known, self.recorded_ > 0)
+        factor = np.ones(len(X)) if log_speed is None else speed_references.drift_factor(variance)
         factor, weights = factor[:, np.newaxis], weights[np.arange(len(X)), :, own]
         moved = []
         for chosen, axes, variances, references, _ in self._parts():
             expected = np.einsum("wk,wkf->wf", weights, references[:, own].swapaxes(0, 1))
-            rows = along_axes(_joined(cepstra[:, chosen]), axes) - expected
+            rows = drift.along_axes(_joined(cepstra[:, chosen]), axes) - expected
             share = np.mean(rows * (factor / (variances + factor)), axis=0)
             smooth = self._smooth_variance(len(chosen), 0.0)
             moved.append(axes.T @ (smooth * (axes @ share)))
@@ -287,20 +273,20 @@ class SpectralDistance(StretchTransformer):
     def _residuals(self, X, rpm):
         cepstra, known = cepstrum(X.astype(np.float64)), self._known_log_speeds()
         if rpm is None:
-            speeds = speeds_to_try(known)
+            speeds = speed_references.speeds_to_try(known)
             places = [np.full(len(X), number) for number in range(len(speeds))]
         else:
             speeds, place = np.unique(log_speeds(rpm, len(X)), return_inverse=True)
             places = [place]
-        weights, variance = reference_weights(speeds, known, self.recorded_ > 0)
-        factor = np.ones(len(speeds)) if rpm is None else drift_factor(variance)
+        weights, variance = speed_references.reference_weights(speeds, known, self.recorded_ > 0)
+        factor = np.ones(len(speeds)) if rpm is None else speed_references.drift_factor(variance)
         residuals = np.ones((len(places), len(X), len(self.classes_)))
         for chosen, axes, variances, references, weight in self._parts():
-            rows = along_axes(_joined(cepstra[:, chosen]), axes)
+            rows = drift.along_axes(_joined(cepstra[:, chosen]), axes)
             expected = np.einsum("skc,kcf->scf", weights, references)
             total = variances + factor[:, np.newaxis]
             for residual, place in zip(residuals, places, strict=True):
-                squares = mean_squared_distances(rows, expected, total, place)
+                squares = drift.mean_squared_distances(rows, expected, total, place)
                 residual *= (squares + _LEAST) ** (weight / 2)
         return residuals.min(axis=0)
 
@@ -324,7 +310,7 @@ class SpectralDistance(StretchTransformer):
         return np.log(self.speeds_) if len(self.speeds_) > 0 else np.zeros(1)
 
     def _smooth_variance(self, n_groups, rough):
-        of_group = smooth_variance(self._n_coefficients(), self.smooth_drift, rough)
+        of_group = drift.smooth_variance(self._n_coefficients(), self.smooth_drift, rough)
         return np.tile(of_group, n_groups)
 
     def _validate(self, X, y=None, *, reset=False):

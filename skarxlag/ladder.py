@@ -15,13 +15,7 @@ from sklearn.utils.validation import validate_data
 from ._base import DocumentedEstimator
 from ._state import TABLE, CheckedEstimator, Labels, Values, remember_parameters, uses_fitted
 from ._validation import ABOVE_0, check_labels, check_rate, check_real, is_plain, weighted_windows
-from .kernels.ladder import (
-    confidence_scale,
-    false_alarm_threshold,
-    relative_scores,
-    rung_scores,
-    weighted_median,
-)
+from .kernels import ladder
 from .kernels.scaling import root_mean_square
 from .kernels.speed_references import group_speeds
 from .speeds import log_speeds
@@ -162,18 +156,20 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         self.classes_: NDArray[Any] = classes
         combined = root_mean_square(X)
         of_class = [target == c for c in range(len(self.classes_))]
-        medians = np.array([weighted_median(combined[own], weights[own]) for own in of_class])
+        medians = np.array(
+            [ladder.weighted_median(combined[own], weights[own]) for own in of_class]
+        )
         order = np.argsort(medians, kind="stable")
         self.rungs_: NDArray[Any] = self.classes_[order]
         self.healthy_index_: int = self._find_healthy(order)
         healthy = of_class[self.healthy_index_]
-        self.detection_threshold_: float = false_alarm_threshold(
+        self.detection_threshold_: float = ladder.false_alarm_threshold(
             self._healthy_level(X)[healthy], self.false_alarm_rate, weights[healthy]
         )
         if self._is_bank():
-            relative = np.exp(-relative_scores(X))
+            relative = np.exp(-ladder.relative_scores(X))
             thresholds = [
-                false_alarm_threshold(relative[own, c], self.false_alarm_rate, weights[own])
+                ladder.false_alarm_threshold(relative[own, c], self.false_alarm_rate, weights[own])
                 for c, own in enumerate(of_class)
             ]
         else:
@@ -185,7 +181,7 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
                 thresholds = np.maximum.accumulate(thresholds)
         self.isolation_thresholds_: NDArray[Any] = np.array(thresholds)
         if self.confidence_scale is None:
-            scale = confidence_scale(self._scores(X), target, weights)
+            scale = ladder.confidence_scale(self._scores(X), target, weights)
         else:
             scales = np.broadcast_to(self.confidence_scale, 2)
             has_speeds = log_speed is not None and len(group_speeds(log_speed)[0]) > 1
@@ -210,8 +206,8 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
 
     def _scores(self, X):
         if self._is_bank():
-            return relative_scores(X)
-        by_rung = rung_scores(root_mean_square(X), self.isolation_thresholds_)
+            return ladder.relative_scores(X)
+        by_rung = ladder.rung_scores(root_mean_square(X), self.isolation_thresholds_)
         rung_of_class = np.argsort(np.searchsorted(self.classes_, self.rungs_))
         return by_rung[:, rung_of_class]
 

@@ -17,6 +17,7 @@ from ._base import StretchTransformer
 from ._state import INNOVATIONS, SPEEDS, Labels
 from ._validation import check_real
 from .comparison import SpectralDistance
+from .fault_classifier import FaultOrderClassifier
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
 from .spectra import LogSpectra

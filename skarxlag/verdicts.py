@@ -12,15 +12,9 @@ from scipy.special import softmax
 from sklearn.pipeline import Pipeline
 from sklearn.utils import Bunch, check_consistent_length
 
+from . import evidence
 from ._answers import answers
 from ._validation import check_real
-from .evidence import (
-    NEAREST_CORRELATION,
-    P_VALUE_CORRELATION,
-    SMALLEST_PROBABILITY,
-    combined_p_value,
-    effective_number,
-)
 from .kernels.speed_references import SAME_LOG_SPEED, UNIT_DISTANCE
 from .pipelines import in_one_pass
 from .quality import signal_quality
@@ -343,7 +337,7 @@ class Judge:
         alarm, p_value, limits = self._recording_alarm(usable)
         answer = {"verdict": NO_SIGNAL, "probability": np.nan, "alarm": alarm, "p-value": p_value}
         if "known" in self._can:
-            nearest = _combined(usable["p-value of nearest"], NEAREST_CORRELATION)
+            nearest = _combined(usable["p-value of nearest"], evidence.NEAREST_CORRELATION)
             answer["p-value of nearest"] = nearest
         if usable.empty:
             if is_refused.any():
@@ -362,7 +356,7 @@ class Judge:
         within = usable[usable["limits"] == HOLD]
         if within.empty:
             return "-", np.nan, "" if usable.empty else usable["limits"].mode()[0]
-        p_value = _combined(within.get("p-value", _NOTHING), P_VALUE_CORRELATION)
+        p_value = _combined(within.get("p-value", _NOTHING), evidence.P_VALUE_CORRELATION)
         exceeds = p_value < self.alarm_rate
         if np.isnan(p_value):
             exceeds = within["alarm"].astype(float).mean() > _MOST_WINDOWS
@@ -375,8 +369,8 @@ class Judge:
         verdict, probability = self.healthy, np.nan
         if "diagnoser" in self._can:
             columns = [f"probability of {name}" for name in self.conditions]
-            logs = np.log(usable[columns].clip(lower=SMALLEST_PROBABILITY)).mean().to_numpy()
-            every = softmax(effective_number(len(usable)) * logs)
+            logs = np.log(usable[columns].clip(lower=evidence.SMALLEST_PROBABILITY))
+            every = softmax(evidence.effective_number(len(usable)) * logs.mean().to_numpy())
             verdict, probability = self.conditions[every.argmax()], float(every.max())
         if is_unknown and not usable.get("probability of a comb", _NOTHING).median() > _CLEAR_COMB:
             return NONE_OF_THESE, np.nan
@@ -387,7 +381,7 @@ class Judge:
 
 def _combined(p_values, correlation):
     p_values = p_values.dropna()
-    return combined_p_value(p_values, correlation) if len(p_values) > 0 else np.nan
+    return evidence.combined_p_value(p_values, correlation) if len(p_values) > 0 else np.nan
 
 
 def window_verdicts(

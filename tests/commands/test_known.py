@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 from scipy.signal import lfilter
 
+from skarxlag.evidence import NEAREST_CORRELATION, combined_p_value
 from skarxlag.persistence import load_diagnoser
-from skarxlag.verdicts import NEAREST_CORRELATION, combined_p_value
 
 from .test_fit_diagnose import signal
 
