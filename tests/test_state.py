@@ -61,12 +61,12 @@ def learnt(estimator):
 
 #: Alterations that leave a state that `fit` could have made: a plain table may have any number of
 #: columns, a condition may be called by any number, conditions may share a place, a count of rows
-#: may be large, and rows may be compared without orders and combs.
+#: may be large, and rows may be compared without orders, or without spectra.
 POSSIBLE = {
     ("classes_", "real"),
     ("class_places_", "0"),
     ("order_residual_", "nothing"),
-    ("fault_orders_", "nothing"),
+    ("conditions_", "nothing"),
     *((f"n_{n}_", "huge") for n in ("features_in", "rows", "blocks")),
 }
 #: Attributes, and values for them that are plausible by themselves but not in their place.
@@ -119,7 +119,7 @@ def test_every_fitted_attribute_stands_in_the_table_or_is_checked_by_its_estimat
     checked = {"_check_relations", "feature_names_in_"}
     in_relations = {
         "ThresholdLadder": {"rungs_"},
-        "StretchResidual": {"window_residual_", "order_residual_", "fault_orders_"},
+        "StretchResidual": {"window_residual_", "order_residual_"},
         "KnownConditions": {"detectors_"},
         # Computed again from the parameters.
         "PIObserver": learnt(fitted),
