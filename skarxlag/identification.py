@@ -36,10 +36,6 @@ def _per_channel(estimator):
     return (int(shape[0]) if len(shape) == 2 else 1,)
 
 
-def _per_model(estimator):
-    return (len(estimator.classes_),)
-
-
 @dataclass(kw_only=True, eq=False, repr=False)
 class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None):
     r"""Identify ARX-Laguerre models of windows and return what they cannot predict.
@@ -151,8 +147,8 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         "orders_": Values(_per_channel, "at least 1", "i"),
         "poles_": Values(_per_channel, (lambda p, e: np.abs(p) < 1, "in (-1, 1)")),
         "classes_": Labels(),
-        "noise_level_": Values(_per_model, "at least 0"),
-        "weights_": Values(_per_model, "at least 0"),
+        "noise_level_": Values(lambda e: (len(e.classes_),), "at least 0"),
+        "weights_": Values(lambda e: (len(e.classes_),), "at least 0"),
         "coef_": Values(lambda e: (len(e.classes_), e.orders_.sum()), "within 1e150"),
         "sums_": Values(
             lambda e: (len(e.classes_), e.orders_.sum() + 1, e.orders_.sum() + 1),

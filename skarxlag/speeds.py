@@ -67,7 +67,7 @@ def speed_errors(
     train_rpm : sequence of float, default=()
         Training speeds. If there are none, every finite speed above 0 is accepted.
     factor : float, default=5.0
-        Largest factor, at least 1, between a stated speed and the range of the training speeds.
+        Largest factor between a stated speed and the range of the training speeds.
 
     Returns
     -------
@@ -77,32 +77,28 @@ def speed_errors(
     Raises
     ------
     ValueError
-        If `rpm` does not hold numbers or has another shape, or `factor` is below 1.
+        If `rpm` does not hold numbers or has another shape.
 
     Examples
     --------
     >>> speed_errors([900.0, 15.0, float("nan")], 3, train_rpm=[600.0, 1200.0]).tolist()
     ['', 'speed 15 rpm is outside 120 to 6000 rpm', 'speed nan rpm is not a number above 0']
     """
-    check_real(factor, "speed_factor", min_val=1)
     speeds = speeds_of_rows(rpm, n_rows)
     if speeds.ndim not in (1, 2) or len(speeds) != n_rows:
         raise ValueError(
             f"rpm has shape {speeds.shape}, expected one speed for each of {n_rows} rows."
         )
-    lowest, highest = 0.0, np.inf
-    if len(train_rpm) > 0:
-        lowest, highest = min(train_rpm) / factor, max(train_rpm) * factor
+    lowest, highest = min(train_rpm, default=0) / factor, max(train_rpm, default=np.inf) * factor
     speeds = speeds.reshape(n_rows, -1)
     is_speed = np.isfinite(speeds) & (speeds > 0)
     is_plausible = is_speed & (speeds >= lowest) & (speeds <= highest)
     errors = np.full(n_rows, "", dtype=object)
     for row in np.flatnonzero(~is_plausible.all(axis=1)):
         place = is_plausible[row].argmin()
-        wanted = f"outside {lowest:g} to {highest:g} rpm"
-        if not is_speed[row, place]:
-            wanted = "not a number above 0"
-        errors[row] = f"speed {speeds[row, place]:g} rpm is {wanted}"
+        limits = f"outside {lowest:g} to {highest:g} rpm"
+        reason = limits if is_speed[row, place] else "not a number above 0"
+        errors[row] = f"speed {speeds[row, place]:g} rpm is {reason}"
     return errors
 
 
@@ -194,15 +190,17 @@ def samples_a_turn(
     return 60 * sampling_rate / speeds
 
 
-def check_speeds(rpm: ArrayLike, n_stretches: int, n_samples: int) -> NDArray[Any]:
+def check_speeds(rpm: ArrayLike, n_stretches: int, n_samples: int | None) -> NDArray[Any]:
     """Check nominal speeds, and return those of the last samples.
 
     Parameters
     ----------
     rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples)
         Revolutions per minute.
-    n_stretches, n_samples : int
-        Shape of the stretches.
+    n_stretches : int
+        Number of stretches.
+    n_samples : int or None
+        Samples of a stretch. None: as many as `rpm` has.
 
     Returns
     -------
@@ -216,12 +214,9 @@ def check_speeds(rpm: ArrayLike, n_stretches: int, n_samples: int) -> NDArray[An
         If a speed is not above 0, or the shape is another.
     """
     speeds = speeds_of_rows(rpm, n_stretches)
-    fits = speeds.shape == (n_stretches,) or (
-        speeds.ndim == 2
-        and len(speeds) == n_stretches
-        and n_samples <= speeds.shape[1] <= 2 * n_samples
-    )
-    if not fits:
+    n_samples = n_samples or speeds.shape[-1]
+    is_long = speeds.ndim == 2 and n_samples <= speeds.shape[1] <= 2 * n_samples
+    if len(speeds) != n_stretches or not (speeds.ndim == 1 or is_long):
         raise ValueError(
             f"rpm has shape {speeds.shape}, expected one speed for each of {n_stretches} rows "
             f"or one for each of their samples, ({n_stretches}, {n_samples})."
@@ -232,7 +227,7 @@ def check_speeds(rpm: ArrayLike, n_stretches: int, n_samples: int) -> NDArray[An
             f"rpm holds {speeds[tuple(bad[0])]:g} for row {bad[0][0]}, expected revolutions "
             "per minute above 0."
         )
-    return speeds if speeds.ndim == 1 else speeds[:, speeds.shape[1] - n_samples :]
+    return speeds if speeds.ndim == 1 else speeds[:, -n_samples:]
 
 
 def log_speeds(
@@ -247,7 +242,7 @@ def log_speeds(
     n_rows : int
         Number of rows.
     n_samples : int or None, default=None
-        Samples of a row, as in `check_speeds`. None: as many as `rpm` has.
+        As in `check_speeds`.
 
     Returns
     -------
@@ -266,8 +261,6 @@ def log_speeds(
     """
     if rpm is None:
         return None
-    if n_samples is None:
-        n_samples = np.shape(rpm)[1] if np.ndim(rpm) == 2 else 1
     speeds = check_speeds(rpm, n_rows, n_samples)
     return np.log(speeds if speeds.ndim == 1 else speeds.mean(axis=1))
 

@@ -55,22 +55,13 @@ def accumulate_sums(
     power = np.tensordot(weights, signals @ signals.transpose(0, 2, 1), axes=1)
     first, last = np.zeros((2, n_windows, int(orders.sum())))
     driven = np.zeros((n_channels, first.shape[1]))
-    sum_driven_states(windows, weights, orders, poles, n_transient, driven, first, last)
+    _sum_driven_states(windows, weights, orders, poles, n_transient, driven, first, last)
     moved = (last.T * weights) @ last - (first.T * weights) @ first
     return power, driven, moved
 
 
 @compiled
-def sum_driven_states(
-    windows: Any,
-    weights: Any,
-    orders: Any,
-    poles: Any,
-    n_transient: Any,
-    driven: Any,
-    first: Any,
-    last: Any,
-) -> None:
+def _sum_driven_states(windows, weights, orders, poles, n_transient, driven, first, last):
     """Fill the last three arrays, which must be zero on entry.
 
     They receive the sums of each state times each channel's signal, and for each window the states
@@ -168,16 +159,10 @@ def innovations(
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
     direct = out.dtype == np.float64 and out.flags.c_contiguous
     errors = out if direct else np.empty(out.shape)
-    subtract_predictions(
-        windows,
-        orders,
-        poles,
-        padded,
-        n_transient,
-        errors,
-        np.zeros((padded.shape[1], (TILE + 1) * LANES)),
-        np.zeros((windows.shape[1], TILE * LANES)),
-        np.zeros((len(padded), TILE * LANES)),
+    histories = np.zeros((padded.shape[1], (TILE + 1) * LANES))
+    signals, block = (np.zeros((n, TILE * LANES)) for n in (windows.shape[1], len(padded)))
+    _subtract_predictions(
+        windows, orders, poles, padded, n_transient, errors, histories, signals, block
     )
     if not direct:
         out[...] = errors
@@ -185,17 +170,9 @@ def innovations(
 
 
 @compiled
-def subtract_predictions(
-    windows: Any,
-    orders: Any,
-    poles: Any,
-    coef: Any,
-    n_transient: Any,
-    errors: Any,
-    histories: Any,
-    signals: Any,
-    block: Any,
-) -> None:
+def _subtract_predictions(
+    windows, orders, poles, coef, n_transient, errors, histories, signals, block
+):
     """Fill `errors` with the innovations, block by block.
 
     `coef` is padded. The last three arrays are working memory for blocks of states, signals and

@@ -22,25 +22,18 @@ class _LenientCache:
         return getattr(self._cache, name)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        try:
-            return self._cache.load_overload(sig, target_context)
         # What unpickling of a damaged file raises is as varied as the damage.
-        except Exception:
-            return None
+        with contextlib.suppress(Exception):
+            return self._cache.load_overload(sig, target_context)
 
     def save_overload(self, sig: Any, data: Any) -> None:
         try:
             self._cache.save_overload(sig, data)
         except Exception:
             # A damaged index would be read again before every attempt to add to it.
-            self._start_afresh(sig, data)
-
-    def _start_afresh(self, sig, data):
-        try:
-            self._cache.flush()
-            self._cache.save_overload(sig, data)
-        except Exception:
-            return
+            with contextlib.suppress(Exception):
+                self._cache.flush()
+                self._cache.save_overload(sig, data)
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -20,7 +20,7 @@ def solve_sums(sums: NDArray[Any], alpha: float) -> tuple[NDArray[Any], float]:
     Parameters
     ----------
     sums : ndarray of shape (n_states + 1, n_states + 1)
-        Lower triangle of the sums, with y last.
+        The sums, with y last.
     alpha : float
         Ridge parameter, at least 0. If it is 0 and x does not excite every state, the coefficients
         of least norm are returned.
@@ -35,14 +35,11 @@ def solve_sums(sums: NDArray[Any], alpha: float) -> tuple[NDArray[Any], float]:
     Examples
     --------
     >>> import numpy as np
-    >>> solve_sums(np.array([[4.0, 0.0], [2.0, 1.0]]), alpha=0.0)
+    >>> solve_sums(np.array([[4.0, 2.0], [2.0, 1.0]]), alpha=0.0)
     (array([0.5]), 0.0)
     """
-    gram = np.tril(sums[:-1, :-1])
-    gram += np.tril(gram, -1).T
-    cross, power = sums[-1, :-1], sums[-1, -1]
-    ridged = gram + alpha * np.eye(len(gram))
-    coef = linalg.lstsq(ridged, cross)[0]
+    gram, cross, power = sums[:-1, :-1], sums[-1, :-1], sums[-1, -1]
+    coef = linalg.lstsq(gram + alpha * np.eye(len(gram)), cross)[0]
     error = power - 2 * coef @ cross + coef @ gram @ coef
     return coef, max(float(error), 0.0)
 

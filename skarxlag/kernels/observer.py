@@ -44,7 +44,7 @@ def observe(innovations: NDArray[Any], loop: tuple[Any, ...]) -> tuple[NDArray[A
         The fault estimate at sample k, computed from the samples before k.
     """
     error, fault_estimate = np.empty(innovations.shape), np.empty(innovations.shape)
-    record_trajectories(innovations, loop, loop_histories(), error, fault_estimate)
+    _record_trajectories(innovations, loop, loop_histories(), error, fault_estimate)
     return error, fault_estimate
 
 
@@ -54,9 +54,7 @@ def loop_histories() -> Any:
 
 
 @compiled
-def record_trajectories(
-    innovations: Any, loop: Any, histories: Any, error: Any, fault_estimate: Any
-) -> None:
+def _record_trajectories(innovations, loop, histories, error, fault_estimate):
     """Compute `error` and `fault_estimate` block by block, and write them into these arrays."""
     n_windows, n_models, n_samples = innovations.shape
     for w in range(0, n_windows, LANES):
@@ -81,12 +79,7 @@ def start_loop(innovations: Any, first: Any, model: Any, histories: Any) -> None
 
 @inlined
 def observe_block(
-    innovations: NDArray[Any],
-    first: int,
-    model: int,
-    start: int,
-    loop: tuple[Any, ...],
-    histories: NDArray[Any],
+    innovations: Any, first: int, model: int, start: int, loop: tuple[Any, ...], histories: Any
 ) -> None:
     """Run the loop through one block of windows, see `lanes`.
 

@@ -133,15 +133,9 @@ def bank_levels(
     gains[:, : len(kp)] = pole - kp, kp, ki, bound
     gains = gains.reshape(4, n_blocks, _TOGETHER).transpose(1, 0, 2).reshape(n_blocks, -1)
     levels = np.empty((2, n_windows, n_blocks * _TOGETHER))
-    _fill_levels(
-        signals,
-        unit,
-        np.ascontiguousarray(gains),
-        np.exp([2 * step, -2 * step]).astype(np.float32),
-        np.empty(n_samples * _TOGETHER, dtype=np.float32),
-        np.empty(4 * _TOGETHER, dtype=np.float32),
-        levels,
-    )
+    ratios = np.exp([2 * step, -2 * step]).astype(np.float32)
+    squares, state = (np.empty(n * _TOGETHER, dtype=np.float32) for n in (n_samples, 4))
+    _fill_levels(signals, unit, np.ascontiguousarray(gains), ratios, squares, state, levels)
     power, steps = levels[..., : len(kp)]
     power = np.log(power)
     return power, power + 2 * step * steps
