@@ -68,13 +68,57 @@ class ArrayTransformer(
         return tags
 
 
-class GroupTransformer(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None):
-    """Transformer from innovations to an array of shape (n_windows, n_groups, n_frequencies).
+class InnovationsTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
+    """Transformer of innovations whose fitted state follows from its parameters.
 
-    A subclass names the groups of one model in `_group_names`, and sets `n_models_` in `fit`.
+    A subclass checks its parameters in `_check_parameters`, and computes the rest in `_certify`.
     """
 
     _state = INNOVATIONS
+
+    def fit(self, X: ArrayLike, y: Any = None) -> Self:
+        """Check the parameters; for observers, also certify that they are stable.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations, or windows, which are the innovations of a model that predicts nothing.
+        y : ignored
+            Here by convention.
+
+        Returns
+        -------
+        estimator
+            The fitted transformer.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is out of its range, or an observer is not stable.
+        """
+        validate_innovations(self, X, reset=True)
+        self._check_parameters()
+        self._certify()
+        remember_parameters(self)
+        return self
+
+    def _certify(self):
+        """Set what follows from the parameters, or raise a ValueError."""
+
+    def _model_prefixes(self, input_features, least):
+        """Return the beginnings of names, one for each model if there are at least so many."""
+        names = check_input_names(self, input_features)
+        if self.n_models_ < least:
+            return [""]
+        models = [f"model{c}" for c in range(self.n_models_)] if names is None else names
+        return [f"{model}_" for model in models]
+
+
+class GroupTransformer(InnovationsTransformer, ArrayTransformer, auto_wrap_output_keys=None):
+    """Transformer from innovations to an array of shape (n_windows, n_groups, n_frequencies).
+
+    A subclass names the groups of one model in `_group_names`.
+    """
 
     @uses_fitted
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:
@@ -91,12 +135,8 @@ class GroupTransformer(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=
             One name for each entry along axis 1 of the output. With several models, each name
             begins with the name of its model.
         """
-        names = check_input_names(self, input_features)
-        groups = self._group_names()
-        if self.n_models_ < 2:
-            return np.array(groups, dtype=object)
-        models = [f"model{c}" for c in range(self.n_models_)] if names is None else names
-        return np.array([f"{model}_{group}" for model in models for group in groups], dtype=object)
+        prefixes, groups = self._model_prefixes(input_features, least=2), self._group_names()
+        return np.array([prefix + group for prefix in prefixes for group in groups], dtype=object)
 
 
 class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):

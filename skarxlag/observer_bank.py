@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from numbers import Integral
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +12,7 @@ from sklearn.utils import check_scalar
 
 from ._base import GroupTransformer
 from ._parallel import map_batches
-from ._state import INNOVATIONS, Values, remember_parameters, uses_fitted
+from ._state import INNOVATIONS, Values, uses_fitted
 from ._validation import ABOVE_0, UP_TO_1, WITHIN_1, check_real, validate_innovations
 from .kernels import observer
 from .kernels.observer_bank import bank_levels, centre_frequencies, member_gains
@@ -124,35 +124,6 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         "lyapunov_": Values(lambda e: (e.n_members, 2, 2)),
     }
 
-    def fit(self, X: ArrayLike, y: Any = None) -> Self:
-        """Tune the members and certify that each of them is stable.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
-            Innovations, or windows, which are the innovations of a model that predicts nothing.
-        y : ignored
-            Here by convention.
-
-        Returns
-        -------
-        estimator
-            The fitted bank.
-
-        Raises
-        ------
-        ValueError
-            If a parameter is out of its range, or a member is not stable.
-        """
-        validate_innovations(self, X, reset=True)
-        self._check_parameters()
-        kp, ki = member_gains(self.pole, self.n_members, self.bandwidth)
-        self.kp_: NDArray[Any] = kp
-        self.ki_: NDArray[Any] = ki
-        self._certify()
-        remember_parameters(self)
-        return self
-
     @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:
         """Compute three log spectra over the members for each window.
@@ -197,6 +168,9 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         check_real(self.adaptation_step, "adaptation_step", **UP_TO_1)
 
     def _certify(self):
+        kp, ki = member_gains(self.pole, self.n_members, self.bandwidth)
+        self.kp_: NDArray[Any] = kp
+        self.ki_: NDArray[Any] = ki
         # Jury's first condition, a + k < 1, is the one that a larger gain breaks first.
         stable = (1 - (self.pole - self.kp_)) / self.ki_ - 1
         self.bounds_: NDArray[Any] = np.zeros(self.n_members)

@@ -5,21 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Integral
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.base import BaseEstimator, TransformerMixin, clone
+from sklearn.base import clone
 from sklearn.utils import Bunch, check_scalar
 
-from ._base import SignalEstimator
+from ._base import InnovationsTransformer
 from ._parallel import map_batches
-from ._state import INNOVATIONS, Values, remember_parameters, uses_fitted
+from ._state import Values, uses_fitted
 from ._validation import (
     ABOVE_0,
     UP_TO_1,
     WITHIN_1,
-    check_input_names,
     check_real,
     validate_innovations,
 )
@@ -74,7 +73,7 @@ RESIDUAL_EVALUATIONS = {
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class Observer(SignalEstimator, TransformerMixin, BaseEstimator):
+class Observer(InnovationsTransformer):
     """Transformer from innovations to residual levels by a recursion on the innovations.
 
     A subclass checks its gains in `_certify`, and returns the parameters of the compiled loop in
@@ -90,34 +89,6 @@ class Observer(SignalEstimator, TransformerMixin, BaseEstimator):
     spectrum_order: int = 64
     fault_estimate: bool = False
     n_jobs: int | None = None
-
-    _state: ClassVar = INNOVATIONS
-
-    def fit(self, X: ArrayLike, y: Any = None) -> Self:
-        """Check the parameters, and certify that the observer is stable.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
-            Innovations, or windows, which are the innovations of a model that predicts nothing.
-        y : ignored
-            Here by convention.
-
-        Returns
-        -------
-        estimator
-            The fitted observer.
-
-        Raises
-        ------
-        ValueError
-            If a parameter is out of its range, or the gains are not stable.
-        """
-        validate_innovations(self, X, reset=True)
-        self._check_parameters()
-        self._certify()
-        remember_parameters(self)
-        return self
 
     @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:
@@ -218,13 +189,7 @@ class Observer(SignalEstimator, TransformerMixin, BaseEstimator):
         ndarray of str
             One name for each column of the output of `transform`.
         """
-        names = check_input_names(self, input_features)
-        if self.n_models_ == 0:
-            prefixes = [""]
-        elif names is None:
-            prefixes = [f"model{c}_" for c in range(self.n_models_)]
-        else:
-            prefixes = [f"{name}_" for name in names]
+        prefixes = self._model_prefixes(input_features, least=1)
         kinds = [self.evaluation] + ["fault_estimate"] * self.fault_estimate
         return np.array([prefix + kind for kind in kinds for prefix in prefixes], dtype=object)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Integral
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +13,7 @@ from sklearn.utils import check_scalar
 
 from ._base import GroupTransformer
 from ._parallel import map_batches
-from ._state import remember_parameters, uses_fitted
+from ._state import uses_fitted
 from ._validation import validate_innovations
 from .kernels.measures import MEASURES, measure
 
@@ -83,31 +83,6 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     segment: int = 128
     spectrum_order: int = 256
     n_jobs: int | None = None
-
-    def fit(self, X: ArrayLike, y: Any = None) -> Self:
-        """Check the parameters.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
-            Innovations, or windows, which are the innovations of a model that predicts nothing.
-        y : ignored
-            Here by convention.
-
-        Returns
-        -------
-        LogSpectra
-            The fitted transformer.
-
-        Raises
-        ------
-        ValueError
-            If a parameter is out of its range, or a measure is unknown or occurs twice.
-        """
-        validate_innovations(self, X, reset=True)
-        self._check_parameters()
-        remember_parameters(self)
-        return self
 
     @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:

@@ -65,6 +65,7 @@ def learnt(estimator):
 POSSIBLE = {
     ("classes_", "real"),
     ("class_places_", "0"),
+    ("conditions_", "nothing"),
     ("order_residual_", "nothing"),
     ("conditions_", "nothing"),
     *((f"n_{n}_", "huge") for n in ("features_in", "rows", "blocks")),
@@ -121,6 +122,7 @@ def test_every_fitted_attribute_stands_in_the_table_or_is_checked_by_its_estimat
         "ThresholdLadder": {"rungs_"},
         "StretchResidual": {"window_residual_", "order_residual_"},
         "KnownConditions": {"detectors_"},
+        "FaultOrderClassifier": {"conditions_"},
         # Computed again from the parameters.
         "PIObserver": learnt(fitted),
         "ExtendedStatePIObserver": learnt(fitted),
