@@ -10,7 +10,7 @@ def run_command(package, modules, arguments=None):
     Parameters
     ----------
     package : str
-        What stands behind ``python -m``.
+        The module after ``python -m``.
     modules : dict of str to str
         Module of every command, imported when it is called.
     arguments : list of str or None, default=None

@@ -32,7 +32,7 @@ from skarxlag.kernels.healthy_limits import SAFETY
 RATES = (0.01, 0.05)
 LEVEL = 0.05
 FACTORS = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 4.0)
-#: What a factor of 1 stands for.
+#: Meaning of a factor of 1.
 IN_USE = {"others": "several speeds, SAFETY", "one speed": "one speed, drift scale"}
 HEALTHY = {"N", "Normal", "healthy"}
 
@@ -70,7 +70,7 @@ def score_rig(rig, kind):
 
 
 def cells(found):
-    """Sums over the folds, the shares of flagged and missed rows, and whether rule 1 holds."""
+    """Sum over the folds, and add the shares of flagged and missed rows and the check of rule 1."""
     table = found.groupby(["trained at", "factor", "rig", "rows"], sort=False).sum().reset_index()
     table["holds"] = True
     for rate in RATES:
@@ -99,7 +99,7 @@ def choose(table):
 
 
 def report(found):
-    """Markdown of the choice, and of what is chosen without each rig."""
+    """Format the choice, and the choices without each rig."""
     table, lines, parts = cells(found), [], []
     for protocol, name in IN_USE.items():
         own = table[table["trained at"] == protocol]

@@ -1,4 +1,4 @@
-"""Detectors of the benchmark: ours, and outlier detectors on what engineers commonly measure.
+"""Detectors of the benchmark: ours, and outlier detectors on common features.
 
 Each is a function from a rate of false alarms, healthy rows and their speeds to a function that
 scores rows at speeds; below 0 is an alarm.
@@ -42,7 +42,7 @@ def features(X, *, fixed_gain):
 
 
 def peer(rate, X, rpm, *, fixed_gain, make):
-    """A peer whose threshold is the order statistic of its scores that holds the rate."""
+    """Peer with the order statistic of its scores that supports the rate as its threshold."""
     rows = features(X, fixed_gain=fixed_gain)
     score = make(rows)
     own = np.sort(score(rows))

@@ -17,7 +17,7 @@ from benchmarks.detection.rigs import RIGS, find_rig, row_lengths
 from benchmarks.pages.blocks import markdown, page_parser, publish
 
 RATES = (0.01, 0.05)
-#: Where the gain differs between recordings the level says nothing.
+#: If the gain differs between recordings, the level contains no information.
 FREE_GAIN = {"hit_sm", "hit_sm self-built"}
 SPLITS = {
     "left out": "healthy rows of all other speeds, tested at the one left out",

@@ -17,7 +17,7 @@ from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.pages.svg_figures import BLUE, GREY, ORANGE, legend_below, saved_figure
 from skarxlag import make_detector
 
-#: What the 13 to 23 rows of a first tenth can hold by themselves, roughly.
+#: Approximately the lowest rate that the 13 to 23 rows of a first tenth support.
 RATE = 0.05
 #: Share of a run's time that is taken for healthy.
 HEALTHY = 0.1
@@ -46,17 +46,17 @@ def calibrated(run, fixed_gain):
 
 
 def alarm_times(runs, fixed_gain):
-    """One row for each run and each bearing whose healthy start calibrates the detector."""
+    """Return one row for each run and bearing; the healthy start calibrates the detector."""
     rows = []
     for calibration, run in runs.items():
         with warnings.catch_warnings():
-            # One speed and few rows: both are said in the table.
+            # One speed and few rows: the table states both.
             warnings.simplefilter("ignore", UserWarning)
             detector = calibrated(run, fixed_gain)
             for name, (own, times, speed) in runs.items():
                 flagged = detector.predict(own, rpm=speed) < 0
                 start = times <= HEALTHY * times[-1]
-                # The rows that calibrated the detector say nothing of its alarms.
+                # The rows of the calibration cannot show alarms.
                 counted = flagged & ~start if name == calibration else flagged
                 place = first_alarm(counted)
                 rows.append(

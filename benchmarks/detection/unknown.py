@@ -1,4 +1,4 @@
-"""None of these: conditions that were never seen, and what is no signal of the machine at all.
+"""None of these: conditions that were not trained, and rows without a signal of the machine.
 
 Run ``python -m benchmarks.detection unknown`` from the root of the repository. Known conditions are
 calibrated on first halves of recordings; rows of second halves are tested, and rejected where the
@@ -49,7 +49,7 @@ def fitted(rig, train, rate):
 def rejection_rates(rig, row_length, foreign):
     """Two tables: of known and unknown conditions, and of rows of other kinds.
 
-    Conditions have limits of their own, so leaving one out is leaving out its p-values.
+    Each condition has separate limits, so its p-values are left out with it.
     """
     first, second = first_and_second_half(rig.recording, rig.start, row_length)
     others = other_kinds(row_length, foreign)

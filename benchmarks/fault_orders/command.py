@@ -49,7 +49,7 @@ def parse(arguments):
         default=list(METHODS),
         metavar="METHOD",
         help=f"of {', '.join([*METHODS, *PEERS])}; results of other runs are kept, so that peers "
-        "may run in environments of their own",
+        "may run in separate environments",
     )
     parser.add_argument("--data-home", help="folder of the downloaded rigs")
     parser.add_argument(

@@ -22,7 +22,7 @@ from benchmarks.pages.svg_figures import BLUE, ORANGE, legend_below, saved_figur
 from skarxlag import ConditionMonitor, make_detector
 
 HEALTHY_SHARE = 0.1
-#: The least that some 20 healthy snapshots can hold, as a round number.
+#: The lowest rate that about 20 healthy snapshots support, as a round number.
 FALSE_ALARM_RATE = 0.05
 #: Hours of signal. With a tenth of a second in ten seconds, 100 hours of a run.
 FALSE_ALARM_INTERVAL = 1.0
@@ -52,7 +52,7 @@ def watch_run(snapshots, seconds, rpm, sampling_rate):
     healthy = seconds < HEALTHY_SHARE * seconds[-1]
     detector = make_detector(false_alarm_rate=FALSE_ALARM_RATE, fixed_gain=True)
     with warnings.catch_warnings():
-        # A run has one speed and few healthy snapshots; the page says so.
+        # A run has one speed and few healthy snapshots; the page states this.
         warnings.simplefilter("ignore", UserWarning)
         detector.fit(snapshots[healthy], rpm=rpm)
     monitor = ConditionMonitor(
@@ -69,7 +69,7 @@ def watch_run(snapshots, seconds, rpm, sampling_rate):
 
 
 def alarm_row(verdicts, end):
-    """When the alarm went on for good, against the end, and what came before.
+    """Return the time of the last alarm before the end of a run, and the earlier alarms.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ def page_parser(doc, name):
 def markdown(frame, digits=3):
     """Markdown table of a data frame without its index; floats rounded, NaN left empty.
 
-    Numbers stand on the right, also those that are text already.
+    Columns of numbers, and of numbers as text, are aligned on the right.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def put_block(text, name, block):
     Raises
     ------
     ValueError
-        If the text does not hold each mark once, in order.
+        If the text does not contain each mark once, in order.
 
     Examples
     --------
@@ -127,19 +127,19 @@ def to_csv(block, path, link):
 
 
 def write_blocks(path, blocks):
-    """Put into a Markdown file those named blocks whose marks it holds.
+    """Write named blocks into a Markdown file, if it contains their marks.
 
     A line below each block states the command, the version of the package and the date.
 
     Raises
     ------
     ValueError
-        If it holds the marks of none.
+        If it contains no marks of these blocks.
     """
     text = path.read_text(encoding="utf-8")
     held = [name for name in blocks if f"<!-- {name}: " in text]
     if not held:
-        raise ValueError(f"{path} holds no marks of any of {list(blocks)}.")
+        raise ValueError(f"{path} contains no marks of any of {list(blocks)}.")
     page = path.resolve()
     page = page.relative_to(ROOT).as_posix() if page.is_relative_to(ROOT) else path.name
     outputs = {name: f"{page}: {name}" for name in held}

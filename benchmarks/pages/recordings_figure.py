@@ -1,4 +1,4 @@
-"""Figure of the page on recordings: which windows are kept, and what resampling cannot bring back.
+"""Figure of the page on recordings: the kept windows, and the limits of resampling.
 
 ``python -m benchmarks.pages.recordings_figure`` writes docs/images/recordings.svg. The recording is
 simulated: white noise, which fills all frequencies.
@@ -15,7 +15,7 @@ from benchmarks.pages.svg_figures import BLUE, GREY, ORANGE, saved_figure
 from skarxlag import load_recordings, read_recording_table
 
 LENGTH, RATE, NEW_RATE = 1200, 25_600, 51_200
-#: Ways to take windows: what the figure calls each, and the arguments.
+#: Ways to cut windows: the label in the figure, and the arguments.
 WAYS = {
     "all": {},
     "hop=2400": {"hop": 2400},

@@ -16,7 +16,7 @@ from skarxlag.accuracy_tables import (
 
 #: Methods in the order of the paper's columns; the last is not in the paper.
 METHODS = ("proposed", "ALPIO", "Diagnoser")
-#: Heads of what comes from verdicts and of what the paper prints.
+#: Heads of columns from verdicts and of printed columns.
 OWN, PAPER = "simulated rig", "paper"
 PRINTED_AVERAGE = "Average, as printed"
 _BY_SPEED, _BY_CRACK = (2, 3, 4, 5), (8, 9)

@@ -33,8 +33,8 @@ def make_single_ladder(observer, *, healthy, n_jobs=None):
     )
 
 
-#: Makers by title, by what the tables compare. A single
-#: residual has no counterpart of our own diagnoser.
+#: Makers by title, for each comparison of the tables. A single residual has no counterpart of
+#: `make_diagnoser`.
 LADDERS = {
     "bank": dict(DIAGNOSERS.values()),
     "single": {

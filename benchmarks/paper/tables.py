@@ -30,7 +30,7 @@ IMPACTS = 3
 LONG_WINDOWS = 20
 #: Stretches of a recording, and their length in seconds.
 STRETCHES, STRETCH_SECONDS = 4, 1.0
-#: Runs whose tables the page shows.
+#: Runs with tables on the page.
 SHOWN = ("bank", "single residual", "long windows", "stretches")
 #: Tables of which the page compares the runs.
 COMPARED = ("averages", "improvements")
@@ -173,7 +173,7 @@ def table_text(cells):
 
 
 def blocks(outcomes):
-    """Markdown blocks of the page by name: one for each run, and what compares them.
+    """Return the Markdown blocks of the page by name: one for each run, and the comparison.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ def blocks(outcomes):
 
 
 def folded(table, *, with_paper):
-    """Markdown of one table that opens at a click; nothing where it would repeat another.
+    """Format a table that opens at a click; return an empty text if it would repeat another.
 
     Averages and improvements of all runs stand together on the page. Tables 8 and 9 are left out,
     as they are Tables 2-5 in another order. The figures of the paper are next to the first run.

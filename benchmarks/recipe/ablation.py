@@ -1,4 +1,4 @@
-"""What each part of a diagnoser contributes: variants paired over speed pairs and rigs.
+"""Effect of each part of a diagnoser: variants paired over speed pairs and rigs.
 
 Run ``python -m benchmarks.recipe ablation`` from the root of the repository.
 The protocol is that of `benchmarks.cross_speed`. A variant is the recipe with one part changed.
@@ -37,7 +37,7 @@ UNITS = ("unit RMS", "sensor's unit")
 #: A rough drift must be above 0; this one is far below the scatter of windows.
 TINY = 1e-6
 NO_DRIFT = {"smooth_drift": 0.0, "rough_drift": TINY, "frequency_drift": 0.0}
-#: What is changed of `LogSpectra` and of `SpectralDistance` in `make_diagnoser`.
+#: Changed parameters of `LogSpectra` and of `SpectralDistance` in `make_diagnoser`.
 PARTS = {
     "product of groups alone": ({}, {"joint_weight": 0.0}),
     "joint distance of colour and steadiness alone": ({}, {"joint_weight": 1.0}),

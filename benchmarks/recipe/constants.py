@@ -219,7 +219,7 @@ def left_out_table(known, errors, real):
 
 
 def report(accuracies, calibrations, real):
-    """Markdown of the choice, of what each left-out rig scores, and of the calibration errors."""
+    """Format the choice, the scores of each left-out rig and the calibration errors."""
     known = accuracies[accuracies.rig.isin(real)]
     errors = calibrations[calibrations.rig.isin(real)]
     setting, scores = choose(known)

@@ -82,7 +82,7 @@ def _pooled(by_rig, correlation):
 
 
 def table(by_rig):
-    """Choice without each rig, and what it gives on that rig; then the choice on all of them."""
+    """Tabulate the choice without each rig and its score on that rig; then the choice of all."""
     rows, pooled = [], []
     for rig, recordings in by_rig.items():
         correlation = chosen_correlation({k: v for k, v in by_rig.items() if k != rig})

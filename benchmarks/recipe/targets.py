@@ -19,7 +19,7 @@ from benchmarks.recipe.rigs import real_rigs, simulated_rigs
 from benchmarks.stretches.methods import WindowsVote
 from skarxlag import make_diagnoser
 
-#: Samples of a row; None stands for a second.
+#: Samples of a row; None means one second.
 ROWS = {"windows of 1200": 1200, "windows of 4800": 4800, "stretches of 1 s": None}
 STATED, UNSTATED = "make_diagnoser", "make_diagnoser, rpm not stated"
 VOTE = "make_diagnoser, windows of 4800 vote"

@@ -1,4 +1,4 @@
-"""Rows of the speed benchmark on what the checks of input and state cost."""
+"""Rows of the speed benchmark on the cost of the checks of input and state."""
 
 import sys
 import time
@@ -13,7 +13,7 @@ from benchmarks.speed.rows import coloured_windows
 from skarxlag import make_diagnoser, make_extended_state_pio
 
 _TARGET = 0.02
-#: What looks at fitted attributes, and what looks at them and at every number that is given.
+#: Functions that check fitted attributes, and functions that check them and all input.
 _STATE = {"as_fitted": skarxlag._state}
 _ALL = _STATE | {"validate_data": skarxlag._validation, "validate_signals": skarxlag._validation}
 

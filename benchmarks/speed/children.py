@@ -120,7 +120,7 @@ def has_peak():
 
 
 def _peak():
-    """Largest resident memory of this process so far, in MiB."""
+    """Return the peak resident memory of this process, in MiB."""
     return int(_STATUS.read_text().split("VmHWM:")[1].split()[0]) / 1024
 
 

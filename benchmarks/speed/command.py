@@ -4,8 +4,8 @@
     python -m benchmarks.speed --only transforms identification
     python -m benchmarks.speed --write benchmarks/README.md
 
-The sides of a ratio are timed in turn in the same run, on one thread and in processor time unless
-the line says otherwise; the median of the ratios is printed and, as spread, half the range between
+The sides of a ratio are timed in turn in the same run, on one thread and in CPU time unless the
+line states otherwise. The median of the ratios is printed and, as spread, half the range between
 their quartiles.
 Libraries that are not installed are left out, and named below the table.
 """
@@ -94,7 +94,7 @@ def missed_targets(measurements):
 
 
 def machine():
-    """One sentence on the machine: rate of the matrix product, and how far runs of it differ."""
+    """Describe the machine: rate of the matrix product, and its spread between runs."""
     product, n_product = matrix_product()
     seconds = take_turns({"first": product, "second": product}, 15)
     rate = n_product / np.median(seconds["first"]) / 1e9

@@ -1,4 +1,4 @@
-"""Many recordings: what a core diagnoses in a second, two worker processes next to one.
+"""Many recordings: rate of one core, and two worker processes compared with one.
 
     python -m benchmarks.speed --only fleet
     python -m benchmarks.speed.fleet --write docs/fleet.md
@@ -129,7 +129,7 @@ def fleet(**settings):
 
 
 def costs(found):
-    """What a fleet costs, as a data frame: measured values first, then what follows from them."""
+    """Return the costs of a fleet as a data frame: measured values, then derived ones."""
     seconds, n_samples = found["seconds"], found["n_samples"]
     samples_a_second = n_samples / float(np.median(seconds["one"]))
     faster, differs = ratio(seconds["one"], seconds["two"])

@@ -63,7 +63,7 @@ def monitor(n_rounds=9, n_seconds=10):
 
 
 def river_models(X, y):
-    """What a user of river would build: a function of a block, which judges its windows.
+    """Return a function of a block that classifies its windows with river, as a user would.
 
     river takes a dict of features for each sample, so windows and features are the user's work:
     here the logarithms of the energy in bands, by NumPy, for all windows of a block at once.

@@ -1,4 +1,4 @@
-"""What the speed benchmark is measured against: plain loops, and other libraries.
+"""Peers of the speed benchmark: plain loops, and other libraries.
 
 A library that is not installed is left out.
 """

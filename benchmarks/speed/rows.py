@@ -29,7 +29,7 @@ from skarxlag import (
 
 
 def coloured_windows(n_windows, n_samples=1200, n_conditions=4, seed=0):
-    """Windows of noise, coloured in another way for each condition, and their conditions."""
+    """Return windows of noise, with a spectral shape for each condition, and the conditions."""
     noise = np.random.default_rng(seed).normal(size=(n_windows, n_samples))
     y = np.arange(n_windows) % n_conditions
     poles = np.linspace(-0.8, 0.8, n_conditions)

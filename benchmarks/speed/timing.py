@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-#: Size of the matrices whose product measures the rate of multiply-adds.
+#: Size of the matrices of the product that measures the rate of multiply-adds.
 MATRIX_SIDE = 768
 
 

@@ -50,7 +50,7 @@ def parse(arguments):
         type=Path,
         default=Path("skarxlag-results/stretches"),
         help="folder of the CSV file; results of other runs in it are kept, so that methods may "
-        "run in environments of their own",
+        "run in separate environments",
     )
     parser.add_argument("--write", type=Path, nargs="+", default=[], metavar="FILE")
     return parser.parse_args(arguments)

@@ -99,7 +99,7 @@ class OrdersAlone(Stretches):
 
 
 class WindowsVote:
-    """A classifier of windows, whose evidence is added up over the windows in a stretch.
+    """Classifier that adds the evidence of a classifier of windows over each stretch.
 
     Parameters
     ----------
@@ -133,14 +133,14 @@ class WindowsVote:
 
 
 class _FaultOrders:
-    """Largest of the scores of the places; healthy below what healthy training stretches reach."""
+    """Classifier by the largest score of the places; healthy below the training threshold."""
 
     def __init__(self, sampling_rate, orders):
         self.sampling_rate = sampling_rate
         self.places = {place: orders[place] for place in _PLACES}
 
     def fit(self, X, y, rpm):
-        """Find what healthy stretches reach; y holds places."""
+        """Compute the threshold from healthy stretches; y contains places."""
         # Scores of different places differ in size on healthy stretches already.
         scores = self._scores(X[y == "healthy"], rpm[y == "healthy"])
         self.threshold = np.quantile(scores, _HEALTHY_SHARE, axis=0)
@@ -158,7 +158,7 @@ class _FaultOrders:
 
 
 class LargestPeak(_FaultOrders):
-    """What an engineer does by hand: the largest of the peaks at the orders of the faults.
+    """Manual method of an engineer: the largest of the peaks at the orders of the faults.
 
     Envelope of the whole signal by the Hilbert transform, squared; its spectrum; peaks within 2 %
     of the first multiples of each order, over the median of the spectrum.

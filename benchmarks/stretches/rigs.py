@@ -1,4 +1,4 @@
-"""Rigs whose recordings are long enough for stretches, with their bearings."""
+"""Rigs with recordings that are long enough for stretches, with their bearings."""
 
 import numpy as np
 

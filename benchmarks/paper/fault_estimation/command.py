@@ -59,7 +59,7 @@ def over_draws(frame, rows):
 
 
 def cell(mean, spread):
-    """Three decimals with the deviation, whole numbers bare, nothing for NaN.
+    """Format a mean: three decimals with the deviation, integers without, NaN as an empty text.
 
     Examples
     --------

@@ -104,7 +104,7 @@ def disturbance(innovations, pole=POLE):
 
 
 def seen_through(innovations_pole, d):
-    """What a disturbance adds to the innovations, of the shape of `d`."""
+    """Return the contribution of a disturbance to the innovations, of the shape of `d`."""
     return lfilter([0.0, 1.0], [1.0, -innovations_pole], d)
 
 

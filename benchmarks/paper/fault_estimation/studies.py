@@ -69,7 +69,7 @@ def _estimate(observer, innovations):
 
 
 def measures(estimate, true):
-    """What is reported of an estimate; its last sample has no counterpart in `true`."""
+    """Compute the reported figures of an estimate; its last sample has no counterpart in `true`."""
     estimate = estimate[:, :-1]
     lag, correlation = delay(estimate, true)
     return {

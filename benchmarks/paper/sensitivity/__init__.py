@@ -1,1 +1,1 @@
-"""How accuracy depends on what the paper leaves open."""
+"""Effect of the choices that the paper leaves open on the accuracy."""

@@ -1,4 +1,4 @@
-"""How the diagnosers' accuracy depends on what the paper leaves open, on the simulated rig.
+"""Effect of the choices that the paper leaves open on the accuracy, on the simulated rig.
 
 Run ``python -m benchmarks.paper sensitivity`` from the root of the repository.
 Nothing here chooses a default. ``--write docs/paper/sensitivity.md`` puts the tables between the
@@ -25,7 +25,7 @@ from benchmarks.paper.sensitivity.tables import (
 
 
 class Study(NamedTuple):
-    """Functions of one study: what computes it, and from that a table and a plot."""
+    """Functions of one study: computation, table and plot."""
 
     run: callable
     table: callable
@@ -85,13 +85,13 @@ def parsed(arguments):
 
 
 def protocol(options):
-    """What all studies share, in words."""
+    """Describe the protocol that all studies share."""
     seeds = ", ".join(map(str, options.seed))
     return (
         f"Simulated rig, draws {seeds} (`random_state`), recordings of {options.n_samples:,} "
-        "samples (the paper: 120,000). Unless a table says otherwise all windows of 1200 samples "
-        "at 500 rpm calibrate, all windows at 300, 400 and 450 rpm are scored, one crack size at "
-        "a time with the normal windows. Accuracy of single windows in %, mean ± standard "
+        "samples (the paper: 120,000). Unless a table states otherwise, all windows of 1200 "
+        "samples at 500 rpm calibrate, all windows at 300, 400 and 450 rpm are scored, one crack "
+        "size at a time with the normal windows. Accuracy of single windows in %, mean ± standard "
         "deviation over the draws. Chance is 12.5."
     )
 

@@ -1,4 +1,4 @@
-"""Compound faults that no calibration has seen: verdicts, alarms and confidence."""
+"""Compound faults that are not in the calibration: verdicts, alarms and confidence."""
 
 import numpy as np
 import pandas as pd
@@ -26,7 +26,7 @@ SPEEDS = {"500 rpm": np.equal, "300 to 450 rpm": np.not_equal}
 def compound(seeds, n_samples):
     """Calibrated on normal windows and single faults at 500 rpm, scored on all conditions.
 
-    Scored are recordings that no calibration has seen, since the emission of a defect is the same
+    The scored recordings are not in the calibration, since the emission of a defect is the same
     realisation in single and in compound recordings. One row for each draw, crack size,
     diagnoser, speed and condition, in %: share of each verdict, of verdicts that name one of the
     condition's faults, of windows over the detection threshold, mean confidence; and the share of
@@ -66,7 +66,7 @@ def compound(seeds, n_samples):
 
 
 def _verdicts(diagnoser, X):
-    """What one diagnoser says of each window."""
+    """Return the verdicts of one diagnoser on each window."""
     residuals, ladder = diagnoser[:-1].transform(X), diagnoser[-1]
     return {
         "verdict": ladder.predict(residuals),

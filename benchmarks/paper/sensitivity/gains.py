@@ -1,4 +1,4 @@
-"""Sensitivity to the gains of the observers, and to what is kept of their error."""
+"""Sensitivity to the gains of the observers, and to the evaluation of their error."""
 
 import numpy as np
 import pandas as pd
@@ -24,7 +24,7 @@ EVALUATIONS = tuple(RESIDUAL_EVALUATIONS)
 
 
 def _settings():
-    """Grid name, what is varied, and the observer, for every cell of every grid."""
+    """Yield the grid name, the varied parameters and the observer of every cell of every grid."""
     for kp in KP:
         for ki in KI:
             yield "linear", {"kp": kp, "ki": ki}, PIObserver(kp=kp, ki=ki)

@@ -127,7 +127,7 @@ def gain_maps(frame, path):
 
 
 def verdict_shares(frame, path):
-    """Verdicts on the conditions that no calibration has seen, at other speeds."""
+    """Verdicts on the conditions that are not in the calibration, at other speeds."""
     unseen = frame[frame.condition.isin(COMPOUND) & (frame["tested at"] != "500 rpm")]
     unseen = unseen.dropna(subset="named")
     names = list(dict.fromkeys(unseen.diagnoser))

@@ -18,7 +18,7 @@ CRACKS = (3.0, 6.0)
 SEEDS = (11, 12, 13)
 #: Samples of a recording; the paper has 120,000.
 N_SAMPLES = 24_000
-#: Added to a seed for recordings that no calibration has seen at its own speed.
+#: Added to a seed for recordings that are not in the calibration at their speed.
 FRESH = 1000
 DIAGNOSERS = {
     "ALPIO": make_alpio,

@@ -1,7 +1,7 @@
 """The sensitivity studies: functions from draws of the simulated rig to data frames.
 
 Each returns one row for each setting, diagnoser, crack size and draw, with the accuracy in % at
-300, 400 and 450 rpm after calibration at 500 rpm, unless it says otherwise. NaN: gains refused.
+300, 400 and 450 rpm after calibration at 500 rpm, unless it states otherwise. NaN: gains refused.
 """
 
 import numpy as np
@@ -140,7 +140,7 @@ def torque(seeds, n_samples):
 
 
 def speed(seeds, n_samples):
-    """Accuracy by calibration and test speed, on recordings that no calibration has seen."""
+    """Accuracy by calibration and test speed, on recordings that are not in the calibration."""
     found = []
     for seed in seeds:
         rig = standard_rig(seed, n_samples)
@@ -162,7 +162,7 @@ def speed(seeds, n_samples):
 def crack_size(seeds, n_samples):
     """Calibration on one crack size or both, test on each, at 500 rpm and at the other speeds.
 
-    All tests are on recordings that no calibration has seen; only faulty windows are scored, as
+    All tests are on recordings that are not in the calibration; only faulty windows are scored, as
     the normal ones are the same for both sizes.
     """
     found = []

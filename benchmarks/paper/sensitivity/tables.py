@@ -121,7 +121,7 @@ SUMMARY = (
 
 
 def compound_table(frame):
-    """What known and unseen conditions get, then the verdicts on each unseen one."""
+    """Format the verdicts on known and unseen conditions, then those on each unseen one."""
     groups = {**dict.fromkeys(KNOWN[1:], "single"), **dict.fromkeys(COMPOUND, "compound")}
     group = frame.condition.map(groups).fillna("Normal")
     text = frame.assign(crack=frame.crack_mm.map("{:g} mm".format))

@@ -1,4 +1,4 @@
-"""What airspeed velocity follows from commit to commit: the main rows of `benchmarks.speed`.
+"""Main rows of `benchmarks.speed` for airspeed velocity.
 
 One thread and float64 everywhere; the first call, which compiles, is in `setup`.
 """
@@ -14,7 +14,7 @@ MAKERS = ("make_alpio", "make_extended_state_pio", "make_diagnoser")
 
 
 def coloured_windows(n_conditions):
-    """Windows of noise, coloured in another way for each condition, and their conditions."""
+    """Return windows of noise, with a spectral shape for each condition, and the conditions."""
     windows = np.random.default_rng(0).normal(size=(N_WINDOWS, N_SAMPLES))
     y = np.arange(N_WINDOWS) % n_conditions
     for condition, pole in enumerate(np.linspace(-0.8, 0.8, n_conditions)):

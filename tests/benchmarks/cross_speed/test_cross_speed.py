@@ -73,7 +73,7 @@ def test_merge_replaces_the_same_run_only(tmp_path):
 def test_a_block_needs_its_marks(tmp_path, marks):
     page = tmp_path / "page.md"
     page.write_text(marks)
-    with pytest.raises(ValueError, match=r"holds no marks|expected one"):
+    with pytest.raises(ValueError, match=r"contains no marks|expected one"):
         write_blocks(page, {"a": "new"})
     assert page.read_text() == marks
 
