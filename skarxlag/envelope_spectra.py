@@ -11,8 +11,18 @@ from sklearn.utils import Bunch, check_array
 from ._parallel import map_batches
 from ._validation import check_real
 from .kernels.comb import comb_frequency
-from .kernels.fault_orders import PLACES, fault_comb, order_contrast, squared_envelope_spectrum
-from .speeds import LEAST_TURNS, samples_a_turn, speeds_of_rows
+from .kernels.fault_orders import (
+    CAGE_TURNS,
+    CAGE_WEIGHT,
+    PLACES,
+    fault_comb,
+    order_contrast,
+    squared_envelope_spectrum,
+)
+from .speeds import samples_a_turn, speeds_of_rows
+
+#: Turns of the shaft that a row must have.
+_LEAST_TURNS = 2
 
 
 def match_faults(
@@ -53,16 +63,44 @@ def match_faults(
             nothing = np.zeros(len(PLACES))
             return nothing, nothing + 1, nothing.astype(int), order_contrast(samples, 1.0, 1.0)
         contrast = order_contrast(samples, turn, sampling_rate)
-        combs = [fault_comb(contrast, of_bearing, tolerance, slip) for of_bearing in orders]
-        scores, factors = (np.stack(each) for each in zip(*combs, strict=True))
-        best, place = scores.argmax(axis=0), np.arange(len(PLACES))
-        return scores[best, place], factors[best, place], best, contrast
+        n_turns = len(samples) / np.mean(turn)
+        return *best_combs(contrast, n_turns, orders, tolerance, slip), contrast
 
     found = map_batches(of_row, len(rows), n_jobs, batch_size=1)
     names = ("scores", "factors", "bearings", "contrasts")
     parts = dict(zip(names, map(np.stack, zip(*found, strict=True)), strict=True))
     mean = turns if turns.ndim == 1 else turns.mean(axis=1)
     return Bunch(**parts, rpm=60 * sampling_rate / mean)
+
+
+def best_combs(
+    contrast: NDArray[Any], n_turns: float, orders: NDArray[Any], tolerance: float, slip: float
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Return score, factor and bearing of each place, for the bearing that fits it best.
+
+    Parameters
+    ----------
+    contrast : ndarray of shape (n_orders,)
+        Of a row, or the mean of several.
+    n_turns : float
+        Turns of the shaft in a row. In short ones, the cage does not count.
+    orders : ndarray of shape (n_bearings, 4)
+        As in `match_faults`.
+    tolerance, slip : float
+        As in `fault_comb`.
+
+    Returns
+    -------
+    scores, factors, bearings : ndarray of shape (3,)
+    """
+    weights = np.where(n_turns * orders[:, 0] < CAGE_TURNS, 0.0, CAGE_WEIGHT)
+    combs = [
+        fault_comb(contrast, of_bearing, tolerance, slip, weight)
+        for of_bearing, weight in zip(orders, weights, strict=True)
+    ]
+    scores, factors = (np.stack(each) for each in zip(*combs, strict=True))
+    best, place = scores.argmax(axis=0), np.arange(len(PLACES))
+    return scores[best, place], factors[best, place], best
 
 
 def turns_of_rows(
@@ -74,22 +112,22 @@ def turns_of_rows(
 ) -> NDArray[Any]:
     """Return the samples in a turn of each row; NaN for rows too short for a search of the speed.
 
-    If they are not required, they are also NaN for rows without a speed, or of less than three
+    If they are not required, they are also NaN for rows without a speed, or of less than two
     turns.
 
     Raises
     ------
     ValueError
         If they are required, and there is neither a speed nor a range of speeds, or a row has less
-        than three turns.
+        than two turns.
     """
     if not is_required and (rpm is not None or speed_range is None):
         speeds = speeds_of_rows(np.nan if rpm is None else rpm, len(rows))
         mean = speeds.reshape(len(rows), -1).mean(axis=1)
-        is_enough = rows.shape[1] * mean >= LEAST_TURNS * 60 * sampling_rate
+        is_enough = rows.shape[1] * mean >= _LEAST_TURNS * 60 * sampling_rate
         return np.where(is_enough, 60 * sampling_rate / speeds.T, np.nan).T
     if rpm is not None:
-        return samples_a_turn(rpm, sampling_rate, *rows.shape)
+        return samples_a_turn(rpm, sampling_rate, *rows.shape, _LEAST_TURNS)
     if speed_range is None:
         raise ValueError(
             "rpm is None, expected the speed of each row, or speed_range, in which the speed is "
@@ -97,7 +135,7 @@ def turns_of_rows(
         )
     low, high = speed_range
     turn = 60 * sampling_rate / np.sqrt(low * high)
-    if rows.shape[1] < LEAST_TURNS * 60 * sampling_rate / low:
+    if rows.shape[1] < _LEAST_TURNS * 60 * sampling_rate / low:
         return np.full(len(rows), np.nan)
     tolerance = np.log(high / low) / 2
     return 1 / np.array([comb_frequency(row, 1 / turn, tolerance, 40) for row in rows])

@@ -25,7 +25,8 @@ from ._validation import (
     weighted_windows,
 )
 from .bearings import BearingLike, bearing_orders, listed
-from .envelope_spectra import match_faults, turns_of_rows
+from .envelope_spectra import best_combs, match_faults, turns_of_rows
+from .evidence import COMB_CORRELATION, effective_number
 from .fault_places import (
     CONFIDENCE,
     FAULTS,
@@ -36,6 +37,7 @@ from .fault_places import (
     PLACES,
     WITHOUT_COMB,
     comb_evidence,
+    evidence_sentence,
     gumbel_p_value,
     gumbel_quantile,
     joint_scores,
@@ -45,12 +47,10 @@ from .fault_places import (
     place_of_label,
     tail_scale,
 )
-from .kernels.fault_orders import NEPER_IN_DB
 from .speeds import speeds_of_rows
 
 #: Logarithm of speed up to which rows count as rows of the same speed.
 _SAME_SPEED = 0.05
-_WORDS = {"inner": "the inner race", "outer": "the outer race", "ball": "a rolling element"}
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -65,7 +65,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     :func:`skarxlag.kernels.fault_orders.fault_comb`. The place with the largest score is named if
     the score exceeds a limit; otherwise the row is healthy.
 
-    A row of X is a window of at least three turns of the shaft, and better ten turns and a second:
+    A row of X is a window of at least two turns of the shaft, and better ten turns and a second:
     a raw signal, or the innovations of one model (``ARXLaguerre(bank=False)``). Its speed is given
     as `rpm`.
 
@@ -90,7 +90,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     and the residual :math:`r_{\min}` of the nearest condition, which counts as 1 if it is smaller.
     If no condition is near, as after another mounting or load, spectra count less, and the combs
     decide the place. Conditions of one place share the combs; spectra decide among them, and alone
-    in rows without `rpm` or of less than three turns.
+    in rows without `rpm` or of less than two turns.
 
     Parameters
     ----------
@@ -249,7 +249,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         ------
         ValueError
             If a parameter is missing or out of its range, a speed is not above 0, or a row has
-            less than three turns.
+            less than two turns.
         """
         X, y = validate_innovations(self, X, y, reset=True)
         self._check_parameters()
@@ -370,14 +370,44 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             close, see `wrong_name_rate`. ``evidence``: a sentence with the order and the place of
             the best comb, its contrast in dB, and the difference from the nominal order, which slip
             and an error of the speed cause together. With `conditions`, ``comb`` is the probability
-            of a fault by combs alone, NaN for rows whose combs are not used.
+            of a fault by combs alone, NaN for rows whose combs are not used. ``contrasts``: as in
+            `match`.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
         found = self._match(X, rpm)
-        if self.conditions_ is None:
-            return self._judge(found)
-        given = {} if rpm is None else {"rpm": rpm}
-        return self._judge(found, self.conditions_.diagnose(X, **given))
+        learned = None
+        if self.conditions_ is not None:
+            learned = self.conditions_.diagnose(X, **({} if rpm is None else {"rpm": rpm}))
+        return Bunch(**self._judge(found, learned), contrasts=found.contrasts)
+
+    @uses_fitted
+    def diagnose_gathered(self, contrast: NDArray[Any], n_rows: float, rpm: float) -> Bunch:
+        """Diagnose the mean contrast of several rows of a machine.
+
+        The mean has less noise than one contrast, so fainter combs stand out. Healthy rows of
+        `fit` set its limit if they had about the same speed: that of one row, divided by the root
+        of the effective number of rows (`skarxlag.evidence.effective_number`). Otherwise it is
+        that of one row.
+
+        Parameters
+        ----------
+        contrast : ndarray of shape (4001,)
+            Mean of ``contrasts``, which `diagnose` returns, over rows as long as those of `fit`.
+        n_rows : float
+            Number of rows, or the sum of their weights.
+        rpm : float
+            Their speed.
+
+        Returns
+        -------
+        Bunch
+            As `diagnose` returns it without `conditions`, for one row.
+        """
+        n_turns = self.window_shape_[-1] * rpm / (60 * self.sampling_rate)
+        combs = best_combs(contrast, n_turns, self.orders_, self.speed_tolerance, self.slip)
+        names = ("scores", "factors", "bearings")
+        found = {name: each[np.newaxis] for name, each in zip(names, combs, strict=True)}
+        return self._judge(Bunch(**found, rpm=np.array([rpm])), n_rows=n_rows)
 
     @available_if(lambda self: self.conditions is not None)
     def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
@@ -399,9 +429,13 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         self.conditions_.adapt(X, y)
         return self
 
-    def _judge(self, found, learned=None):
+    def _judge(self, found, learned=None, n_rows=1):
         """Judge matched rows, with the answers of the learned conditions if there are any."""
-        above, limits = found.scores - self.reference_, self._limits(found.rpm)
+        limits, is_known = self._limits(found.rpm), ~self._is_far(found.rpm)
+        # Means scatter less about the reference, which is known at the speeds of healthy rows.
+        is_known &= len(self.healthy_scores_) > 0
+        certainty = np.where(is_known, np.sqrt(effective_number(n_rows, COMB_CORRELATION)), 1.0)
+        above = (found.scores - self.reference_) * certainty[:, np.newaxis]
         second, best = np.sort(above, axis=1)[:, -2:].T
         judged = Bunch(alarm=best > limits, p_value=self._p_values(best, found.rpm))
         is_close = judged.alarm & (best - second < least_margin(self.wrong_name_rate))
@@ -413,8 +447,10 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         judged.named = np.where(is_close, NOT_IDENTIFIABLE, judged.verdict.astype(object))
         judged.score = scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
         judged.probability = np.exp(log_softmax(scores, axis=1))
-        rows = zip(found.scores, found.factors, found.bearings, limits, strict=True)
-        judged.evidence = np.array([self._sentence(*row) for row in rows], dtype=object)
+        gaps = (limits - best) / certainty
+        rows = zip(found.scores, above, found.factors, found.bearings, gaps, strict=True)
+        known = listed(self.bearing), self.orders_, least_margin(self.wrong_name_rate)
+        judged.evidence = np.array([evidence_sentence(*row, *known) for row in rows], dtype=object)
         return judged
 
     def _joined(self, found, learned):
@@ -433,30 +469,6 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         p_values = p_values_of_healthy(best, self.healthy_scores_, self.tail_scale_)
         elsewhere = gumbel_p_value(best, OTHER_SPEED_LOCATION)
         return np.where(self._is_far(rpm), np.maximum(p_values, elsewhere), p_values)
-
-    def _sentence(self, scores, factors, bearings, limit):
-        above = scores - self.reference_
-        second, best = np.argsort(above, kind="stable")[-2:]
-        bearing, factor = bearings[best], factors[best]
-        where, size = _WORDS[FAULTS[best]], f"{NEPER_IN_DB * scores[best]:.0f} dB"
-        given = listed(self.bearing)
-        if isinstance(given[bearing], str):
-            where += f" of {given[bearing]}"
-        elif len(given) > 1:
-            where += f" of bearing {bearing + 1}"
-        if above[best] <= limit:
-            limit = NEPER_IN_DB * (limit + self.reference_[best])
-            return (
-                f"no comb exceeds its limit; the strongest is that of {where} with {size}, limit "
-                f"{limit:.0f} dB"
-            )
-        if above[best] - above[second] < least_margin(self.wrong_name_rate):
-            return f"impacts of {size} fit {where} and {_WORDS[FAULTS[second]]} nearly as well"
-        order = (self.orders_[bearing] * [1, 2, 1, 1])[1 + best] * factor
-        return (
-            f"impacts at {order:.2f} orders, {where}, {size}, {100 * (factor - 1):+.1f} % from the "
-            "nominal order"
-        )
 
     def predict(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Return the class of each row.

@@ -146,7 +146,11 @@ def with_plausible_speeds(
 
 
 def samples_a_turn(
-    rpm: ArrayLike, sampling_rate: float | None, n_stretches: int, n_samples: int
+    rpm: ArrayLike,
+    sampling_rate: float | None,
+    n_stretches: int,
+    n_samples: int,
+    least_turns: float = LEAST_TURNS,
 ) -> NDArray[Any]:
     """Compute the samples in a turn of the shaft from nominal speeds.
 
@@ -158,6 +162,8 @@ def samples_a_turn(
         In Hz.
     n_stretches, n_samples : int
         Shape of the stretches.
+    least_turns : float, default=3
+        Turns that a stretch must have.
 
     Returns
     -------
@@ -168,7 +174,7 @@ def samples_a_turn(
     ------
     ValueError
         If there is no sampling rate; if a speed is not above 0 or the shape is another; or if a
-        stretch has less than 3 turns, or a turn less than two samples.
+        stretch has less turns, or a turn less than two samples.
     """
     if sampling_rate is None:
         raise ValueError("rpm was given, but sampling_rate is None; expected a number in Hz.")
@@ -180,11 +186,11 @@ def samples_a_turn(
         )
     mean = speeds if speeds.ndim == 1 else speeds.mean(axis=1)
     turns = n_samples * mean / (60 * sampling_rate)
-    if turns.min() < LEAST_TURNS:
-        needed = np.ceil(LEAST_TURNS * 60 * sampling_rate / mean.min())
+    if turns.min() < least_turns:
+        needed = np.ceil(least_turns * 60 * sampling_rate / mean.min())
         raise ValueError(
             f"X has stretches of {n_samples} samples, which are {turns.min():.3g} turns at "
-            f"{mean.min():g} rpm and {sampling_rate:g} Hz; expected at least {LEAST_TURNS} turns, "
+            f"{mean.min():g} rpm and {sampling_rate:g} Hz; expected at least {least_turns} turns, "
             f"{needed:g} samples."
         )
     return 60 * sampling_rate / speeds

@@ -220,7 +220,8 @@ class Judge:
             condition, of shape (n_windows, n_conditions); ``exceeds``, 1 if the healthy limits are
             exceeded, else 0; ``score``, ``p_value`` (healthy) and ``nearest`` (p-value of the
             nearest condition); ``comb``, the probability of a fault by combs alone. Numbers are NaN
-            if they are not known.
+            if they are not known. With a bearing also ``contrasts`` over orders, of shape
+            (n_windows, 4001).
         """
         n = len(X)
         refusal = np.full(n, "", dtype=object)
@@ -246,6 +247,9 @@ class Judge:
             order = [classes.index(name) for name in self.conditions]
             found.probability[usable] = said.probability[:, order]
             found.comb[usable] = said.get("comb", np.nan)
+            if "contrasts" in said:
+                found.contrasts = np.full((n, said.contrasts.shape[1]), np.nan)
+                found.contrasts[usable] = said.contrasts
             if self.detects and "detector" not in self._can:
                 found.exceeds[within] = said.alarm[within[usable]]
         if "detector" in self._can and within.any():

@@ -13,6 +13,7 @@ from skarxlag import (
     save_diagnoser,
 )
 from skarxlag._answers import answers
+from skarxlag.envelope_spectra import best_combs
 from skarxlag.fault_places import NOT_IDENTIFIABLE
 
 RATE = 10_000.0
@@ -243,3 +244,13 @@ def test_damaged_state_is_refused(name, value, rows):
     setattr(fitted, name, value)
     with pytest.raises(ValueError, match=name):
         fitted.predict(rows, rpm=900)
+
+
+def test_the_cage_counts_in_rows_that_resolve_it(healthy):
+    fitted = classifier().fit(healthy[:2])
+    contrast = np.zeros(4001)
+    contrast[[round(100 * k * ORDERS["cage"]) for k in (1, 2, 3, 4)]] = 2.0
+    scores = [
+        best_combs(contrast, n_turns, fitted.orders_, 0.0, 0.03)[0][0] for n_turns in (15.0, 3.0)
+    ]
+    assert scores[0] > 0.5 > scores[1] == 0

@@ -235,9 +235,9 @@ def test_combs_join_the_spectra(diagnoser, with_bearing, data):
     np.testing.assert_array_equal(found.alarm, spectra.alarm)
     np.testing.assert_allclose(found.comb, by_place.max(axis=1))
     assert all(sentence.startswith("impacts at 5.") for sentence in found.evidence[:4])
-    # Without a speed, or in rows of less than three turns, spectra decide alone.
+    # Without a speed, or in rows of less than two turns, spectra decide alone.
     innovations, decide = diagnoser[0].transform(X), with_bearing["decide"]
-    for rows, rpm in ((innovations, None), (innovations[..., :4800], 290)):
+    for rows, rpm in ((innovations, None), (innovations[..., :4800], 190)):
         told = [model.predict_proba(rows, rpm=rpm) for model in (decide, diagnoser[1:])]
         np.testing.assert_allclose(*told)
         assert np.isnan(decide.diagnose(rows, rpm=rpm).comb).all()

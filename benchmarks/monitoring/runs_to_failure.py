@@ -113,6 +113,23 @@ def draw(runs, path):
         legend_below(axes)
 
 
+def read_runs(data_home, paths=()):
+    """Yield name, signal, times of its snapshots, speed and sampling rate of each run.
+
+    Parameters
+    ----------
+    data_home : str or None
+        Folder of the real rigs.
+    paths : list of Path
+        Files of the runs; none for all.
+    """
+    folder = Path(get_data_home(data_home)) / "femto"
+    for path in paths or sorted(folder.glob("*.npz")):
+        with np.load(path) as file:
+            signal, seconds = file["acceleration_g"].astype(float), file["seconds"]
+            yield path.stem, signal, seconds, float(file["rpm"]), float(file["sampling_rate"])
+
+
 def main(arguments=None):
     """Watch runs, print the table, write and draw it."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -126,16 +143,12 @@ def main(arguments=None):
     )
     options = parser.parse_args(arguments)
     rows, runs = [], {}
-    folder = Path(get_data_home(options.data_home)) / "femto"
-    for path in options.runs or sorted(folder.glob("*.npz")):
-        with np.load(path) as file:
-            signal, seconds = file["acceleration_g"].astype(float), file["seconds"]
-            rpm, sampling_rate = float(file["rpm"]), float(file["sampling_rate"])
+    for name, signal, seconds, rpm, sampling_rate in read_runs(options.data_home, options.runs):
         end = seconds[-1] + signal.shape[2] / sampling_rate
         for channel in range(signal.shape[1]):
             verdicts, n_healthy = watch_run(signal[:, channel], seconds, rpm, sampling_rate)
-            runs.setdefault(path.stem, []).append(verdicts)
-            row = {"run": path.stem, "channel": channel, "healthy snapshots": n_healthy}
+            runs.setdefault(name, []).append(verdicts)
+            row = {"run": name, "channel": channel, "healthy snapshots": n_healthy}
             rows.append(row | alarm_row(verdicts, end))
     block = markdown(pd.DataFrame(rows))
     print(block)

@@ -159,6 +159,11 @@ PARTS = {
         {"docs/fault_orders.md": ("fault orders joint", "fault orders joint settings")},
         downloads=True,
     ),
+    "fault-orders-runs": Part(
+        "-m benchmarks.fault_orders runs --write docs/fault_orders.md",
+        {"docs/fault_orders.md": ("fault orders runs",)},
+        downloads=True,
+    ),
     "speed": Part(
         "-m benchmarks.speed --write benchmarks/README.md",
         {"benchmarks/README.md": ("speed",)},

@@ -15,8 +15,10 @@ from .scaling import centred
 
 #: Orders at which contrasts are stored: from 0 to the highest, in these steps.
 ORDER_STEP, HIGHEST_ORDER = 0.01, 40.0
-#: Width in orders of the running median that a spectrum is compared with.
-_FLOOR_WIDTH = 0.75
+N_ORDERS = round(HIGHEST_ORDER / ORDER_STEP) + 1
+#: Width of the running median that a spectrum is compared with: in orders, and at least so many
+#: cells of the plain spectrum, three main lobes of a Hann window.
+_FLOOR_WIDTH, _FLOOR_CELLS = 0.75, 12
 #: Points of a zero-padded spectrum for each cell of the plain one.
 _PADDING = 4
 #: Bands of frequency with an envelope each, and length of the Hann window in seconds.
@@ -32,8 +34,9 @@ FACTOR_STEP = 0.002
 _LEAST_POWER = 1e-12
 #: Multiples of each part of a fault's comb.
 RACE_MULTIPLES, SPIN_MULTIPLES, CAGE_MULTIPLES = 3, 4, 4
-#: Weight of the cage's comb in the score of a ball.
-CAGE_WEIGHT = 0.6
+#: Weight of the cage's comb in the score of a ball, if the row has so many turns of the cage: lines
+#: at its order are apart then.
+CAGE_WEIGHT, CAGE_TURNS = 0.6, 2
 #: Places in the order of the scores.
 PLACES = ("ball", "inner", "outer")
 #: Decibels of power in a neper of power.
@@ -67,7 +70,8 @@ def order_contrast(samples: NDArray[Any], turn: float | NDArray[Any], rate: floa
 
     .. math:: \max\left(\ln P(o) - \mathrm{median} \ln P + \ln \ln 2,\; 0\right)
 
-    with the running median over .75 order. The largest of three neighbouring cells counts.
+    with the running median over .75 order, or 12 divided by the turns of a segment if that is more.
+    The largest of three neighbouring cells counts.
 
     Parameters
     ----------
@@ -222,8 +226,7 @@ def contrasts(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
         In nepers, at the orders 0, .01, ... 40.
     """
     n_values = envelopes.shape[1]
-    orders = np.arange(round(HIGHEST_ORDER / ORDER_STEP) + 1)
-    found = np.zeros((len(envelopes), len(orders)))
+    found = np.zeros((len(envelopes), N_ORDERS))
     if n_values < 8:
         return found
     n_fft = fft.next_fast_len(_PADDING * n_values, real=True)
@@ -233,7 +236,8 @@ def contrasts(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
     spectra = spectra[:, : int((HIGHEST_ORDER + 1) / cell) + 2]
     power = spectra.real**2 + spectra.imag**2
     floor = _LEAST_POWER * np.mean(envelopes**2, axis=1, keepdims=True) + np.finfo(float).tiny
-    half = max(int(_FLOOR_WIDTH / cell / 2), 1)
+    width = max(_FLOOR_WIDTH, _FLOOR_CELLS / (n_values * step))
+    half = max(int(width / cell / 2), 1)
     _above_median(np.log(power + floor * n_values), half, ORDER_STEP / cell, found)
     return found
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.special import softmax
 from sklearn.utils import check_scalar
 
-from .._answers import answers
+from .._answers import answers, unfolded_steps
 from .._validation import check_real
 from ..evidence import (
     SMALLEST_PROBABILITY,
@@ -21,6 +21,8 @@ from ..evidence import (
     effective_number,
     p_value_score,
 )
+from ..fault_classifier import FaultOrderClassifier
+from ..kernels.fault_orders import N_ORDERS
 from ..speeds import SPEED_FACTOR
 from ..verdicts import CHANGED, NO_VERDICT, Judge, no_verdict
 from .memory import CumulativeSumAlarm, FadingEvidence, healthy_shares, runs_of
@@ -51,8 +53,9 @@ class MonitorVerdict(NamedTuple):
         implausible speed; None if the window carries no signal or there is no classifier.
     verdict : object
         Condition by the evidence of all recent windows; ``"changed"`` if this is the healthy
-        condition, or there is no classifier, while the alarm is on; ``"no verdict: ..."`` as for
-        the window; None if no window within the half-life had a verdict.
+        condition, or there is no classifier, while the alarm is on; ``"not identifiable"`` if two
+        places fit the combs of recent windows; ``"no verdict: ..."`` as for the window; None if no
+        window within the half-life had a verdict.
     probability : float
         Probability of `verdict`; NaN if it is no condition.
     exceeds : bool or None
@@ -88,10 +91,11 @@ class ConditionMonitor:
 
     Blocks of any length are cut into windows across their borders. Each window that carries a
     signal is diagnosed by itself. Fading evidence turns the probabilities of the windows into a
-    verdict. Page's cumulative sum turns windows that exceed the healthy limits into an alarm with a
-    stated rate of false alarms. Windows without a signal (NaN, a dead channel, dropouts), windows
-    at an implausible speed and gaps between blocks are counted. Meanwhile the evidence grows older,
-    and the cumulative sum stays.
+    verdict. With a bearing and a model of healthy rows alone, the contrasts of the windows are
+    gathered instead, and combs of the mean decide. Page's cumulative sum turns windows that
+    exceed the healthy limits into an alarm with a stated rate of false alarms. Windows without
+    a signal (NaN, a dead channel, dropouts), windows at an implausible speed and gaps between
+    blocks are counted. Meanwhile the evidence grows older, and the cumulative sum stays.
 
     The same samples in other blocks give the same verdicts, to the last bit. The monitor keeps less
     than one window of samples and a few numbers, for any time.
@@ -215,6 +219,9 @@ class ConditionMonitor:
         self.healthy = self._judge.healthy
         self._n_channels, self._length, self._hop = can.n_channels, int(window_length), int(hop)
         self._half_life = float(half_life)
+        decide = None if diagnoser is None else unfolded_steps(diagnoser)[-1][1]
+        is_by_orders = isinstance(decide, FaultOrderClassifier) and decide.conditions_ is None
+        self._combs = decide if is_by_orders else None
         # The shaft speed is one more channel.
         self._windowing = {
             "n_rows": can.n_channels + 1,
@@ -234,7 +241,8 @@ class ConditionMonitor:
 
     def _start_afresh(self):
         self._stream = WindowStream(**self._windowing)
-        self._evidence = FadingEvidence(len(self.conditions), self._half_life)
+        n_values = len(self.conditions) if self._combs is None else N_ORDERS
+        self._evidence = FadingEvidence(n_values, self._half_life)
         self._p_values = FadingEvidence(1, self._half_life)
         self._alarm = self._new_alarm(self._seen) if self._judge.detects else None
         self._qualities, self._rpm = Counter(), None
@@ -384,26 +392,32 @@ class ConditionMonitor:
             verdict, probability = window_verdict, np.nan
         else:
             if quality == "good":
-                window_verdict = self._add(found.probability[i, : len(self.conditions)])
-            verdict, probability = self._condition(alarm)
+                window_verdict = self._add(found, i)
+            verdict, probability = self._condition(alarm, rpm)
         self._qualities[quality] += 1
         return MonitorVerdict(
             *(start, end, rpm, quality, window_verdict, verdict, probability),
             *(exceeds, alarm, level, self._p_value(), str(found.limits[i])),
         )
 
-    def _add(self, probabilities):
+    def _add(self, found, i):
         """Add the evidence of a window, and return its condition."""
-        self._evidence.add(np.log(np.maximum(probabilities, SMALLEST_PROBABILITY)))
+        probabilities = found.probability[i, : len(self.conditions)]
+        logs = np.log(np.maximum(probabilities, SMALLEST_PROBABILITY))
+        self._evidence.add(logs if self._combs is None else found.contrasts[i])
         return self.conditions[int(probabilities.argmax())] if self.conditions else None
 
-    def _condition(self, alarm):
+    def _condition(self, alarm, rpm):
         """Verdict by the evidence of all recent windows, and its probability."""
         mean = self._evidence.mean()
         if mean is None:
             return None, np.nan
         verdict, probability = self.healthy, np.nan
-        if self.conditions:
+        if self._combs is not None:
+            found = self._combs.diagnose_gathered(mean, self._evidence.weight, rpm)
+            verdict, probability = found.named[0], float(found.probability.max())
+            probability = probability if verdict in self.conditions else np.nan
+        elif self.conditions:
             every = softmax(effective_number(self._evidence.weight) * mean)
             verdict, probability = self.conditions[int(every.argmax())], float(every.max())
         return (CHANGED, np.nan) if alarm and verdict == self.healthy else (verdict, probability)

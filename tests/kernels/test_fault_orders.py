@@ -18,16 +18,17 @@ def impacts(order, turn=2000.0, n_samples=40_000, seed=0):
     return signal
 
 
-def test_contrast_is_the_log_spectrum_over_its_running_median():
-    envelope = np.abs(np.random.default_rng(1).normal(size=(2, 900)))
+@pytest.mark.parametrize(("n_values", "width"), [(900, 12 / (900 * 0.0101)), (1800, 0.75)])
+def test_contrast_is_the_log_spectrum_over_its_running_median(n_values, width):
+    envelope = np.abs(np.random.default_rng(1).normal(size=(2, n_values)))
     step = 0.0101
     found = kernel.contrasts(envelope, step)
-    n_fft = 3600
-    window = np.hanning(902)[1:-1]
+    n_fft = 4 * n_values
+    window = np.hanning(n_values + 2)[1:-1]
     centred = envelope - envelope.mean(axis=1, keepdims=True)
     level = np.log(np.abs(np.fft.rfft(centred * window, n_fft)) ** 2)
     cell = 1 / (n_fft * step)
-    half = int(0.75 / cell / 2)
+    half = int(width / cell / 2)
     above = level - median_filter(level, size=(1, 2 * half + 1), mode="nearest")
     expected = maximum_filter1d(np.maximum(above + np.log(np.log(2)), 0), 3, axis=1)
     orders = np.arange(4001) * 0.01
@@ -97,7 +98,7 @@ def test_a_varying_speed_is_followed():
     assert followed.scores[1] > mean.scores[1] + 1
 
 
-def test_noise_has_low_scores_and_short_rows_lower_ones():
+def test_noise_has_low_scores_in_rows_of_any_length():
     rng = np.random.default_rng(4)
     best = []
     for n_samples in (6000, 20_000, 100_000):
@@ -105,7 +106,6 @@ def test_noise_has_low_scores_and_short_rows_lower_ones():
         contrasts = [kernel.order_contrast(row, 2000.0, 20_000.0) for row in noise]
         best.append(max(kernel.fault_comb(c, ORDERS, 0.1, 0.03).scores.max() for c in contrasts))
     assert max(best) < 1.2
-    assert best[0] < best[1]
 
 
 @pytest.mark.parametrize("n_samples", [1, 5, 40])

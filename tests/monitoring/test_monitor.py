@@ -11,6 +11,8 @@ from sklearn.svm import LinearSVC
 
 from skarxlag import (
     ConditionMonitor,
+    FaultOrderClassifier,
+    bearing_orders,
     load_monitor_state,
     make_detector,
     make_diagnoser,
@@ -326,8 +328,8 @@ def test_what_is_no_state_is_refused(make, state):
         b"\xff\xfe",
         pickle.dumps({}),
         b'{"format": "another", "facts": {}, "state": {}}',
-        b'{"format": "skarxlag monitor 3", "facts": 3, "state": {}}',
-        b'{"format": "skarxlag monitor 3", "facts": {}}',
+        b'{"format": "skarxlag monitor 4", "facts": 3, "state": {}}',
+        b'{"format": "skarxlag monitor 4", "facts": {}}',
     ],
     ids=range(8),
 )
@@ -540,3 +542,54 @@ def test_a_classifier_of_others_tells_conditions_and_raises_no_alarm():
     assert last.alarm is None and np.isnan(last.alarm_level)
     with pytest.raises(ValueError, match="no detector"):
         monitor.calibrate(sound("good", 1000, 6))
+
+
+def turning(n_rows, amplitude, seed, rpm=900.0):
+    """Rows of three turns of a bearing 6205: noise, and impacts of the outer race."""
+    rng = np.random.default_rng(seed)
+    X, interval = rng.normal(size=(n_rows, 2000)), 6e5 / (rpm * bearing_orders("6205")["outer"])
+    for row in X:
+        at = np.cumsum(interval * np.append(rng.uniform(), rng.normal(1, 0.01, size=30)))
+        row[at[at < 2000].astype(int)] += amplitude
+    return X
+
+
+@pytest.fixture(scope="module")
+def by_orders():
+    classifier = FaultOrderClassifier(bearing="6205", sampling_rate=10_000.0)
+    return classifier.fit(turning(20, 0, 0), ["healthy"] * 20, rpm=900)
+
+
+def test_faint_combs_are_gathered_and_forgotten(by_orders):
+    monitor = ConditionMonitor(by_orders, 1e4, window_length=2000, half_life=3.0)
+    healthy, faint = turning(40, 0, 1), turning(40, 4.5, 2)
+    before, during, after = (
+        fed(monitor, [rows.ravel()]) if number else monitor.update(rows.ravel(), rpm=900)
+        for number, rows in enumerate((healthy, faint, healthy))
+    )
+    assert {v.verdict for v in before} == {"healthy"}
+    assert [v.verdict for v in during[20:]] == ["outer"] * 20
+    # One by one, few of the same windows are named.
+    assert sum(v.window_verdict == "outer" for v in during[20:]) < 15
+    # The gathered mean is less noisy than one window, and the name surer.
+    assert during[-1].probability > by_orders.predict_proba(faint, rpm=900).max(axis=1).mean()
+    assert after[-1].verdict == "healthy"
+
+
+def test_combs_of_another_speed_have_a_wider_limit(by_orders):
+    contrast = by_orders.diagnose(turning(40, 4.5, 2), rpm=900).contrasts.mean(axis=0)
+    named = [by_orders.diagnose_gathered(contrast, 40, rpm).named[0] for rpm in (900.0, 1200.0)]
+    assert named == ["outer", "healthy"]
+    one = by_orders.diagnose_gathered(contrast, 1, 900.0)
+    many = by_orders.diagnose_gathered(contrast, 40, 900.0)
+    assert many.p_value < one.p_value and many.probability.max() > one.probability.max()
+
+
+def test_gathered_combs_survive_a_restart(by_orders, tmp_path):
+    first, second = np.split(turning(8, 3.0, 3).ravel(), 2)
+    monitor = ConditionMonitor(by_orders, 1e4, window_length=2000)
+    monitor.update(first, rpm=900)
+    save_monitor_state(monitor, tmp_path / "state.json")
+    again = ConditionMonitor(by_orders, 1e4, window_length=2000)
+    again.restore(load_monitor_state(tmp_path / "state.json")[0])
+    assert repr(again.update(second)) == repr(monitor.update(second))
