@@ -5,6 +5,7 @@
 set -eu
 cd "$(dirname "$0")"
 export OMP_NUM_THREADS=1 # the tests run in as many processes as there are processors
+unset PYTHONDONTWRITEBYTECODE # or each process would compile all the libraries that it imports
 
 environment() {
     "${PYTHON:-python3}" -m venv ".venv-$1"
