@@ -222,3 +222,47 @@ def test_a_ridge_enters_as_in_the_fit():
     best = min(fit_with(windows, [2], [p], 1e4) for p in np.linspace(-0.97, 0.97, 195))
     assert fit_with(windows, [2], ridged, 1e4) <= best * (1 + 1e-6)
     assert abs(ridged[0] - search_poles(found, [2], [None], 1e-6)[0]) > 1e-3
+
+
+def test_weak_signals_have_the_same_error_as_strong_ones():
+    spectra = cross_spectra(simulated([2], [0.4], [-0.4, 0.4], 500))[np.newaxis]
+    expected = fit_errors(spectra, [2], [0.3], 0.0)
+    np.testing.assert_allclose(fit_errors(1e-20 * spectra, [2], [0.3], 0.0), expected, rtol=1e-9)
+
+
+def test_a_ridge_of_one_is_kept_for_silent_windows():
+    assert fit_errors(np.zeros((1, 1, 1, 9), dtype=complex), [2], [0.3], 1.0).tolist() == [0]
+
+
+@pytest.mark.parametrize(("order", "largest"), [(1, 19 / 21), (5, 15 / 25), (30, 0.0)])
+def test_poles_end_where_a_network_settles_within_a_window(order, largest, monkeypatch):
+    # The slower, the better.
+    monkeypatch.setattr(pole_search, "fit_errors", lambda *given: -np.array(given[2]))
+    spectra = np.ones((1, 1, 1, 21))
+    assert search_poles(spectra, [order], [None], 0.0)[0] == pytest.approx(largest)
+
+
+@pytest.mark.parametrize("n_channels", [1, 3])
+def test_grids_are_tried_twice_if_several_poles_are_free(n_channels, monkeypatch):
+    tried, best = [], np.arctanh([0.5, -0.2, 0.7])[:n_channels]
+
+    def error_of(spectra, orders, poles, alpha):
+        tried.append(np.arctanh(poles))
+        return np.array([np.sum((tried[-1] - best) ** 2)])
+
+    monkeypatch.setattr(pole_search, "fit_errors", error_of)
+    orders = [7, 1, 32][:n_channels]
+    spectra = np.ones((1, n_channels, n_channels, 10_001))
+    found = search_poles(spectra, orders, [None] * n_channels, 0.0)
+    np.testing.assert_allclose(np.arctanh(found), best, atol=1e-5)
+    passes = 1 if n_channels == 1 else 2
+    # The error is evaluated on an even grid of each channel, with a place more for two filters.
+    for channel in [*range(n_channels)] * passes:
+        n_places = {7: 24, 1: 21, 32: 37}[orders[channel]]
+        grid, tried[:n_places] = np.array(tried[:n_places]), []
+        limit = np.arctanh(LARGEST_POLE)
+        np.testing.assert_allclose(grid[:, channel], np.linspace(-limit, limit, n_places))
+        assert all(len(set(others)) == 1 for others in np.delete(grid, channel, axis=1).T)
+    # All poles are refined together from the best places.
+    start = np.array(tried[: n_channels + 1])
+    np.testing.assert_allclose(start - start[0], np.eye(n_channels + 1, n_channels, -1) * 1e-6)
