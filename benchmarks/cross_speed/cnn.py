@@ -47,12 +47,12 @@ class ConvolutionalClassifier(ClassifierMixin, BaseEstimator):
                 optimiser.step()
 
     def predict_proba(self, X):
-        """Softmax of the network's outputs, of shape (n_windows, n_classes)."""
+        """Return the softmax of the network's outputs, of shape (n_windows, n_classes)."""
         with torch.no_grad():
             return torch.softmax(self.network_(_as_input(X)), dim=1).double().numpy()
 
     def predict(self, X):
-        """Most probable class of each window."""
+        """Return the most probable class of each window."""
         return self.classes_[self.predict_proba(X).argmax(axis=1)]
 
 

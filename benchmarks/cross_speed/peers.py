@@ -20,7 +20,7 @@ AR_ORDER = 16
 
 
 def unit_rms(X):
-    """Output channel of each window, centred and scaled to unit RMS.
+    """Return the output channel of each window, centred and scaled to unit RMS.
 
     Parameters
     ----------

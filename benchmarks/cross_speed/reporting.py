@@ -140,7 +140,7 @@ def merge(path, rows, run):
 
 
 def rig_table(summary):
-    """Markdown table of one rig: a row for each method, best cross-speed mean first.
+    """Return a Markdown table of one rig: a row for each method, best cross-speed mean first.
 
     Parameters
     ----------

@@ -117,7 +117,7 @@ def stretches(rig):
 
 
 def settings_left_out(rigs):
-    """Accuracy on each rig with the settings that are best on all others.
+    """Return the accuracy on each rig with the settings that are best on all others.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def settings_left_out(rigs):
 
 
 def verdicts(scores, **options):
-    """Places and verdicts that the classifier derives from scores.
+    """Return places and verdicts that the classifier derives from scores.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def verdicts(scores, **options):
 
 
 def area_under_curve(faulty, healthy):
-    """Probability that a faulty recording has the larger score.
+    """Return the probability that a faulty recording has the larger score.
 
     Examples
     --------
@@ -190,7 +190,7 @@ def area_under_curve(faulty, healthy):
 
 
 def counted(rows):
-    """Right, wrong and abstained by rig and place, and right without abstaining."""
+    """Return right, wrong and abstained by rig and place, and right without abstaining."""
     scores = rows[list(PLACES)].to_numpy()
     rows = rows.assign(forced=[PLACES[i] for i in scores.argmax(axis=1)], verdict=verdicts(scores))
     found = []
@@ -209,7 +209,7 @@ def counted(rows):
 
 
 def mean_accuracy(rows, places=PLACES):
-    """Share of right places on each rig, without abstaining."""
+    """Return the share of right places on each rig, without abstaining."""
     faulty = rows[rows["place"].isin(places)]
     best = faulty[list(PLACES)].to_numpy().argmax(axis=1)
     right = pd.Series(np.array(PLACES)[best] == faulty["place"], index=faulty.index)
@@ -280,7 +280,7 @@ def _alarms(reference, tested, rate):
 
 
 def _matched(scores, rpm):
-    """Matches as `FaultOrderClassifier.match` returns them, from stored scores."""
+    """Return matches as `FaultOrderClassifier.match` returns them, from stored scores."""
     nothing = np.zeros(scores.shape, dtype=int)
     return Bunch(scores=scores, rpm=rpm, factors=nothing + 1.0, bearings=nothing)
 
@@ -313,7 +313,7 @@ def blocks(recorded, seconds, chosen):
 
 
 def cost_of_one_second():
-    """Milliseconds of processor time for 1 s at 51.2 kHz."""
+    """Return milliseconds of processor time for 1 s at 51.2 kHz."""
     samples = np.random.default_rng(0).normal(size=51_200)
     orders = np.array([0.4, 2.36, 5.4, 3.6])
     times = []

@@ -76,7 +76,7 @@ class Scored(NamedTuple):
 
 
 def rows_of(rig):
-    """Rows of 1 s of all recordings.
+    """Return the rows of 1 s of all recordings.
 
     A campaign is a speed, or a load if all speeds are the same.
     """
@@ -162,7 +162,7 @@ def compare(diagnoser, rows, bearing):
 
 
 def accuracies(part, setting):
-    """Shares of right conditions and places by spectra, combs and both."""
+    """Return the shares of right conditions and places by spectra, combs and both."""
     odds, visible, distrust = setting
     evidence = comb_evidence(part.scores, part.class_places, odds, visible)
     log_probability = np.log(np.maximum(part.probability, LEAST_P))
@@ -178,7 +178,7 @@ def accuracies(part, setting):
 
 
 def table(parts, setting=SETTINGS[IN_USE]):
-    """Accuracies by protocol and rig, mean over the campaigns that were learned."""
+    """Return the accuracies by protocol and rig, mean over the campaigns that were learned."""
     rows = [
         {"protocol": protocol, "rig": rig, **accuracies(part, setting)}
         for rig, protocol, part in parts

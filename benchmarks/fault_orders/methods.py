@@ -13,7 +13,7 @@ _TOLERANCE = 0.03
 
 
 def orders_of(recording):
-    """Orders at which the places are struck."""
+    """Return the orders of impacts at the places."""
     _, spin, inner, outer = recording.orders
     return {"ball": 2 * spin, "inner": inner, "outer": outer}
 

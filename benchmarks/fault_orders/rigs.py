@@ -37,7 +37,7 @@ class Recording(NamedTuple):
 
     @property
     def orders(self):
-        """Orders of cage, spin, inner and outer race."""
+        """Return orders of cage, spin, inner and outer race."""
         found = bearing_orders(self.bearing)
         return np.array([found[name] for name in ("cage", "spin", "inner", "outer")])
 

@@ -33,7 +33,7 @@ def page_parser(doc, name):
 
 
 def markdown(frame, digits=3):
-    """Markdown table of a data frame without its index; floats rounded, NaN left empty.
+    """Return a Markdown table of a data frame without its index; floats rounded, NaN left empty.
 
     Columns of numbers, and of numbers as text, are aligned on the right.
 

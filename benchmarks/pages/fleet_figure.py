@@ -52,7 +52,7 @@ class Attempt:
     notes: Path
 
     def __call__(self):
-        """Worker, begin, end and what the task returned."""
+        """Return the worker, begin, end and what the task returned."""
         worker, began = get_worker().name, time.time()
         with self.notes.open("a") as file:
             file.write(f"{self.number},{worker},{began}\n")

@@ -13,7 +13,7 @@ from skarxlag.recordings.formats import FORMATS
 
 
 def formats_table():
-    """Markdown table of all formats."""
+    """Return a Markdown table of all formats."""
     rows = [
         {
             "format": each.title,

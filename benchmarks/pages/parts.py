@@ -35,7 +35,7 @@ class Part(NamedTuple):
     downloads: bool = False
 
     def outputs(self):
-        """Every block, as "page: block", and the patterns of its images."""
+        """Return every block, as "page: block", and the patterns of its images."""
         blocks = [f"{page}: {name}" for page, names in self.blocks.items() for name in names]
         return [*blocks, *self.images]
 

@@ -31,7 +31,7 @@ STYLE = {
 
 @contextmanager
 def saved_figure(path, n_rows=1, n_columns=1, size=(7.0, 2.8), **axes):
-    """Axes of a figure that is saved as SVG at the end.
+    """Yield the axes of a figure that is saved as SVG at the end.
 
     Parameters
     ----------

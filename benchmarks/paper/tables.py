@@ -55,7 +55,7 @@ def window_of_impacts(n_impacts):
 
 
 def simulated(window_length, n_samples):
-    """Function from crack size and speed to a simulated rig, for ``run_protocol``."""
+    """Return a function from crack size and speed to a simulated rig, for ``run_protocol``."""
     return partial(_simulate, window_length=window_length, n_samples=n_samples)
 
 
@@ -130,7 +130,7 @@ def runs(window_length, n_samples, long_length, long_samples, stretch_length, st
 
 
 def compared(reports):
-    """Averages and improvements of all runs below those of the paper.
+    """Return the averages and improvements of all runs below those of the paper.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def compared(reports):
 
 
 def table_text(cells):
-    """Markdown of cells under heads of one or more levels, the index in front."""
+    """Return the Markdown of cells under heads of one or more levels, the index in front."""
     heads = [list(key) if isinstance(key, tuple) else [key] for key in cells.columns]
     for head in heads:
         if head[0] in ("paper", "simulated rig"):

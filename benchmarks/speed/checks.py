@@ -20,7 +20,7 @@ _ALL = _STATE | {"validate_data": skarxlag._validation, "validate_signals": skar
 
 @contextmanager
 def timed(names):
-    """Seconds that functions of the package take, wherever they have been imported to.
+    """Return the seconds that functions of the package take, wherever they were imported.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def timed(names):
 
 
 def share(function, names):
-    """Share of a call that goes into checks, and the seconds of the call.
+    """Return the share of a call that goes into checks, and the seconds of the call.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def share(function, names):
 
 
 def checks(n_rounds=15, n_windows=800, n_samples=1200):
-    """Share of `predict` that is spent in checks, for one window and for many."""
+    """Return the share of `predict` that is spent in checks, for one window and for many."""
     lines = []
     for make in (make_diagnoser, make_extended_state_pio):
         X, y = coloured_windows(n_windows, n_samples)

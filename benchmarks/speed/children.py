@@ -28,7 +28,7 @@ def first_prediction(maker):
 
 
 def peak_of_command(folder, n_windows, window_length):
-    """Peak memory above the imports while the command diagnoses one long recording."""
+    """Return the peak memory above the imports while the command diagnoses one long recording."""
     # The names of the package are imported when they are used, so its root alone imports nothing.
     import skops.io  # noqa: F401
 

@@ -63,7 +63,7 @@ def _run(executor, tasks, n_workers):
 
 
 def measure(n_rounds=9, n_recordings=24, n_windows=400):
-    """Seconds of one and two workers, and bytes between them and the process that asks.
+    """Return the seconds of one and two workers, and bytes between them and the calling process.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def measure(n_rounds=9, n_recordings=24, n_windows=400):
 
 
 def fleet(**settings):
-    """Row of the speed benchmark: two worker processes over one."""
+    """Return a row of the speed benchmark: two worker processes over one."""
     found = measure(**settings)
     seconds, n_samples = found["seconds"], found["n_samples"]
     faster, differs = ratio(seconds["one"], seconds["two"])

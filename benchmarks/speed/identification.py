@@ -10,7 +10,7 @@ from skarxlag import ARXLaguerre
 
 
 def system_with_input(n_samples, seed=0):
-    """Output and input of a stable system of second order."""
+    """Return the output and input of a stable system of second order."""
     rng = np.random.default_rng(seed)
     u, noise = rng.normal(size=(2, n_samples))
     return lfilter([1], [1, -1.5, 0.7], lfilter([0, 0.5, 0.3], [1], u) + 0.1 * noise), u

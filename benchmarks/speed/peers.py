@@ -13,7 +13,7 @@ from skarxlag.kernels.laguerre import laguerre_matrices
 
 @numba.njit(fastmath={"contract"})
 def window_at_a_time(windows, pole, coef):
-    """Root-mean-square innovation of one Laguerre model, one window after another."""
+    """Return the root-mean-square innovation of one Laguerre model, one window after another."""
     n_windows, n_samples = windows.shape
     levels, states = np.empty(n_windows), np.empty(len(coef))
     entering = np.sqrt(1.0 - pole * pole)
@@ -72,7 +72,7 @@ def minirocket():
 
 
 def lagged(y, u, n_lags):
-    """Matrix of the samples before each one: y(k-1) .. y(k-n), u(k-1) .. u(k-n)."""
+    """Return the matrix of the samples before each one: y(k-1) .. y(k-n), u(k-1) .. u(k-n)."""
     n_samples = len(y) - n_lags
     matrix = np.empty((n_samples, 2 * n_lags))
     for lag in range(1, n_lags + 1):
@@ -82,7 +82,7 @@ def lagged(y, u, n_lags):
 
 
 def normal_equations(y, u, n_lags):
-    """Coefficients of lagged samples by the normal equations in NumPy."""
+    """Return the coefficients of lagged samples by the normal equations in NumPy."""
     matrix = lagged(y, u, n_lags)
     return np.linalg.solve(matrix.T @ matrix, matrix.T @ y[n_lags:])
 

@@ -31,7 +31,7 @@ def _run(unit, *arguments, cache):
 
 
 def start_up(n_rounds=3, makers=("make_extended_state_pio", "make_diagnoser", "MiniRocket")):
-    """First fit and prediction in a fresh process, beyond the import of scikit-learn."""
+    """Measure the first fit and prediction in a new process, without the import of scikit-learn."""
     targets = {"cold": 3, "warm": 0.6}
     makers = [m for m in makers if m != "MiniRocket" or peers.is_installed("aeon")]
     seconds = {}
@@ -58,7 +58,7 @@ beyond `import sklearn`",
 
 
 def memory(n_windows=100_000, window_length=1200):
-    """Peak memory above the imports while many windows are scored."""
+    """Return the peak memory above the imports while many windows are scored."""
     if not children.has_peak():
         return []
     tasks = {

@@ -40,7 +40,7 @@ def coloured_windows(n_windows, n_samples=1200, n_conditions=4, seed=0):
 
 
 def rate(n_samples, seconds):
-    """Million samples a second, in words."""
+    """Format a rate as million samples a second."""
     return f"{n_samples / np.median(seconds) / 1e6:.3g} M samples/s"
 
 

@@ -9,7 +9,7 @@ MATRIX_SIDE = 768
 
 
 def take_turns(functions, n_rounds, clock=time.process_time):
-    """Seconds of each function, called one after another in every round.
+    """Return the seconds of each function, called one after another in every round.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def take_turns(functions, n_rounds, clock=time.process_time):
 
 
 def ratio(above, below):
-    """Median of the ratios within a round, and their spread.
+    """Return the median of the ratios within a round, and their spread.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def ratio(above, below):
 
 
 def spread(values):
-    """Half the range between the quartiles, as a share of the median."""
+    """Return half the range between the quartiles, as a share of the median."""
     low, median, high = np.quantile(values, [0.25, 0.5, 0.75])
     return float((high - low) / (2 * median))
 

@@ -99,7 +99,7 @@ def speed_pairs(make_method, rig, *, of_place=False):
 
 
 def table(pairs, methods, cell):
-    """Markdown table of the pairs of some methods, one row a rig and method.
+    """Return a Markdown table of the pairs of some methods, one row a rig and method.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def table(pairs, methods, cell):
 
 
 def _real_cell(pairs):
-    """Mean, worst pair and places, or places alone."""
+    """Return the mean, worst pair and places, or places alone."""
     place = f"({pairs['place'].mean():.3f})"
     if pairs["accuracy"].isna().all():
         return place

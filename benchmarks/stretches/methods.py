@@ -92,7 +92,7 @@ class OrdersAlone(Stretches):
     """The residual of order spectra without that of the windows."""
 
     def predict(self, X, rpm):
-        """Conditions of the least residual."""
+        """Return the conditions of the least residual."""
         innovations = self.diagnoser[:1].transform(X)
         residual = self.diagnoser["compare"].order_residual_
         return residual.classes_[residual.transform(innovations, rpm=rpm).argmin(axis=1)]
@@ -125,7 +125,7 @@ class WindowsVote:
         return self
 
     def predict(self, X, rpm):
-        """Conditions of most evidence."""
+        """Return the conditions of most evidence."""
         windows, n = self._windows(X)
         evidence, _ = log_evidence(self.classifier, windows, self.classifier.predict(windows))
         total = evidence.reshape(len(X), n, -1).sum(axis=1)
@@ -147,7 +147,7 @@ class _FaultOrders:
         return self
 
     def predict(self, X, rpm):
-        """Places of the faults."""
+        """Return the places of the faults."""
         relative = self._scores(X, rpm) / self.threshold
         names = np.array([*self.places, "healthy"])
         return names[np.where(relative.max(axis=1) > 1, relative.argmax(axis=1), len(self.places))]

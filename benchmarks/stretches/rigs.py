@@ -16,7 +16,7 @@ _SECONDS, _RATE, _CRACKS = 4, 250_000, (3, 6)
 
 
 def rigs_of_stretches(name, seconds, data_home=None, seed=0):
-    """Stretches of a rig; of the simulated rig, one rig for each size of crack.
+    """Return the stretches of a rig; of the simulated rig, one rig for each size of crack.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def simulated_stretches(seconds, seed, **options):
 
 
 def place_of(condition):
-    """Place of the fault; compound faults have none that one word names.
+    """Return the place of the fault; compound faults have no single place.
 
     Examples
     --------
@@ -87,5 +87,5 @@ def place_of(condition):
 
 
 def places(target):
-    """Place of each condition."""
+    """Return the place of each condition."""
     return np.array([place_of(name) for name in target])
