@@ -68,14 +68,14 @@ def combined_p_value(p_values: ArrayLike, correlation: float = P_VALUE_CORRELATI
     Parameters
     ----------
     p_values : array-like of shape (n_windows,)
-        Values in (0, 1].
+        Values in (0, 1]; NaN is left out.
     correlation : float, default=0.8
         Correlation of two windows of a recording, from 0 to 1.
 
     Returns
     -------
     float
-        The p-value of the recording.
+        The p-value of the recording; NaN if there are no p-values.
 
     References
     ----------
@@ -88,6 +88,9 @@ def combined_p_value(p_values: ArrayLike, correlation: float = P_VALUE_CORRELATI
     (0.01, 0.0047)
     """
     scores = p_value_score(p_values)
+    scores = scores[~np.isnan(scores)]
+    if len(scores) == 0:
+        return np.nan
     return combined_score(scores.mean(), len(scores), correlation)
 
 

@@ -341,7 +341,9 @@ class Judge:
         alarm, p_value, limits = self._recording_alarm(usable)
         answer = {"verdict": NO_SIGNAL, "probability": np.nan, "alarm": alarm, "p-value": p_value}
         if "known" in self._can:
-            nearest = _combined(usable["p-value of nearest"], evidence.NEAREST_CORRELATION)
+            nearest = evidence.combined_p_value(
+                usable["p-value of nearest"], evidence.NEAREST_CORRELATION
+            )
             answer["p-value of nearest"] = nearest
         if usable.empty:
             if is_refused.any():
@@ -360,7 +362,7 @@ class Judge:
         within = usable[usable["limits"] == HOLD]
         if within.empty:
             return "-", np.nan, "" if usable.empty else usable["limits"].mode()[0]
-        p_value = _combined(within.get("p-value", _NOTHING), evidence.P_VALUE_CORRELATION)
+        p_value = evidence.combined_p_value(within.get("p-value", _NOTHING))
         exceeds = p_value < self.alarm_rate
         if np.isnan(p_value):
             exceeds = within["alarm"].astype(float).mean() > _MOST_WINDOWS
@@ -381,11 +383,6 @@ class Judge:
         if verdict == self.healthy and answer["alarm"] == "yes":
             return CHANGED, np.nan
         return verdict, probability
-
-
-def _combined(p_values, correlation):
-    p_values = p_values.dropna()
-    return evidence.combined_p_value(p_values, correlation) if len(p_values) > 0 else np.nan
 
 
 def window_verdicts(
