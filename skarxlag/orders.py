@@ -13,11 +13,7 @@ from sklearn.utils import Bunch, check_scalar
 from ._base import StretchTransformer
 from ._parallel import map_batches
 from ._state import INNOVATIONS, SPEEDS, Labels, Values, uses_fitted
-from ._validation import (
-    ABOVE_0,
-    check_real,
-    of_one_model,
-)
+from ._validation import ABOVE_0, check_real, of_one_model
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
 from .kernels.speed_references import drift_factor, group_means, speed_distance
 from .speeds import LEAST_TURNS, log_speeds, samples_a_turn

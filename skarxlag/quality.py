@@ -140,11 +140,7 @@ def signal_quality(
     if sampling_rate is not None:
         check_real(sampling_rate, "sampling_rate", min_val=0, include_boundaries="neither")
     X = check_array(
-        X,
-        dtype=[np.float64, np.float32],
-        allow_nd=True,
-        ensure_all_finite=False,
-        input_name="X",
+        X, dtype=[np.float64, np.float32], allow_nd=True, ensure_all_finite=False, input_name="X"
     )
     if X.ndim > 3:
         raise ValueError(

@@ -242,12 +242,7 @@ def _cepstral_score(rows, axes, expected, variances):
 
 
 def log_p_values(
-    limits: Limits,
-    rows: Rows,
-    log_speed: NDArray[Any],
-    scale: float,
-    *,
-    two_sided: bool = False,
+    limits: Limits, rows: Rows, log_speed: NDArray[Any], scale: float, *, two_sided: bool = False
 ) -> NDArray[Any]:
     r"""Compute log p-values: the probability that a healthy row deviates at least as much.
 

@@ -60,10 +60,8 @@ def band_envelopes(samples: NDArray[Any], frame: int, hop: int, n_bands: int) ->
     mean = power.mean(axis=0)
     floor = _FLOOR * frame * np.mean(rows**2)
     share = np.divide(1.0, mean + floor, out=np.zeros_like(mean), where=mean > 0)
-    weights = np.zeros((len(mean), n_bands))
-    for band, cells in enumerate(np.array_split(np.arange(len(mean)), n_bands)):
-        weights[cells, band] = share[cells] / max(len(cells), 1)
-    return (power @ weights).T
+    bands = np.array_split(power * share, n_bands, axis=1)
+    return np.stack([band.sum(axis=1) / max(band.shape[1], 1) for band in bands])
 
 
 def envelopes_over_angle(
@@ -190,11 +188,8 @@ def at_orders(
     n_frequencies = log_power.shape[-1]
     position = np.multiply.outer(factors, orders) / step
     inside = position <= n_frequencies - 1
-    below = np.clip(position.astype(np.intp), 0, max(n_frequencies - 2, 0))
-    above = np.minimum(below + 1, n_frequencies - 1)
-    share = np.clip(position - below, 0, 1)
-    spectra = log_power[:, below] * (1 - share) + log_power[:, above] * share
-    spectra = np.moveaxis(spectra, 0, 1)
+    places = np.arange(n_frequencies)
+    spectra = np.stack([np.interp(position, places, band) for band in log_power], axis=1)
     if inside.all():
         return spectra - np.median(spectra, axis=2, keepdims=True), inside
     # Medians of rows of different lengths: what does not count is sorted to the end.
