@@ -221,16 +221,10 @@ def distances(
     ndarray of shape (n_factors, n_references)
         The distances; 1 if no order is compared.
     """
-    weight = (1 / variances).ravel()
-    rows, columns = spectra.reshape(len(spectra), -1), references.reshape(len(references), -1)
-    # Squares multiplied out: spectra are 0 at the orders that do not count, references are not.
-    by_order = (references**2 / variances).sum(axis=1)
-    squares = (
-        (rows**2 @ weight)[:, np.newaxis] - 2 * rows @ (columns * weight).T + inside @ by_order.T
-    )
     count = inside.sum(axis=1)[:, np.newaxis] * references.shape[1]
-    mean = np.divide(np.maximum(squares, 0), count, out=np.ones_like(squares), where=count > 0)
-    return np.sqrt(mean)
+    away = (spectra[:, np.newaxis] - references) ** 2 / variances
+    squares = np.einsum("frbo,fo->fr", away, inside)
+    return np.sqrt(np.divide(squares, count, out=np.ones_like(squares), where=count > 0))
 
 
 def match(
