@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.pages.diagrams import DIAGRAMS, draw
 from benchmarks.paper.ladders import make_single_ladder
 from skarxlag import ExtendedStatePIObserver, make_extended_state_pio
-from skarxlag.commands.evaluation_figures import new_figure
+from skarxlag.commands.evaluation_reports import new_figure
 from skarxlag.datasets import simulate_rig
 from skarxlag.plotting import (
     IdentificationDisplay,

@@ -3,7 +3,7 @@
 import argparse
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,9 @@ from ..bearings import bearing_orders
 from ..recordings.listing import ListedRecording, is_file_source, list_files, list_recordings
 from ..recordings.speeds import SpeedRange
 from .messages import UsageError
+
+#: Facts of recordings that no table lists.
+FACTS = ("pattern", "channel", "sampling_rate", "rpm", "dtype")
 
 
 def option(group: Any, names: str, text: str, kind: Any = None, metavar: str = "N") -> None:
@@ -109,21 +112,16 @@ def add_source_arguments(parser: argparse.ArgumentParser, of: str) -> None:
     option(group, "--dtype", "samples of raw binary files, such as <i2", metavar="TYPE")
 
 
-def option_of(name: str) -> str:
-    """Return the option that sets an entry of the parsed arguments."""
-    return "--" + name.replace("_", "-")
-
-
-def refuse(*cases: tuple[object, str]) -> None:
-    """Raise the first of some usage errors that has occurred."""
-    for has_occurred, message in cases:
-        if has_occurred:
-            raise UsageError(f"argument {message}")
+def refuse(args: argparse.Namespace, names: Iterable[str], why: str) -> None:
+    """Raise an error if one of some options is given."""
+    for name in names:
+        if vars(args)[name] not in (None, False):
+            raise UsageError(f"argument --{name.replace('_', '-')}: {why}")
 
 
 def stated(args: argparse.Namespace) -> dict[str, Any]:
     """Return the keyword arguments of `list_files` and `list_recordings`."""
-    return {name: vars(args)[name] for name in ("pattern", "channel", "sampling_rate", "dtype")}
+    return {name: vars(args)[name] for name in FACTS if name != "rpm"}
 
 
 def named_recordings(args: argparse.Namespace) -> list[ListedRecording]:
@@ -136,19 +134,17 @@ def named_recordings(args: argparse.Namespace) -> list[ListedRecording]:
             recordings += [replace(each, name=str(each.path)) for each in found]
         else:
             recordings.append(ListedRecording(None, str(path), Path(path)))
-    return recordings if args.rpm is None else with_speed(recordings, args.rpm)
+    return with_speed(recordings, args.rpm)
 
 
 def table_recordings(args: argparse.Namespace) -> list[ListedRecording]:
     """List the recordings of a table, a folder or a glob."""
     listed = list_recordings(args.table, **stated(args))
-    if args.rpm is None:
-        return listed
     if not is_file_source(args.table):
-        raise UsageError(f"argument --rpm: for a folder; {args.table} has a column for it")
+        refuse(args, ["rpm"], f"for a folder; {args.table} has a column for it")
     return with_speed(listed, args.rpm)
 
 
-def with_speed(recordings: list[ListedRecording], rpm: float) -> list[ListedRecording]:
-    """Return recordings with the same speed."""
-    return [replace(recording, rpm=rpm) for recording in recordings]
+def with_speed(recordings: list[ListedRecording], rpm: float | None) -> list[ListedRecording]:
+    """Return recordings with the same speed, or as they are."""
+    return recordings if rpm is None else [replace(each, rpm=rpm) for each in recordings]

@@ -18,7 +18,7 @@ from ..bearings import bearing_orders
 from ..recordings.listing import list_recordings
 from ..stretches import order_comparison
 from . import arguments, results
-from .arguments import flag, option, option_of, refuse
+from .arguments import flag, option, refuse
 from .diagnosis import diagnose_all
 from .journal import Journal
 from .messages import UsageError, add_progress_arguments, as_command_error, below_common_folder
@@ -89,36 +89,24 @@ def _model(args):
     if args.bearing is not None and is_recording:
         args.recordings.insert(0, str(path))
         path = None
-    facts = ("pattern", "channel", "sampling_rate", "dtype", "rpm")
-    stated = [] if args.recordings else [name for name in facts if vars(args)[name] is not None]
-    needed = "none given, expected"
-    refuse(
-        (path is None and args.bearing is None, f"MODEL.skops: {needed} a model or --bearing"),
-        (not args.recordings and args.table is None, f"RECORDING: {needed} files or --table"),
-        *(
-            (True, f"{option_of(n)}: belongs to RECORDING; the table states its own")
-            for n in stated
-        ),
-        (path is None and args.resample, "--resample: belongs to a model"),
-    )
+    if path is None and args.bearing is None:
+        raise UsageError("argument MODEL.skops: none given, expected a model or --bearing")
+    if not args.recordings:
+        refuse(args, arguments.FACTS, "belongs to RECORDING; the table states its own")
+        if args.table is None:
+            raise UsageError("argument RECORDING: none given, expected files or --table")
     if path is None:
+        refuse(args, ["resample"], "belongs to a model")
         return BearingModel(args.bearing)
     model = SavedModel(path)
-    refuse(
-        (
-            args.fail_on is not None and model.healthy is None,
-            f"--fail-on: {path} does not state which condition is healthy; save it with "
-            "save_diagnoser(..., conditions=[...]), the healthy one first",
-        ),
-        (
-            args.resample and model.sampling_rate is None,
-            f"--resample: {path} does not state a sampling rate",
-        ),
-        (
-            args.bearing is not None and not _is_report(args),
-            "--bearing: belongs to a report, -o FILE.html",
-        ),
-    )
+    if model.healthy is None:
+        text = f"{path} does not state which condition is healthy; save it with "
+        text += "save_diagnoser(..., conditions=[...]), the healthy one first"
+        refuse(args, ["fail_on"], text)
+    if model.sampling_rate is None:
+        refuse(args, ["resample"], f"{path} does not state a sampling rate")
+    if not _is_report(args):
+        refuse(args, ["bearing"], "belongs to a report, -o FILE.html")
     if args.bearing is not None:
         try:
             order_comparison(model.diagnoser)

@@ -12,17 +12,17 @@ from .._files import write_atomically
 from ..datasets import FETCHERS
 from ..model_selection import cross_speed_predict
 from .arguments import (
+    FACTS,
     add_source_arguments,
     job_count,
     option,
-    option_of,
     positive_int,
+    refuse,
     speed_or_all,
     window_length,
 )
 from .evaluation_cases import N_SAMPLES, TITLES, own_case, rig_cases
-from .evaluation_figures import save_figures
-from .evaluation_reports import own_report, rig_report
+from .evaluation_reports import own_report, rig_report, save_figures
 from .messages import Progress, UsageError, add_progress_arguments, as_command_error
 from .report import why_no_figures
 
@@ -61,17 +61,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     is_rig = args.table is None
-    is_real = args.rig in FETCHERS
-    fits = {name: not is_rig for name in ("pattern", "channel", "sampling_rate", "rpm", "dtype")}
-    fits |= {
-        "data_home": is_rig and is_real,
-        "n_samples": is_rig and not is_real,
-        "train_rpm": is_rig,
-    }
-    for name in fits:
-        if vars(args)[name] is not None and not fits[name]:
-            what = f"--rig {args.rig}" if is_rig else "a table"
-            raise UsageError(f"argument {option_of(name)}: not allowed with {what}")
+    if is_rig:
+        unfit = "n_samples" if args.rig in FETCHERS else "data_home"
+        refuse(args, [*FACTS, unfit], f"not allowed with --rig {args.rig}")
+    else:
+        refuse(args, ["data_home", "n_samples", "train_rpm"], "not allowed with a table")
     try:
         args.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -22,8 +22,8 @@ from ..fault_places import HEALTHY, place_of_label
 from ..persistence import save_diagnoser
 from ..verdicts import check_condition_names
 from . import arguments
-from .arguments import flag, option, option_of
-from .info import limits_basis, too_few_rows
+from .arguments import flag, option, refuse
+from .info import limits_basis
 from .messages import (
     CommandError,
     UsageError,
@@ -146,8 +146,6 @@ def run(args: argparse.Namespace) -> int:
     if healthy is not None:
         basis = limits_basis(companions.get("detector", diagnoser)[-1], rows)
         print(f"Limits for a false-alarm rate of {args.false_alarm_rate:g} from {basis}")
-        if "detector" not in companions and kind != "detector":
-            print(*too_few_rows(n_windows[0], args.false_alarm_rate, rows))
     print(f"Saved {kind} to {args.output}")
     return 0
 
@@ -161,8 +159,8 @@ def _check_options(args, listed):
         is_healthy = _is_healthy(name) if args.healthy is None else name == args.healthy
         args.diagnoser = "detector" if is_healthy else None
     for name, kind in {"fixed_gain": "detector", "bearing": "stretches"}.items():
-        if vars(args)[name] and args.diagnoser != kind:
-            raise UsageError(f"argument {option_of(name)}: belongs to --diagnoser {kind}")
+        if args.diagnoser != kind:
+            refuse(args, [name], f"belongs to --diagnoser {kind}")
 
 
 def _is_healthy(name):

@@ -5,7 +5,7 @@ import os
 import re
 import sys
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from time import perf_counter
 from typing import Self
 
@@ -98,36 +98,22 @@ def report_progress(args: argparse.Namespace, line: str) -> None:
 
 
 class Progress:
-    """Progress on standard error: a bar on a terminal, lines elsewhere."""
+    """Lines on standard error that count the steps of a command."""
 
     def __init__(self, total: int, unit: str, args: argparse.Namespace) -> None:
         self._total, self._unit, self._args = total, unit, args
-        self._done, self._bar, self._started = 0, None, perf_counter()
-        if sys.stderr.isatty() and not args.quiet:
-            with suppress(ImportError):
-                from tqdm import tqdm
-
-                self._bar = tqdm(total=total, unit=f" {unit}", file=sys.stderr, dynamic_ncols=True)
+        self._done, self._started = 0, perf_counter()
 
     def step(self, line: str, details: str = "") -> None:
         """Count a step; show its line, with details if they are asked for."""
         self._done += 1
-        text = f"[{self._done}/{self._total}] {line}"
-        if self._args.verbose and details:
-            text += f" ({details})"
-        if self._bar is None:
-            report_progress(self._args, text)
-            return
-        if self._args.verbose:
-            self._bar.write(text, file=sys.stderr)
-        self._bar.update()
+        shown = f" ({details})" if self._args.verbose and details else ""
+        report_progress(self._args, f"[{self._done}/{self._total}] {line}{shown}")
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: object, *exception: object) -> None:
-        if self._bar is not None:
-            self._bar.close()
         if self._args.verbose and kind is None:
             seconds = perf_counter() - self._started
             report_progress(self._args, f"{counted(self._done, self._unit)} in {seconds:.1f} s")

@@ -5,18 +5,14 @@ from base64 import b64encode
 from collections import Counter
 from contextlib import suppress
 from datetime import date
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from .._answers import unfolded_steps
 from .._version import __version__
-from ..fault_classifier import FaultOrderClassifier
-from ..identification import ARXLaguerre
-from ..orders import OrderResidual
 from ..recordings.listing import ListedRecording
-from ..stretches import StretchResidual
 from ..verdicts import NO_SIGNAL, NO_VERDICT
 from .diagnosis import Diagnosis
 from .messages import CommandError, below_common_folder, counted, percent
@@ -106,15 +102,9 @@ def _accuracy(rows, conditions):
         return None
     known = rows[rows["condition"].notna() & (rows["error"] == "")]
     counts = pd.crosstab(known["condition"], known["verdict"])
-    order = dict.fromkeys([*map(str, conditions), *counts.index, *counts.columns])
-    return (
-        None
-        if known.empty
-        else counts.loc[
-            [name for name in order if name in counts.index],
-            [name for name in order if name in counts.columns],
-        ]
-    )
+    names = dict.fromkeys([*map(str, conditions), *counts.index, *counts.columns])
+    every = counts.reindex(index=names, columns=names, fill_value=0)
+    return every.loc[every.any(axis=1), every.any()]
 
 
 def _figures(recording, diagnosis, model, resample, faults):
@@ -144,53 +134,46 @@ def _typical_row(recording, model, resample, faults, place, rate):
             row = X[place - n_seen]
             break
     estimator = model.fitted(row, rate)
-    steps = [step for _, step in unfolded_steps(estimator)]
     rpm = recording.with_speed().rpm if model.takes_rpm else None
-    if isinstance(steps[-1], FaultOrderClassifier):
-        display, options = EnvelopeSpectrumDisplay, {"rpm": rpm}
-        caption = f"Stretch {place}: contrast of its envelope spectra, and the orders of the faults"
-    elif any(isinstance(step, StretchResidual | OrderResidual) for step in steps):
-        display, options = OrderSpectrumDisplay, {"rpm": rpm, "fault_orders": faults}
-        caption = f"Stretch {place}: spectrum of its envelope over the orders of the shaft, and "
-        caption += "the references of the nearest conditions"
-    elif isinstance(steps[0], ARXLaguerre):
-        display, options = IdentificationDisplay, {"sampling_rate": rate}
-        caption = f"Window {place}: measured and predicted signal, and what the model leaves"
-    else:
-        return []
-    return [(caption, _drawn(lambda: display.from_estimator(estimator, row, **options).figure_))]
+    displays = [
+        (EnvelopeSpectrumDisplay, {"rpm": rpm}, "contrast of its envelope spectra"),
+        (OrderSpectrumDisplay, {"rpm": rpm, "fault_orders": faults}, "order spectrum, references"),
+        (IdentificationDisplay, {"sampling_rate": rate}, "measured and predicted signal"),
+    ]
+    for display, options, caption in displays:
+        # The displays refuse estimators that they cannot draw.
+        with suppress(ValueError, AttributeError):
+            image = _drawn(partial(display.from_estimator, estimator, row, **options))
+            return [(f"Row {place}: {caption}", image)]
+    return []
 
 
 def _timeline(windows, rate):
     """Draw the probability of each condition over the recording."""
-    columns = [name for name in windows if name.startswith("probability of ")] or ["score"]
-    shown = windows[columns].set_axis(
-        [each.removeprefix("probability of ") for each in columns], axis=1
-    )
+    names = [name for name in windows if name.startswith("probability of ")] or ["score"]
     time, unit = windows["start"] / (rate or 1), "samples" if rate is None else "s"
 
     def draw():
-        from matplotlib.figure import Figure
+        from matplotlib import pyplot
 
         from ..plotting import condition_styles
 
-        figure = Figure(figsize=(6.4, 2.2), layout="constrained")
-        ax = figure.subplots()
-        for name, style in condition_styles(list(shown)).items():
+        _, ax = pyplot.subplots(figsize=(6.4, 2.2), layout="constrained")
+        for name, style in condition_styles(names).items():
             few = {} if len(windows) < 40 else {"marker": ""}
-            ax.plot(time, shown[name], label=name, **style | few)
+            label = name.removeprefix("probability of ")
+            ax.plot(time, windows[name], label=label, **style | few)
         alarm, dead = time[windows["alarm"] == 1], time[windows["quality"] != "good"]
         ax.plot(alarm, 0 * alarm + 1, "|", label="alarm", color="gray", clip_on=False)
         ax.plot(dead, 0 * dead, "x", label=NO_SIGNAL, color="gray")
-        ax.set(xlabel=f"Time ({unit})", ylabel="Probability" if len(columns) > 1 else "Score")
+        ax.set(xlabel=f"Time ({unit})", ylabel=names[0].split()[0].capitalize())
         ax.legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize="small", frameon=False)
-        return figure
 
     return "Windows of the recording", _drawn(draw)
 
 
 def _drawn(draw):
-    """Return a figure as the address of an svg image that holds all of it."""
+    """Return the figure that a function draws as the address of an svg image of all of it."""
     import matplotlib
     from matplotlib import pyplot
 
@@ -199,7 +182,8 @@ def _drawn(draw):
     file = io.BytesIO()
     # Without a date and with fixed ids, equal results give equal files.
     with matplotlib.rc_context(ANY_PAGE | {"svg.fonttype": "none", "svg.hashsalt": "skarxlag"}):
-        figure = draw()
+        draw()
+        figure = pyplot.gcf()
         figure.savefig(file, format="svg", metadata={"Date": None})
         pyplot.close(figure)
     return "data:image/svg+xml;base64," + b64encode(file.getvalue()).decode()

@@ -12,8 +12,8 @@ from typing import Any
 import pandas as pd
 
 from ..recordings.listing import positive
-from .arguments import channel_names, flag, option, option_of, positive_number
-from .messages import CommandError, UsageError, as_command_error, say
+from .arguments import channel_names, flag, option, positive_number, refuse
+from .messages import CommandError, as_command_error, say
 from .models import SavedModel, is_model_file
 from .watch_stream import SensorStream
 
@@ -106,8 +106,8 @@ def _listed_sensors(args):
             f"{', '.join(_NEEDED)}, and if needed {', '.join(_FURTHER)}"
         )
     for name, column in (("sensor", "name"), ("rpm_column", "rpm")):
-        if vars(args)[name] is not None and column in columns:
-            raise UsageError(f"argument {option_of(name)}: {path} has a column {column}")
+        if column in columns:
+            refuse(args, [name], f"{path} has a column {column}")
     is_repeated, sensors = table["name"].duplicated(keep=False), []
     for line, row in enumerate(table.to_dict("records")):
         name, where = row["name"], f"{path}, line {line + 2}"

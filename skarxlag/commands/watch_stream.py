@@ -15,7 +15,7 @@ from ..recordings.live_samples import RawSamples, TextSamples
 from ..recordings.live_times import StreamTimes
 from ..recordings.rates import rates_agree
 from ..verdicts import HOLD
-from .arguments import option_of
+from .arguments import refuse
 from .messages import CommandError, UsageError, as_command_error, say
 from .models import SavedModel
 from .watch_output import VerdictLines, sentence, summary
@@ -119,11 +119,9 @@ class SensorStream:
     def _source(self, path):
         args, length = self._args, self._model.window_length
         is_folder = args.source != "-" and path.is_dir()
-        for name in ("time_column", "rpm_column"):
-            if vars(args)[name] is not None and (is_folder or args.dtype):
-                source = "a folder" if is_folder else "raw samples"
-                wrong = f"argument {option_of(name)}: belongs to csv lines, not to {source}"
-                raise UsageError(wrong)
+        if is_folder or args.dtype:
+            source = "a folder" if is_folder else "raw samples"
+            refuse(args, ["time_column", "rpm_column"], f"belongs to csv lines, not to {source}")
         if is_folder:
             options = {
                 "channel": args.channel,

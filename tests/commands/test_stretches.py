@@ -155,7 +155,7 @@ def report_of(run, workshop, model, *options):
 
 
 def figures(page):
-    codes = re.findall(r'alt="Stretch [^"]*"', page)
+    codes = re.findall(r'alt="Row [^"]*"', page)
     return codes, [b64decode(c).decode() for c in re.findall(r"svg\+xml;base64,([^\"]*)", page)]
 
 
