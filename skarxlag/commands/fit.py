@@ -8,7 +8,6 @@ best of several speeds, and names no fault.
 import argparse
 import warnings
 from datetime import UTC, datetime
-from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
 
@@ -31,6 +30,7 @@ from .messages import (
     as_command_error,
     counted,
     report_progress,
+    require,
 )
 from .models import DIAGNOSERS, is_model_file
 from .results import check_output
@@ -86,8 +86,7 @@ def run(args: argparse.Namespace) -> int:
         listed = arguments.table_recordings(args)
         inputs = [args.table, *(recording.path for recording in listed)]
         check_output(args.output, inputs, is_model_file, args.force)
-        if find_spec("skops") is None:
-            raise CommandError("saving a diagnoser needs skops: pip install 'skarxlag[io]'")
+        require("skops", "saving a diagnoser", "io")
     _check_options(args, listed)
     rig, rows = training_rows(args, listed)
     kind = args.diagnoser or ("stretches" if rows == "stretches" else "diagnoser")

@@ -6,6 +6,7 @@ import re
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from time import perf_counter
 from typing import Self
 
@@ -29,6 +30,12 @@ def as_command_error(*kinds: type[Exception]) -> Iterator[None]:
         raise
     except kinds as error:
         raise CommandError(" ".join(str(error).split())) from error
+
+
+def require(package: str, purpose: str, extra: str) -> None:
+    """Raise an error if a package of an extra is not installed."""
+    if find_spec(package) is None:
+        raise CommandError(f"{purpose} needs {package}: pip install 'skarxlag[{extra}]'")
 
 
 def printable(text: object) -> str:

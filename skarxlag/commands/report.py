@@ -6,6 +6,7 @@ from collections import Counter
 from contextlib import suppress
 from datetime import date
 from functools import partial
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from .._version import __version__
 from ..recordings.listing import ListedRecording
 from ..verdicts import NO_SIGNAL, NO_VERDICT
 from .diagnosis import Diagnosis
-from .messages import CommandError, below_common_folder, counted, percent
+from .messages import CommandError, below_common_folder, counted, percent, require
 from .results import MARK
 
 #: Recordings with figures, the worst first.
@@ -26,10 +27,9 @@ _SEVERITIES = ("fault", "unclear", "healthy")
 
 def template() -> Any:
     """Return the template of the report."""
-    try:
-        from jinja2 import Environment, PackageLoader
-    except ImportError as error:
-        raise CommandError("a report needs jinja2: pip install 'skarxlag[io]'") from error
+    require("jinja2", "a report", "io")
+    from jinja2 import Environment, PackageLoader
+
     loader = PackageLoader("skarxlag.commands", "")
     environment = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     return environment.get_template("report.html.j2")
@@ -83,9 +83,7 @@ def html_report(
 
 def why_no_figures() -> str | None:
     """Return why no figures can be drawn, or None if they can."""
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError:
+    if find_spec("matplotlib") is None:
         return "No figures: they need matplotlib, pip install 'skarxlag[plot]'."
     return None
 

@@ -24,6 +24,8 @@ from .watch_output import VerdictLines, sentence, summary
 _SAVE_EVERY = 60.0
 #: Arguments on which the meaning of a state depends.
 _READING = ("channel", "dtype", "time_column", "rpm_column")
+#: Arguments of the monitor.
+_SETTINGS = ("hop", "half_life", "false_alarm_interval", "gap_tolerance")
 
 
 class SensorStream:
@@ -77,11 +79,8 @@ class SensorStream:
                 conditions=None if model.healthy is None else model.conditions,
                 detector=model.detector,
                 window_length=model.window_length,
-                hop=args.hop,
-                half_life=args.half_life,
-                false_alarm_interval=args.false_alarm_interval,
-                gap_tolerance=args.gap_tolerance,
                 train_rpm=model.train_rpm or (),
+                **{name: vars(args)[name] for name in _SETTINGS},
             )
             self._place = self._restored()
             # A file that cannot be written is reported now, not in a minute.

@@ -15,14 +15,14 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 from joblib import effective_n_jobs
 from joblib.externals.loky import get_reusable_executor
 
-from .messages import CommandError
+from .messages import CommandError, require
 
 #: Tasks in hand for each worker, so that no worker waits for the next; and trials of a task alone.
 _AHEAD, _TRIALS = 2, 2
@@ -100,15 +100,11 @@ def _started(task, workers):
         return future
 
 
-@contextmanager
-def executors(args: argparse.Namespace) -> Iterator[Workers]:
-    """Start the workers that the arguments ask for."""
+def executors(args: argparse.Namespace) -> AbstractContextManager[Workers]:
+    """Return a context that starts the workers that the arguments ask for."""
     if args.dask is not None:
-        start = _cluster(args.dask)
-    else:
-        start = (_processes if args.processes else _threads)(effective_n_jobs(args.n_jobs))
-    with start as workers:
-        yield workers
+        return _cluster(args.dask)
+    return (_processes if args.processes else _threads)(effective_n_jobs(args.n_jobs))
 
 
 @contextmanager
@@ -137,12 +133,9 @@ def _processes(n_workers):
 
 @contextmanager
 def _cluster(address):
-    try:
-        from distributed import Client, KilledWorker
-    except ImportError as error:
-        raise CommandError(
-            "--dask needs distributed: pip install 'skarxlag[distributed]'"
-        ) from error
+    require("distributed", "--dask", "distributed")
+    from distributed import Client, KilledWorker
+
     try:
         client = Client(address, timeout=_CONNECT_SECONDS)
     except (OSError, TimeoutError, ValueError) as error:

@@ -1,6 +1,7 @@
 import json
 import os
 import re
+import sys
 import warnings
 
 import numpy as np
@@ -117,7 +118,7 @@ def test_fit_asks_for_the_healthy_condition_that_no_name_tells(run, workshop):
 
 
 def test_missing_skops_is_told_before_anything_is_fitted(run, workshop, monkeypatch):
-    monkeypatch.setattr("skarxlag.commands.fit.find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "skops", None)
     code, _, err = run("fit", workshop / "table.csv", "-o", workshop / "m.skops", *FIT)
     assert code == 1 and "needs skops: pip install 'skarxlag[io]'" in err and "fitting" not in err
 
