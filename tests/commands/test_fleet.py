@@ -1,10 +1,8 @@
 import asyncio
-import json
 import multiprocessing
 import os
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext, suppress
-from dataclasses import replace
 from importlib import import_module
 from types import SimpleNamespace
 
@@ -18,11 +16,10 @@ from scipy.signal import lfilter
 from sklearn.model_selection import GridSearchCV, cross_val_score
 
 from skarxlag import load_diagnoser, make_alpio, save_diagnoser
-from skarxlag.commands.diagnosis import Diagnosis, Task, file_state
+from skarxlag.commands.diagnosis import Task
 from skarxlag.commands.journal import Journal
 from skarxlag.commands.messages import CommandError, Progress
 from skarxlag.commands.workers import WorkerDied, Workers, executors, run_tasks
-from skarxlag.recordings.listing import ListedRecording
 
 from .deadly_tasks import KILL, Deadly, Harmless
 
@@ -282,32 +279,6 @@ def test_an_interrupted_run_goes_on_where_it_stopped(run, fleet, tmp_path, monke
     assert output.with_name("out_windows.csv").read_bytes() == whole[1]
 
 
-def test_a_journal_of_another_model_is_not_used(fleet, tmp_path):
-    journal = Journal(tmp_path / "out.csv", ["model", "0.1"])
-    with pytest.raises(KeyboardInterrupt), journal:
-        raise KeyboardInterrupt
-    head = json.loads(journal.path.read_text())
-    other = Journal(tmp_path / "out.csv", ["other", "0.1"])
-    with pytest.raises(KeyboardInterrupt), other:
-        assert json.loads(journal.path.read_text())["settings"] != head["settings"]
-        raise KeyboardInterrupt
-
-
-def test_a_result_at_another_speed_or_channel_is_not_used(fleet, tmp_path):
-    path = fleet / "m.skops"
-    recording = ListedRecording(None, "a", path, channel=["x", "y"], rpm=600.0)
-    journal = Journal(tmp_path / "out.csv", ["model"])
-    windows = pd.DataFrame({"verdict": ["good"]})
-    with pytest.raises(KeyboardInterrupt), journal:
-        journal.add(recording, Diagnosis({"verdict": "good"}, windows, file=file_state(recording)))
-        raise KeyboardInterrupt
-    with journal:
-        known = journal.result(recording)
-        assert known.verdict == {"verdict": "good"}
-        for change in ({"rpm": 300.0}, {"rpm": None}, {"channel": "x"}, {"sampling_rate": 1.0}):
-            assert journal.result(replace(recording, **change)) is None
-
-
 def test_scikit_learn_scores_and_searches_on_a_cluster(cluster):
     rng = np.random.default_rng(0)
     X, y = rng.normal(size=(24, WINDOW)), np.repeat(["good", "worn"], 12)
@@ -335,37 +306,3 @@ def test_a_dask_array_is_refused_with_a_recipe_that_works(fleet):
         diagnoser.predict(lazy)
     verdicts = lazy.map_blocks(diagnoser.predict, dtype=diagnoser.classes_.dtype, drop_axis=1)
     np.testing.assert_array_equal(verdicts.compute(scheduler="sync"), diagnoser.predict(X))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "damage",
-    [
-        lambda line: 123,
-        lambda line: [],
-        lambda line: {},
-        lambda line: line | {"recording": 5},
-        lambda line: line | {"recording": [[1]]},
-        lambda line: line | {"verdict": None},
-        lambda line: line | {"verdict": {}},
-        lambda line: line | {"verdict": []},
-        lambda line: line | {"windows": {}},
-        lambda line: line | {"windows": {"a": [1], "b": [1, 2]}},
-    ],
-)
-def test_a_damaged_line_of_a_journal_is_computed_once_more(fleet, tmp_path, damage):
-    journal = Journal(tmp_path / "out.csv", ["model"])
-    recording = ListedRecording(where=None, name="1", path=fleet / "table.csv")
-    verdict = {"verdict": "a", "windows": 2}
-    windows = pd.DataFrame({"verdict": ["a", "a"], "quality": ["good", "good"]})
-    with pytest.raises(KeyboardInterrupt), journal:
-        journal.add(recording, Diagnosis(verdict, windows, 1.0, (), file=file_state(recording)))
-        raise KeyboardInterrupt
-    head, line = journal.path.read_text().splitlines()
-    with pytest.raises(KeyboardInterrupt), journal:
-        assert journal.result(recording).verdict == verdict
-        raise KeyboardInterrupt
-    journal.path.write_text(head + "\n" + json.dumps(damage(json.loads(line))) + "\n")
-    with pytest.raises(KeyboardInterrupt), journal:
-        assert journal.result(recording) is None
-        raise KeyboardInterrupt

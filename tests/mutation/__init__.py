@@ -1,1 +1,1 @@
-"""How many small errors in the kernels the tests would notice."""
+"""How many small errors in modules the tests would notice."""

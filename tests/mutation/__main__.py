@@ -1,10 +1,11 @@
-"""Count the mutants of the kernels that the tests kill: ``python -m tests.mutation``.
+"""Count the mutants of modules that the tests kill: ``python -m tests.mutation``.
 
-Each mutant is a copy of a kernel with one small error, see `mutants`. It is killed if a test fails
+The modules are the kernels, the decision, the verdicts and the journal of an interrupted run.
+Each mutant is a copy of a module with one small error, see `mutants`. It is killed if a test fails
 that passes without the error, or takes too long. Tests that are slow without the error are left
 out. The loops run as plain Python, so that nothing has to be compiled; an index out of bounds is
 then an error, which a compiled loop would not notice.
-Mutants that no test can tell from the kernel are listed in `equivalent.txt`, each with its reason,
+Mutants that no test can tell from the module are listed in `equivalent.txt`, each with its reason,
 and are not counted. Exit status: 0 if at least 95 % are killed, 1 otherwise.
 """
 
@@ -37,31 +38,28 @@ import scipy.sparse.linalg
 import scipy.stats  # noqa: F401
 import sklearn.utils.estimator_checks  # noqa: F401
 
-from tests.mutation.mutants import known_equivalent, mutants
+from tests.mutation.mutants import SOURCES, known_equivalent, mutants
 from tests.mutation.one_mutant import run_tests
 
 ROOT = Path(__file__).parents[2]
-KERNELS = ROOT / "skarxlag" / "kernels"
-#: Tests of a kernel that do not stand in the file of its name.
+#: Tests of a module that do not stand in the file of its name.
 FURTHER_TESTS = {
     "ladder": ["tests/kernels/test_ladder_thresholds.py", "tests/test_ladder.py"],
     "laguerre": ["tests/kernels/test_arx_laguerre.py"],
     "observer": ["tests/kernels/test_residual_levels.py"],
     "lanes": ["tests/kernels/test_observer.py", "tests/kernels/test_arx_laguerre.py"],
 }
-#: Compiled loops, not what they compute.
-NOT_NUMERIC = {"__init__", "compiled"}
 #: Share of mutants that the tests must kill.
 LEAST_KILLED = 0.95
 
 
 def examine(module, chosen):
-    """Run the tests of a kernel with each of its mutants.
+    """Run the tests of a module with each of its mutants.
 
     Parameters
     ----------
     module : str
-        Name of the kernel.
+        Name of the module, see `SOURCES`.
     chosen : set of int
         Numbers of the mutants, in the order of `mutants`.
 
@@ -73,10 +71,11 @@ def examine(module, chosen):
         What there is to say.
     """
     began = time.monotonic()
-    path = str(KERNELS / f"{module}.py")
-    tests = [f"tests/kernels/test_{module}.py", *FURTHER_TESTS.get(module, [])]
+    source = SOURCES[module].relative_to(ROOT)
+    path, name = str(ROOT / source), ".".join(source.with_suffix("").parts)
+    own = Path("tests", *source.parts[1:-1], f"test_{module}.py")
+    tests = [str(own), *FURTHER_TESTS.get(module, [])]
     tests = [path, *(test for test in tests if Path(test).exists())]
-    name = f"skarxlag.kernels.{module}"
     usual, failed = run_tests(name, path, None, tests)
     said = [f"{module}: {test} fails or takes long without an error" for test in failed]
     alive, kills = [], Counter()
@@ -104,8 +103,7 @@ def interval(killed, total):
 def main():
     """Run the command."""
     parser = argparse.ArgumentParser(prog="python -m tests.mutation", description=__doc__)
-    names = sorted(p.stem for p in KERNELS.glob("*.py") if p.stem not in NOT_NUMERIC)
-    parser.add_argument("modules", nargs="*", default=names, help="kernels; all by default")
+    parser.add_argument("modules", nargs="*", default=list(SOURCES), help="default: all")
     parser.add_argument("--sample", type=int, help="number of mutants in all, drawn at random")
     parser.add_argument("--seed", type=int, default=0, help="of the sample; default 0")
     parser.add_argument("--jobs", type=int, default=2, help="processes at once; default 2")
@@ -118,7 +116,7 @@ def main():
     found = [
         (module, number, f"{module}.{change}")
         for module in args.modules
-        for number, (_, change, _) in enumerate(mutants((KERNELS / f"{module}.py").read_text()))
+        for number, (_, change, _) in enumerate(mutants(SOURCES[module].read_text()))
     ]
     n_all, equivalent = len(found), known_equivalent()
     if args.sample is not None and args.sample < n_all:

@@ -4,6 +4,18 @@ import ast
 from collections import defaultdict
 from pathlib import Path
 
+_PACKAGE = Path(__file__).parents[2] / "skarxlag"
+#: Compiled loops, not what they compute.
+_NOT_NUMERIC = {"__init__", "compiled"}
+#: Files of the modules that are changed, by name.
+SOURCES = {
+    path.stem: path
+    for path in (
+        *sorted((_PACKAGE / "kernels").glob("*.py")),
+        *(_PACKAGE / name for name in ("detection.py", "verdicts.py", "commands/journal.py")),
+    )
+    if path.stem not in _NOT_NUMERIC
+}
 _COMPARISONS = {
     ast.Lt: (ast.LtE, ast.GtE),
     ast.LtE: (ast.Lt, ast.Gt),

@@ -1,4 +1,4 @@
-"""The tests of one kernel, run in a process of their own with an error in that kernel."""
+"""The tests of one module, run in a process of their own with an error in it."""
 
 import importlib.abc
 import importlib.util
@@ -15,7 +15,7 @@ import pytest
 _SLOWEST = 4.0
 #: With an error it may take this many seconds, and this many times its usual time.
 _SECONDS, _TIMES = 4.0, 8.0
-#: All tests of a kernel together may take this many seconds.
+#: All tests of a module together may take this many seconds.
 _LONGEST = 1200.0
 
 
