@@ -53,9 +53,7 @@ def speeds_of_rows(rpm: ArrayLike, n_rows: int) -> NDArray[np.float64]:
     return np.full(n_rows, speeds) if speeds.ndim == 0 else speeds
 
 
-def speed_errors(
-    rpm: ArrayLike, n_rows: int, train_rpm: Sequence[float] = (), factor: float = SPEED_FACTOR
-) -> NDArray[Any]:
+def speed_errors(rpm: ArrayLike, n_rows: int, train_rpm: Sequence[float] = ()) -> NDArray[Any]:
     """Return for each row why its stated speed cannot be true.
 
     Parameters
@@ -66,8 +64,6 @@ def speed_errors(
         Number of rows.
     train_rpm : sequence of float, default=()
         Training speeds. If there are none, every finite speed above 0 is accepted.
-    factor : float, default=5.0
-        Largest factor between a stated speed and the range of the training speeds.
 
     Returns
     -------
@@ -89,7 +85,8 @@ def speed_errors(
         raise ValueError(
             f"rpm has shape {speeds.shape}, expected one speed for each of {n_rows} rows."
         )
-    lowest, highest = min(train_rpm, default=0) / factor, max(train_rpm, default=np.inf) * factor
+    lowest = min(train_rpm, default=0) / SPEED_FACTOR
+    highest = max(train_rpm, default=np.inf) * SPEED_FACTOR
     speeds = speeds.reshape(n_rows, -1)
     is_speed = np.isfinite(speeds) & (speeds > 0)
     is_plausible = is_speed & (speeds >= lowest) & (speeds <= highest)

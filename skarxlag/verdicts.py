@@ -14,11 +14,10 @@ from sklearn.utils import Bunch, check_consistent_length
 
 from . import evidence
 from ._answers import answers
-from ._validation import check_real
 from .kernels.speed_references import SAME_LOG_SPEED, UNIT_DISTANCE
 from .pipelines import in_one_pass
 from .quality import signal_quality
-from .speeds import SPEED_FACTOR, speed_errors, speeds_of_rows
+from .speeds import speed_errors, speeds_of_rows
 
 #: Verdict on a recording whose healthy limits are exceeded and whose condition cannot be named.
 CHANGED = "changed"
@@ -118,10 +117,8 @@ class Judge:
         Fitted detector with the healthy limits. None: the detection threshold of the diagnoser, if
         it has one.
     train_rpm : sequence of float, default=()
-        Training speeds. Empty: those that the models state.
-    speed_factor : float, default=5.0
-        Rows whose stated speed lies farther than this factor, at least 1, outside the training
-        speeds get no verdict.
+        Training speeds. Empty: those that the models state. Rows whose stated speed lies farther
+        than a factor of 5 outside them get no verdict.
     same_speed : bool, default=False
         Whether windows without a stated speed are taken to be of a training speed.
     sampling_rate : float, default=None
@@ -142,8 +139,7 @@ class Judge:
     ------
     ValueError
         If there is neither a classifier nor a detector, the classifier has no probabilities,
-        `conditions` is no permutation, a condition is named like another verdict, or `speed_factor`
-        is below 1.
+        `conditions` is no permutation, or a condition is named like another verdict.
     """
 
     def __init__(
@@ -154,7 +150,6 @@ class Judge:
         known: Any = None,
         detector: Any = None,
         train_rpm: Sequence[float] = (),
-        speed_factor: float = SPEED_FACTOR,
         same_speed: bool = False,
         sampling_rate: float | None = None,
     ) -> None:
@@ -164,8 +159,6 @@ class Judge:
             if detector is not None:
                 raise ValueError("diagnoser is no classifier, expected None beside a detector")
             diagnoser, detector = None, diagnoser
-        check_real(speed_factor, "speed_factor", min_val=1)
-        self.speed_factor: float = speed_factor
         self.same_speed: bool = same_speed
         models = {"diagnoser": diagnoser, "detector": detector, "known": known}
         models = {name: model for name, model in models.items() if model is not None}
@@ -226,7 +219,7 @@ class Judge:
         n = len(X)
         refusal = np.full(n, "", dtype=object)
         if rpm is not None:
-            refusal = speed_errors(rpm, n, self.train_rpm, self.speed_factor)
+            refusal = speed_errors(rpm, n, self.train_rpm)
             rpm = speeds_of_rows(rpm, n)
         quality, share = signal_quality(
             X, sampling_rate=self.sampling_rate, rpm=rpm, return_share=True
@@ -412,10 +405,9 @@ def window_verdicts(
         ``known``: what :func:`skarxlag.make_known_conditions` made, fitted on windows of the same
         shape. ``detector``: what :func:`skarxlag.make_detector` made, fitted on windows of the same
         shape; its healthy limits replace the detection threshold of the diagnoser. ``train_rpm``:
-        training speeds, by default those that the models state. ``speed_factor``, 5 by default:
-        windows whose stated speed lies farther than this factor, at least 1, outside the training
-        speeds get no verdict. ``sampling_rate`` in Hz, to find mains hum, by default that of the
-        models.
+        training speeds, by default those that the models state; windows whose stated speed lies
+        farther than a factor of 5 outside them get no verdict. ``sampling_rate`` in Hz, to find
+        mains hum, by default that of the models.
 
     Returns
     -------

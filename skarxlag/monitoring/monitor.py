@@ -23,7 +23,6 @@ from ..evidence import (
 )
 from ..fault_classifier import FaultOrderClassifier
 from ..kernels.fault_orders import N_ORDERS
-from ..speeds import SPEED_FACTOR
 from ..verdicts import CHANGED, NO_VERDICT, Judge, no_verdict
 from .memory import CumulativeSumAlarm, FadingEvidence, healthy_shares, runs_of
 from .windowing import WindowStream, check_count
@@ -132,10 +131,8 @@ class ConditionMonitor:
         Seconds by which the stated time of a block may differ from the end of the block before.
         Beyond it there is a gap, and a new window starts. None: half a window.
     train_rpm : sequence of float, default=()
-        Training speeds. Empty: those that the models state.
-    speed_factor : float, default=5.0
-        Windows whose stated speed lies farther than this factor, at least 1, outside the training
-        speeds get no verdict.
+        Training speeds. Empty: those that the models state. Windows whose stated speed lies farther
+        than a factor of 5 outside them get no verdict.
 
     Attributes
     ----------
@@ -193,7 +190,6 @@ class ConditionMonitor:
         persistence: float = 0.5,
         gap_tolerance: float | None = None,
         train_rpm: Any = (),
-        speed_factor: float = SPEED_FACTOR,
     ) -> None:
         check_scalar(window_length, "window_length", Integral, min_val=1)
         hop = window_length if hop is None else check_scalar(hop, "hop", Integral, min_val=1)
@@ -210,7 +206,6 @@ class ConditionMonitor:
             conditions=conditions,
             detector=detector,
             train_rpm=train_rpm,
-            speed_factor=speed_factor,
             same_speed=True,
             sampling_rate=sampling_rate,
         )
