@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from numbers import Integral
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -60,6 +61,7 @@ def first_and_second_half(
     return start + window_length <= middle, start >= middle
 
 
+@dataclass(kw_only=True, eq=False, repr=False)
 class SpeedSplit(BaseCrossValidator):
     """Splitter that trains at one speed and tests at another.
 
@@ -115,20 +117,12 @@ class SpeedSplit(BaseCrossValidator):
     6
     """
 
-    __metadata_request__split = {"groups": True}  # noqa: RUF012
+    train_rpm: float | None = None
+    leave_out: bool = False
+    same_speed: bool = False
+    window_length: int | None = None
 
-    def __init__(
-        self,
-        *,
-        train_rpm: float | None = None,
-        leave_out: bool = False,
-        same_speed: bool = False,
-        window_length: int | None = None,
-    ) -> None:
-        self.train_rpm = train_rpm
-        self.leave_out = leave_out
-        self.same_speed = same_speed
-        self.window_length = window_length
+    __metadata_request__split: ClassVar = {"groups": True}
 
     def split(
         self, X: ArrayLike, y: Any = None, groups: ArrayLike | None = None

@@ -89,21 +89,14 @@ def mean_run_length(limit: int, step: int, rate: float, persistence: float) -> f
     10.0
     """
     after_quiet = rate * (1 - persistence) / (1 - rate)
-    place = np.arange(limit)
-    rows, columns, values = [], [], []
-    for last, chance in ((0, after_quiet), (1, persistence)):
-        below = place + step - 1 < limit
-        for origin, target, probability in (
-            (place, np.maximum(place - 1, 0), 1 - chance),
-            (place[below], limit + place[below] + step - 1, chance),
-        ):
-            rows.append(last * limit + origin)
-            columns.append(target)
-            values.append(np.full(len(origin), -probability))
-    size = 2 * limit
-    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    matrix = sparse.eye_array(size) + sparse.coo_array(entries, shape=(size, size))
-    return float(spsolve(matrix.tocsc(), np.ones(size))[0])
+    below, above = (
+        sparse.eye_array(limit + step, k=k, format="lil")[:limit, :limit] for k in (-1, step - 1)
+    )
+    below[0, 0] = 1
+    chances = np.array([[after_quiet], [persistence]])
+    moves = sparse.hstack([sparse.kron(1 - chances, below), sparse.kron(chances, above)])
+    matrix = sparse.eye_array(2 * limit) - moves
+    return float(spsolve(matrix.tocsc(), np.ones(2 * limit))[0])
 
 
 def alarm_limit(run_length: float, step: float, rate: float, persistence: float) -> int:
