@@ -228,6 +228,30 @@ def test_results_are_those_of_scikit_learn_bit_for_bit(make, data):
         np.testing.assert_array_equal(found.probability, plain.predict_proba(mixed))
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_plain_array_of_one_row_is_refused_like_any_other(data, value):
+    X, y = data
+    diagnoser = make_diagnoser().fit(X, y)
+    row = X[:1].copy()
+    row[0, 7] = value
+    for refused in (row, row.astype(np.float32), row.astype(">f8"), row.tolist()):
+        with pytest.raises(ValueError, match=r"contains (NaN|infinity)"):
+            diagnoser.predict(refused)
+    for refused in (X[:1, 1:], X[:0], X[0], X[:1, np.newaxis], X[:1].astype(complex)):
+        with pytest.raises(ValueError):
+            diagnoser.predict(refused)
+
+
+def test_the_layout_of_an_array_does_not_change_the_result(data):
+    X, y = data
+    diagnoser = make_diagnoser().fit(X, y)
+    expected = diagnoser.predict_proba(X)
+    read_only = X.copy()
+    read_only.setflags(write=False)
+    for same in (np.asfortranarray(X), X.astype(">f8"), read_only, X[::-1][::-1], X.tolist()):
+        np.testing.assert_array_equal(diagnoser.predict_proba(same), expected)
+
+
 def test_batches_need_no_memory_for_all_innovations(data):
     diagnoser = make_alpio().fit(*data)
     many = np.tile(data[0], (200, 1))
