@@ -12,6 +12,8 @@ import sys
 from contextlib import nullcontext
 from pathlib import Path
 
+import pandas as pd
+
 from .._files import write_atomically
 from .._version import __version__
 from ..bearings import bearing_orders
@@ -152,12 +154,9 @@ def _lines(args, model, diagnoses, rows):
     if args.quiet:
         return [table]
     lines = [model.heading, *([f"Recordings below {folder}"] if folder else []), table]
-    by_remark = {}
-    for name, diagnosis in zip(names, diagnoses, strict=True):
-        for remark in diagnosis.remarks:
-            by_remark.setdefault(remark, []).append(name)
-    for remark, about in by_remark.items():
-        of = ", ".join(about[:_MOST_NAMES])
+    remarks = pd.Series([list(each.remarks) for each in diagnoses], names).explode().dropna()
+    for remark, about in remarks.groupby(remarks, sort=False):
+        of = ", ".join(about.index[:_MOST_NAMES])
         if len(about) > _MOST_NAMES:
             of += f" and {len(about) - _MOST_NAMES} more"
         lines.append(f"{'All recordings' if 1 < len(rows) == len(about) else of}: {remark}")

@@ -16,6 +16,8 @@ from ..fault_classifier import FaultOrderClassifier
 from ..kernels.ladder import rows_that_hold
 from .models import SavedModel
 
+#: Paths are not broken.
+_LAYOUT = {"break_long_words": False, "break_on_hyphens": False}
 #: Units of facts.
 _UNITS = {"train_rpm": "rpm", "sampling_rate": "Hz", "window_length": "samples"}
 
@@ -44,14 +46,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _wrapped(head, text):
-    return textwrap.fill(
-        text,
-        100,
-        initial_indent=head,
-        subsequent_indent=" " * len(head),
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
+    indent = " " * len(head)
+    return textwrap.fill(text, 100, initial_indent=head, subsequent_indent=indent, **_LAYOUT)
 
 
 def model_card(model: SavedModel) -> dict[str, str]:

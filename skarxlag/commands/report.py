@@ -7,6 +7,7 @@ from contextlib import suppress
 from datetime import date
 from functools import partial
 from importlib.util import find_spec
+from itertools import chain, islice
 from typing import Any
 
 import numpy as np
@@ -114,10 +115,9 @@ def _figures(recording, diagnosis, model, resample, faults):
     found = [_timeline(windows, rate)] if len(windows) > 1 else []
     chosen = np.flatnonzero(windows["verdict"].astype(str) == str(diagnosis.verdict["verdict"]))
     if diagnosis.verdict["verdict"] != NO_SIGNAL and len(chosen) > 0:
+        place = chosen[len(chosen) // 2]
         with suppress(OSError, ValueError, ImportError, CommandError):
-            found += _typical_row(
-                recording, model, resample, faults, chosen[len(chosen) // 2], rate
-            )
+            found += _typical_row(recording, model, resample, faults, place, rate)
     return found
 
 
@@ -125,12 +125,8 @@ def _typical_row(recording, model, resample, faults, place, rate):
     """Return caption and figure of a row, if there is a display for the model."""
     from ..plotting import EnvelopeSpectrumDisplay, IdentificationDisplay, OrderSpectrumDisplay
 
-    n_seen = 0
-    for X, _ in model.windows(recording, resample):
-        n_seen += len(X)
-        if n_seen > place:
-            row = X[place - n_seen]
-            break
+    rows = chain.from_iterable(X for X, _ in model.windows(recording, resample))
+    row = next(islice(rows, place, None))
     estimator = model.fitted(row, rate)
     rpm = recording.with_speed().rpm if model.takes_rpm else None
     displays = [
