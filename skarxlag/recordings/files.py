@@ -187,14 +187,21 @@ def list_channels(path: str | os.PathLike[str], *, dtype: str | None = None) -> 
     0       time            NaN    s  NaN
     1  vibration         1000.0    g  NaN
     """
-    rows = _described(path, dtype)
+    rows = [*_described(path, dtype).values()]
     table = pd.DataFrame(rows, columns=["channel", "sampling_rate", "unit", "rpm"], dtype=object)
     return table.astype({"sampling_rate": float, "rpm": float})
 
 
-def _described(path, dtype):
+def _described(path, dtype, channel=None):
+    """Return the descriptions of the first chosen channel, or of all if none is chosen, by name."""
     (rows,) = _read(describe, path, dtype)
-    return rows
+    rows = {row["channel"]: row for row in rows}
+    if channel is None:
+        return rows
+    first = choose_channel(
+        list(rows), channel if isinstance(channel, str | Integral) else channel[0]
+    )
+    return {first: rows[first]}
 
 
 def _read(function, path, dtype, *arguments):
@@ -202,8 +209,9 @@ def _read(function, path, dtype, *arguments):
     module, _ = find_format(path, dtype)
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
-    read = isolated if module.FORMAT.isolated else lambda function, *arguments: function(*arguments)
-    return read(function, path, dtype, *arguments)
+    if module.FORMAT.isolated:
+        return isolated(function, path, dtype, *arguments)
+    return function(path, dtype, *arguments)
 
 
 def recording_speed(path: Any, *, channel: Any = None, dtype: Any = None) -> float | None:
@@ -228,10 +236,10 @@ def recording_speed(path: Any, *, channel: Any = None, dtype: Any = None) -> flo
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`.
     """
-    rows = {row["channel"]: row for row in _described(path, dtype)}
-    stated = {row["rpm"] for row in _first(rows, channel)} - {None}
+    stated = {row["rpm"] for row in _described(path, dtype, channel).values()} - {None}
     if stated:
         return stated.pop() if len(stated) == 1 else None
+    rows = _described(path, dtype)
     held = [name for name, row in rows.items() if names_speed(name, row["unit"])]
     if not held:
         return None
@@ -259,17 +267,8 @@ def recording_start(path: Any, *, channel: Any = None, dtype: Any = None) -> flo
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`.
     """
-    rows = {row["channel"]: row for row in _described(path, dtype)}
-    starts = (row["start"] for row in _first(rows, channel))
+    starts = [row["start"] for row in _described(path, dtype, channel).values()]
     return next((start for start in starts if start is not None), None)
-
-
-def _first(rows, channel):
-    """Return the descriptions of the first chosen channel, or of all if none is chosen."""
-    if channel is None:
-        return list(rows.values())
-    first = channel if isinstance(channel, str | Integral) else channel[0]
-    return [rows[choose_channel(list(rows), first)]]
 
 
 def recording_blocks(

@@ -196,7 +196,7 @@ def _found(source):
     else:
         paths = [Path(path) for path in glob(str(source), recursive=True)]
         found = [(path.as_posix(), path) for path in paths if path.is_file()]
-        expected = "a file" if not is_file_source(source) else "files that fit the glob"
+        expected = "files that fit the glob" if is_file_source(source) else "a file"
     if not found:
         raise FileNotFoundError(f"{source}: no such file, expected {expected}")
     return sorted(found)
@@ -290,11 +290,11 @@ def _read_table(path):
     table = table[(table != "").any(axis=1)]
     if table.empty:
         raise ValueError(f"{path}: lists no recording")
+    if "channel" not in table:
+        table = table.assign(channel="")
     for name in table.columns.intersection(["path", "condition", "rpm"]):
         for line in table.index[table[name] == ""]:
             raise ValueError(f"{path}, line {line}: {name} is empty")
-    if "channel" not in table:
-        table = table.assign(channel="")
     for line in table.index[table.duplicated(["path", "channel"])]:
         raise ValueError(f"{path}, line {line}: {table['path'][line]} is listed a second time")
     return table
@@ -307,12 +307,13 @@ def _column_name(name):
 
 
 def _check_columns(path, names):
-    listed = f"{path}: columns {names}, expected 'path' and any of {FACTS}"
-    if "path" not in names:
-        raise ValueError(listed)
     missing = [each for each in _COLUMNS if each not in names]
+    wrong = ["'path' is missing"] if "path" in missing else []
     for name in names:
         if name in _COLUMNS and names.count(name) > 1:
-            raise ValueError(f"{listed}; {name!r} is there twice")
+            wrong.append(f"{name!r} is there twice")
         for close in difflib.get_close_matches(name.lower(), missing, n=1, cutoff=0.8):
-            raise ValueError(f"{listed}; is {name!r} meant to be {close!r}?")
+            wrong.append(f"is {name!r} meant to be {close!r}?")
+    if wrong:
+        expected = f"expected 'path' and any of {FACTS}"
+        raise ValueError(f"{path}: columns {names}, {expected}; {wrong[0]}")

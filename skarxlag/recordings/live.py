@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from .files import recording_blocks, recording_start
+from .files import recording_start
+from .listing import ListedRecording
 from .live_samples import RawSamples, TextSamples
-from .rates import rates_agree
 from .windows import block_length
 
 _BYTES_AT_A_TIME = 2**18
@@ -205,30 +205,21 @@ def _files(folder):
 
 
 def _blocks_of_file(path, changed, options, warn, place):
-    chosen = {"channel": options["channel"], "dtype": options["dtype"]}
-    n_samples = block_length(options["window_length"])
+    chosen, rate = {name: options[name] for name in ("channel", "dtype")}, options["sampling_rate"]
+    entry = ListedRecording(None, path.name, path, sampling_rate=rate, **chosen)
+    n_samples, start = block_length(options["window_length"]), None
     try:
         # All of a file is read before any of it is used, so that no file is used in part.
-        blocks = recording_blocks(path, n_samples, **chosen)
-        lengths = [_checked_length(path, options, *block) for block in blocks]
-        start = recording_start(path, **chosen) if options["has_times"] else None
-        if options["has_times"] and start is None:
-            start = changed * 1e-9 - sum(lengths) / options["sampling_rate"]
-        blocks = recording_blocks(path, n_samples, **chosen)
-        for i, (samples, _) in enumerate(blocks, start=1):
-            is_last = i == len(lengths)
+        shapes = [np.atleast_2d(signal).shape for signal, _ in entry.blocks(n_samples)]
+        if shapes[0][0] != options["n_channels"]:
+            raise ValueError(f"{path}: {shapes[0][0]} channels, expected {options['n_channels']}")
+        if options["has_times"]:
+            start = recording_start(path, **chosen)
+            length = sum(shape[1] for shape in shapes)
+            start = changed * 1e-9 - length / rate if start is None else start
+        for i, (samples, _) in enumerate(entry.blocks(n_samples), start=1):
+            is_last = i == len(shapes)
             yield Block(np.atleast_2d(samples), start, path.name, place if is_last else None)
             start = None
     except (OSError, ValueError, ImportError, MemoryError) as error:
         warn(f"skipped: {error}")
-
-
-def _checked_length(path, options, samples, rate):
-    n_channels = len(np.atleast_2d(samples))
-    if not rates_agree(rate, options["sampling_rate"]):
-        raise ValueError(
-            f"{path}: sampled at {rate:g} Hz, expected {options['sampling_rate']:g} Hz"
-        )
-    if n_channels != options["n_channels"]:
-        raise ValueError(f"{path}: {n_channels} channels, expected {options['n_channels']}")
-    return samples.shape[-1]

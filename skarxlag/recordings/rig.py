@@ -292,26 +292,21 @@ def cut_recordings(
         conditions.sort(key=lambda condition: condition != healthy)
     counts = [len(start) for start in starts]
     row = np.repeat(np.arange(len(listed)), counts)
-    description = [f"{len(listed)} recordings listed in {source}, cut into windows"]
-    thinned = np.sum(np.greater(available, counts))
-    if thinned:
-        description.append(
-            f"at most {max_windows} windows of each, fewer than there are in {thinned}"
-        )
+    notes = [f"{len(listed)} recordings listed in {source}, cut into windows"]
+    if thinned := np.sum(np.greater(available, counts)):
+        notes.append(f"at most {max_windows} windows of each, fewer than there are in {thinned}")
     for name, rate in table.resampled.items():
-        description.append(f"{name} resampled from {rate:g} to {table.sampling_rate:g} Hz")
-    by_window = {
-        "target": table.pop("condition"),
-        "rpm": table.pop("rpm"),
-        "recording": np.array(table.pop("recording")),
-    }
+        notes.append(f"{name} resampled from {rate:g} to {table.sampling_rate:g} Hz")
+    speeds, targets = table.pop("rpm"), table.pop("condition")
     return Bunch(
         data=store.windows(),
+        target=None if targets is None else targets[row],
         target_names=conditions,
+        rpm=None if speeds is None else speeds[row],
+        recording=np.array(table.pop("recording"))[row],
         start=np.concatenate(starts),
         available=np.array(available),
-        DESCR="; ".join(description),
-        **{name: None if values is None else values[row] for name, values in by_window.items()},
+        DESCR="; ".join(notes),
         **table,
     )
 

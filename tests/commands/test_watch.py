@@ -208,7 +208,7 @@ def test_a_file_of_other_rate_or_channels_is_skipped_and_told(run, models, tmp_p
     wavfile.write(tmp_path / "c.wav", 1000, np.stack([signal, signal], axis=1).astype(np.float32))
     code, out, err = run("watch", models[0], tmp_path, *IDLE)
     assert code == 0 and {v["source"] for v in verdicts_of(out)} == {"a.wav"}
-    assert "b.wav: sampled at 1100 Hz, expected 1000 Hz" in err
+    assert "b.wav: sampling_rate is 1000 Hz but the file states 1100 Hz" in err
     assert "c.wav: several channels and none chosen" in err
     code, out, err = run("watch", models[0], tmp_path, *IDLE, "--channel", "0;1")
     assert out == "" and "c.wav: 2 channels, expected 1" in err

@@ -77,8 +77,6 @@ def describe(path: Path, dtype: str | None) -> Iterator[list[dict[str, Any]]]:
 def _opened(path, dtype):
     module, contents = find_format(path, dtype)
     try:
-        if not path.is_file():
-            raise FileNotFoundError
         with contextmanager(contents)(path) as opened:
             yield opened
     except Exception as error:

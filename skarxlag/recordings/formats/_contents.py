@@ -82,10 +82,10 @@ class Contents:
     channels : dict of str to Channel
         By name, in the order of the file.
     read : callable
-        ``read(names, n_samples)`` yields one list of equally long arrays (or pandas Series) for
-        each block, in the order of `names`, with at most `n_samples` values in each array. None
-        requests one block of everything. Formats that are only read whole ignore `n_samples`. The
-        channels that are asked for are equally long.
+        ``read(names, n_samples)`` yields one list of equally long arrays for each block, in the
+        order of `names`, with at most `n_samples` values in each array. None requests one block of
+        everything. Formats that are only read whole ignore `n_samples`. The channels that are
+        asked for are equally long.
     refused : dict of str to str
         Arrays that are not channels, such as square matrices, and the reason.
     """

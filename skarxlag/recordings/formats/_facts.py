@@ -173,15 +173,14 @@ def seconds_of_dates(texts: Iterable[Any]) -> NDArray[Any]:
 
 def _seconds_of_date(text):
     try:
-        if not isinstance(text, datetime):
-            text = text.strip().strip('"')
-            if match := _DAY_FIRST.match(text):
-                day, _, month, year = match.groups()
-                text = f"{year}-{month:0>2}-{day:0>2}T{text[match.end() :] or '00:00'}"
-            text = datetime.fromisoformat(text)
+        text = text.strip().strip('"')
+        if match := _DAY_FIRST.match(text):
+            day, _, month, year = match.groups()
+            text = f"{year}-{month:0>2}-{day:0>2}T{text[match.end() :] or '00:00'}"
+        date = datetime.fromisoformat(text)
     except (ValueError, AttributeError):
         return np.nan
-    return (text if text.tzinfo else text.replace(tzinfo=UTC)).timestamp()
+    return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
 
 
 @dataclass

@@ -99,32 +99,23 @@ def _chosen_names(contents, channel, axis):
 
 def _as_signal(name, values, start):
     where = f"channel {name!r}"
-    if not isinstance(values, np.ndarray):
-        values = _from_column(where, values, start)
+    if values.size == 0 and start == 0:
+        raise ContentError(f"{where} is empty")
     if values.dtype.kind == "c":
         raise ContentError(f"{where} is complex; store its real part or its magnitude")
+    if values.dtype == object:
+        import pandas as pd
+
+        is_text = np.isnan(pd.to_numeric(values, errors="coerce")) & ~pd.isna(values)
+        i = np.argmax(is_text)
+        raise ContentError(f"{where} is not numeric: {values[i]!r} at sample {start + i}")
     if values.dtype.kind not in "fiu":
         raise ContentError(f"{where} is not numeric but of type {values.dtype}")
     with np.errstate(invalid="ignore"):
         signal = np.array(values, dtype=np.float64)
-    if signal.size == 0 and start == 0:
-        raise ContentError(f"{where} is empty")
     bad = np.flatnonzero(~np.isfinite(signal))
     if bad.size:
         raise ContentError(
             f"{where} has missing, NaN or infinite values, the first at sample {start + bad[0]}"
         )
     return signal
-
-
-def _from_column(where, values, start):
-    """Return a column of a table as an array. An error names the first field that is text."""
-    import pandas as pd
-    from pandas.api.types import is_numeric_dtype
-
-    if is_numeric_dtype(values.dtype):
-        # Missing values of nullable columns are NaN.
-        return values.to_numpy(na_value=np.nan) if values.isna().any() else values.to_numpy()
-    bad = np.flatnonzero(pd.to_numeric(values, errors="coerce").isna() & values.notna())
-    at = f": {values.iloc[bad[0]]!r} at sample {start + bad[0]}" if bad.size else ""
-    raise ContentError(f"{where} is not numeric{at}")

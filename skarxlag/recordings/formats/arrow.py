@@ -40,7 +40,7 @@ def contents(path: Path) -> Iterator[Contents]:
                 # Constants take no space in a file: a small file can hold any number of samples.
                 check_unpacked(path.stat().st_size, file.metadata.num_rows * 8 * len(chosen))
             for batch in batches(file, chosen, n_samples):
-                yield [batch.column(name).to_pandas() for name in chosen]
+                yield [batch.column(name).to_numpy(zero_copy_only=False) for name in chosen]
 
         yield Contents({name: Channel() for name in columns}, read)
 

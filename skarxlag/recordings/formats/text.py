@@ -72,7 +72,7 @@ def contents(path: Path) -> Iterator[Contents]:
     def read(names, n_samples):
         positions = [layout.names.index(name) for name in names]
         for frame in _frames(path, layout, n_samples or sys.maxsize):
-            yield [frame.iloc[:, position] for position in positions]
+            yield [frame.iloc[:, position].to_numpy() for position in positions]
 
     yield Contents({name: Channel(unit=layout.units.get(name)) for name in layout.names}, read)
 
