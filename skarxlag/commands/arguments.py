@@ -10,11 +10,11 @@ from typing import Any
 
 from ..bearings import bearing_orders
 from ..recordings.listing import ListedRecording, is_file_source, list_files, list_recordings
-from ..recordings.speeds import SpeedRange
+from ..recordings.speeds import TACHO, SpeedRange, is_speed_source
 from .messages import UsageError
 
 #: Facts of recordings that no table lists.
-FACTS = ("pattern", "channel", "sampling_rate", "rpm", "dtype")
+FACTS = ("pattern", "channel", "sampling_rate", "rpm", "pulses_per_turn", "dtype")
 
 
 def option(group: Any, names: str, text: str, kind: Any = None, metavar: str = "N") -> None:
@@ -75,6 +75,11 @@ def speed_or_all(text: str) -> float | str:
     return text if text == "all" else speed(text)
 
 
+def speed_or_source(text: str) -> float | str:
+    """Parse a shaft speed, or a source of speeds."""
+    return text if is_speed_source(text) else positive_number(text)
+
+
 @checked
 def bearing(text: str) -> str:
     """Check a name, dimensions or orders of a bearing, as `bearing_orders` takes them."""
@@ -108,7 +113,9 @@ def add_source_arguments(parser: argparse.ArgumentParser, of: str) -> None:
     text = "name, position, or pattern such as *DE_time; several separated by ;, the output first"
     option(group, "--channel", text, channel_names, "NAME")
     option(group, "--sampling-rate", "if the files do not state it", positive_number, "HZ")
-    option(group, "--rpm", "shaft speed, the same for all", positive_number, "RPM")
+    text = "shaft speed of all, a channel of pulses as tacho:CHANNEL, or a csv log of speeds"
+    option(group, "--rpm", text, speed_or_source, "RPM")
+    option(group, "--pulses-per-turn", "of the tachometer; default: 1", positive_int)
     option(group, "--dtype", "samples of raw binary files, such as <i2", metavar="TYPE")
 
 
@@ -121,7 +128,7 @@ def refuse(args: argparse.Namespace, names: Iterable[str], why: str) -> None:
 
 def stated(args: argparse.Namespace) -> dict[str, Any]:
     """Return the keyword arguments of `list_files` and `list_recordings`."""
-    return {name: vars(args)[name] for name in FACTS if name != "rpm"}
+    return {name: vars(args)[name] for name in FACTS if name not in ("rpm", "pulses_per_turn")}
 
 
 def named_recordings(args: argparse.Namespace) -> list[ListedRecording]:
@@ -134,7 +141,7 @@ def named_recordings(args: argparse.Namespace) -> list[ListedRecording]:
             recordings += [replace(each, name=str(each.path)) for each in found]
         else:
             recordings.append(ListedRecording(None, str(path), Path(path)))
-    return with_speed(recordings, args.rpm)
+    return with_speed(recordings, args)
 
 
 def table_recordings(args: argparse.Namespace) -> list[ListedRecording]:
@@ -142,9 +149,18 @@ def table_recordings(args: argparse.Namespace) -> list[ListedRecording]:
     listed = list_recordings(args.table, **stated(args))
     if not is_file_source(args.table):
         refuse(args, ["rpm"], f"for a folder; {args.table} has a column for it")
-    return with_speed(listed, args.rpm)
+    return with_speed(listed, args)
 
 
-def with_speed(recordings: list[ListedRecording], rpm: float | None) -> list[ListedRecording]:
-    """Return recordings with the same speed, or as they are."""
-    return recordings if rpm is None else [replace(each, rpm=rpm) for each in recordings]
+def with_speed(
+    recordings: list[ListedRecording], args: argparse.Namespace
+) -> list[ListedRecording]:
+    """Return recordings with the speed, or the source of speeds, of the arguments."""
+    source = args.rpm if isinstance(args.rpm, str) else None
+    if not (source or "").startswith(TACHO):
+        refuse(args, ["pulses_per_turn"], f"belongs to --rpm {TACHO}CHANNEL")
+    if args.rpm is None:
+        return recordings
+    facts = {"rpm": None if source else args.rpm, "speed_source": source}
+    facts["pulses_per_turn"] = args.pulses_per_turn or 1
+    return [replace(recording, **facts) for recording in recordings]

@@ -84,6 +84,8 @@ class Journal:
 def _key(recording, state):
     """Return all that the result of a recording depends on, as text."""
     stated = [recording.channel, recording.sampling_rate, recording.rpm, recording.dtype]
+    log = Path(recording.speed_source or "")
+    stated += [str(log), log.stat().st_mtime_ns if log.is_file() else 0, recording.pulses_per_turn]
     return json.dumps([recording.name, str(recording.path), state, stated])
 
 

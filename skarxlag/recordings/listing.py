@@ -13,13 +13,14 @@ from typing import Any, Self
 import pandas as pd
 from numpy.typing import NDArray
 
-from .files import recording_blocks, recording_speed
+from .files import recording_blocks, recording_speed, recording_start
 from .formats import FORMATS
 from .formats.text import distinct
 from .rates import rates_agree
+from .speeds import TACHO, is_speed_source, logged_speed, tacho_speed
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
-FACTS = ("condition", "rpm", "sampling_rate", "channel", "dtype")
+FACTS = ("condition", "rpm", "pulses_per_turn", "sampling_rate", "channel", "dtype")
 _COLUMNS = ("path", *FACTS)
 
 
@@ -45,6 +46,11 @@ class ListedRecording:
         Shaft speed, rev/min, if known.
     dtype : str or None
         As in :func:`read_recording`.
+    speed_source : str or None
+        Where the speed is stated if `rpm` is None: ``tacho:CHANNEL``, or a csv file. None: in the
+        file of the recording.
+    pulses_per_turn : float
+        Pulses of the tachometer in a turn of the shaft.
     further : dict of str to str
         Other facts in the table or the file name, by the name of the column or the group.
     """
@@ -57,21 +63,43 @@ class ListedRecording:
     condition: str | None = None
     rpm: float | None = None
     dtype: str | None = None
+    speed_source: str | None = None
+    pulses_per_turn: float = 1
     further: dict[str, Any] = field(default_factory=dict)
 
     def with_speed(self) -> Self:
-        """Return the recording with the shaft speed of its file, if none was stated outside it.
+        """Return the recording with its shaft speed, if a file states it.
 
         Raises
         ------
         FileNotFoundError, ImportError, ValueError
-            As `recording_speed` does. The message names the entry.
+            As `recording_speed`, `tacho_speed` and `logged_speed` do. The message names the entry.
         """
         if self.rpm is not None:
             return self
+        source, options = self.speed_source, {"channel": self.channel, "dtype": self.dtype}
         with self.named():
-            rpm = recording_speed(self.path, channel=self.channel, dtype=self.dtype)
+            if source is None:
+                rpm = recording_speed(self.path, **options)
+            elif source.startswith(TACHO):
+                tacho = replace(self, channel=source.removeprefix(TACHO))
+                rpm = tacho_speed(tacho.blocks(), self.pulses_per_turn)
+            else:
+                names = {self.name, str(self.path), self.path.name, self.path.stem}
+                rpm = logged_speed(source, names, self._span)
         return replace(self, rpm=rpm)
+
+    def _span(self, is_date):
+        """Times of the first and the last sample, since 1970 or since the start."""
+        start = 0.0
+        if is_date:
+            start = recording_start(self.path, channel=self.channel, dtype=self.dtype)
+        blocks = [(signal.shape[-1], rate) for signal, rate in self.blocks(2**20)]
+        lengths, rates = zip(*blocks, strict=True)
+        if start is None or rates[0] is None:
+            what = "the date of its first sample" if start is None else "its sampling rate"
+            raise ValueError(f"the recording does not state {what}, which a log of speeds needs")
+        return start, start + sum(lengths) / rates[0]
 
     def blocks(self, n_samples: int | None = None) -> Iterator[tuple[NDArray[Any], float | None]]:
         """Yield blocks of the recording and its sampling rate, like `recording_blocks`.
@@ -168,9 +196,11 @@ def list_files(
 
 def _parsed(where, facts):
     """Convert texts, by the name of the fact, to the fields of `ListedRecording`."""
-    known = {name: text or None for name, text in facts.items() if name in FACTS}
-    for name in ("rpm", "sampling_rate"):
-        if known.get(name):
+    known = {name: text for name, text in facts.items() if name in FACTS and text}
+    if is_speed_source(known.get("rpm", "")):
+        known["speed_source"] = known.pop("rpm")
+    for name in ("rpm", "pulses_per_turn", "sampling_rate"):
+        if name in known:
             known[name] = positive(where, name, known[name])
     return known | {"further": {name: text for name, text in facts.items() if name not in _COLUMNS}}
 
@@ -263,6 +293,9 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
     for line, row in table.iterrows():
         where = f"{path}, line {line}"
         facts = _parsed(where, row.to_dict())
+        source = facts.get("speed_source", TACHO)
+        if not source.startswith(TACHO):
+            facts["speed_source"] = str(path.parent / source)
         names = [name.strip() for name in row["channel"].split(";")]
         if len(names) > 1:
             facts["channel"] = names

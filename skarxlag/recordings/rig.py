@@ -38,7 +38,9 @@ def read_recording_table(
       :func:`read_recording` for the formats.
     - ``condition``: the state of the machine, any text. Needed to fit a diagnoser, not to diagnose.
     - ``rpm``: the shaft speed, rev/min. Not needed if the file states it in a number or channel
-      called ``rpm``.
+      called ``rpm``. ``tacho:CHANNEL`` takes it from the pulses of a tachometer in that channel; a
+      csv file with the columns ``rpm`` and ``recording`` or ``time`` may state it, too.
+    - ``pulses_per_turn``: pulses of the tachometer in a turn of the shaft; 1 if it is not stated.
     - ``sampling_rate``: in Hz. Not needed if the file states it; if both do, they must agree
       within 0.1 %.
     - ``channel``: name, position or pattern of the channel, see :func:`read_recording`; several are

@@ -1,14 +1,23 @@
-"""Parse shaft speeds with a tolerance or as a range."""
+"""Shaft speeds of recordings: ranges, and speeds that a tachometer or a log states."""
 
 from __future__ import annotations
 
+import os
 import re
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
+from ..speeds import rpm_from_tacho
+from .formats._facts import seconds_of_dates
+from .formats.text import number
+
+#: Beginning of a source of speeds that is a channel of pulses.
+TACHO = "tacho:"
 _NUMBER = r"\s*(\d+(?:\.\d+)?)\s*"
 _SPEED = re.compile(rf"{_NUMBER}(?:\.\.{_NUMBER}|(?:\+-|\+/-|±){_NUMBER}(%?)\s*)?")
 
@@ -80,3 +89,84 @@ class SpeedRange:
     def __str__(self) -> str:
         ends = [f"{self.low:g}"] if self.low == self.high else [f"{self.low:g}", f"{self.high:g}"]
         return "..".join(ends)
+
+
+def is_speed_source(text: str) -> bool:
+    """Return whether a text names a channel of pulses or a log of speeds.
+
+    Examples
+    --------
+    >>> [is_speed_source(text) for text in ("tacho:pulses", "speeds.csv", "900")]
+    [True, True, False]
+    """
+    return text.startswith(TACHO) or text.lower().endswith(".csv")
+
+
+def tacho_speed(blocks: Iterable[tuple[NDArray[Any], float | None]], pulses: float) -> float:
+    """Return the mean speed that the pulses of a tachometer state.
+
+    Parameters
+    ----------
+    blocks : iterable of tuple (signal, rate)
+        The channel of the tachometer as one block, and its sampling rate in Hz.
+    pulses : float
+        Pulses in a turn of the shaft, an integer.
+
+    Raises
+    ------
+    ValueError
+        If the sampling rate is unknown, the signal has fewer than two pulses, or `pulses` is not an
+        integer.
+    """
+    if pulses % 1:
+        raise ValueError(f"pulses_per_turn is {pulses:g}, expected an integer")
+    ((signal, rate),) = blocks
+    if rate is None:
+        raise ValueError("sampling_rate is missing and the file does not state it")
+    return float(rpm_from_tacho(signal, rate, pulses_per_turn=int(pulses)).mean())
+
+
+def logged_speed(
+    path: str | os.PathLike[str], names: set[str], span: Callable[[bool], tuple[float, float]]
+) -> float:
+    """Return the mean speed of a recording in a log.
+
+    Parameters
+    ----------
+    path : str or path-like
+        Csv file with the column ``rpm``, and ``recording`` (name or file) or ``time`` (dates, or
+        seconds since the start of the recording).
+    names : set of str
+        Names of the recording.
+    span : callable
+        Returns the times at which the recording begins and ends. It is called with True for seconds
+        since 1970, and with False for seconds since its start.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        If the file cannot be read, has other columns, or states no speed above 0 of the recording.
+        The message names the file.
+    """
+    try:
+        options = {"engine": "python", "encoding": "utf-8-sig", "keep_default_na": False}
+        log = pd.read_csv(path, sep=None, dtype=str, **options)
+    except (ValueError, pd.errors.ParserError) as error:
+        raise ValueError(f"{path}: cannot be read as a csv log of speeds ({error})") from error
+    log.columns = log.columns.str.strip().str.lower()
+    if "rpm" not in log or not {"recording", "time"} & {*log.columns}:
+        raise ValueError(
+            f"{path}: columns {[*log.columns]}, expected 'rpm' and 'recording' or 'time'"
+        )
+    if "recording" in log:
+        is_own = log["recording"].str.strip().isin(names)
+    else:
+        times = np.array([number(text) for text in log["time"]])
+        is_date = bool(np.isnan(times).all())
+        begin, end = span(is_date)
+        times = seconds_of_dates(log["time"]) if is_date else times
+        is_own = (times >= begin) & (times <= end)
+    speeds = np.array([number(text) for text in log["rpm"][is_own]])
+    if not speeds.size or not np.all((speeds > 0) & np.isfinite(speeds)):
+        raise ValueError(f"{path}: states no speed above 0 of the recording, or one that is none")
+    return float(speeds.mean())
