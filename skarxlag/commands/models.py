@@ -157,6 +157,7 @@ class SavedModel:
         note: Callable[[float], object] = lambda rate: None,
     ) -> Iterator[tuple[NDArray[Any], float | None]]:
         """Yield windows and sampling rate, block by block; `note` takes the rate before."""
+        self.check_order(recording.name, recording.channel)
         sampling_rate = None
 
         def signals():
@@ -170,6 +171,15 @@ class SavedModel:
 
         for X in cut_blocks(signals(), recording.name, self.window_length):
             yield X, sampling_rate
+
+    def check_order(self, name: str, channels: str | list[str] | None) -> None:
+        """Refuse the channels of the model in another order."""
+        fitted = self.facts.get("channels") or []
+        if isinstance(channels, list) and channels != fitted and {*channels} == {*fitted}:
+            raise CommandError(
+                f"{name}: channels {'; '.join(channels)}, but {self.path} was fitted on "
+                f"{'; '.join(fitted)}, in this order"
+            )
 
     def _check_fits(self, name, signal, rate):
         n_channels, fitted = 1 if signal.ndim == 1 else len(signal), f"but {self.path} was fitted"

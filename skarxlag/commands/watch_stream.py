@@ -117,6 +117,7 @@ class SensorStream:
 
     def _source(self, path):
         args, length = self._args, self._model.window_length
+        self._model.check_order(args.source, args.channel)
         is_folder = args.source != "-" and path.is_dir()
         if is_folder or args.dtype:
             source = "a folder" if is_folder else "raw samples"

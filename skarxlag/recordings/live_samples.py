@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .formats._contents import ContentError, choose_channel
+from .formats._contents import ContentError, choose_channel, choose_channels
 from .formats._facts import names_speed, names_times
 from .formats.raw import frame_type
 from .formats.text import is_number, number, text_layout
@@ -47,8 +47,7 @@ def chosen_channels(names: list[str], channel: str | Sequence[str] | None) -> li
     if channel is None:
         signals = [name for name in names if not names_times(name) and not names_speed(name)]
         return signals if len(names) > 1 else names
-    wanted = [channel] if isinstance(channel, str) else channel
-    return [choose_channel(names, each) for each in wanted]
+    return choose_channels(names, [channel] if isinstance(channel, str) else channel)
 
 
 class _Samples:

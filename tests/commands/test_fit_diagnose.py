@@ -277,6 +277,8 @@ def test_channels_of_inputs(run, workshop):
     file = workshop / "inner.mat"
     code, out, _ = run("diagnose", path, file, "--channel", "y; u")
     assert code == 0 and " inner " in out
+    code, out, err = run("diagnose", path, file, "--channel", "u;y")
+    assert code == 1 and f"channels u; y, but {path} was fitted on y; u, in this order" in err
     code, out, err = run("diagnose", path, file, "--channel", "y")
     assert code == 1
     assert err.splitlines()[-1] == f"  {file}: 1 channels, but {path} was fitted on 2"

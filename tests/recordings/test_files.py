@@ -80,6 +80,13 @@ def test_long_lists_are_shortened(tmp_path):
         read_recording(path)
 
 
+@pytest.mark.parametrize("channel", [["y", "y"], ["y", 0], ["y", "u", "*y"]])
+def test_a_channel_that_is_chosen_twice(tmp_path, channel):
+    path = write(tmp_path / "run.csv", {"y": Y, "u": U})
+    with pytest.raises(ValueError, match=r"run.csv: channel 'y' is chosen more than once"):
+        read_recording(path, channel=channel)
+
+
 def test_empty_sequence_of_channels(tmp_path):
     path = write(tmp_path / "run.csv", {"y": Y})
     with pytest.raises(ValueError, match=r"run.csv: channel is an empty sequence; available: 'y'"):

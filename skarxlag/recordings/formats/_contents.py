@@ -126,6 +126,14 @@ def choose_channel(names: list[str], channel: str | int) -> str:
     return matching[0]
 
 
+def choose_channels(names: list[str], channels: Iterable[Any]) -> list[str]:
+    """Return the names of several channels, each as in `choose_channel` and chosen once."""
+    chosen = [choose_channel(names, each) for each in channels]
+    if repeated := [name for name in names if chosen.count(name) > 1]:
+        raise ContentError(f"channel {repeated[0]!r} is chosen more than once")
+    return chosen
+
+
 def listed(names: Iterable[str]) -> str:
     """Format names for an error message, at most 20 of them."""
     texts = [repr(name) for name in names]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import ContentError, Contents, choose_channel, listed
+from ._contents import ContentError, Contents, choose_channels, listed
 from ._facts import find_time_axis, names_speed
 
 
@@ -84,7 +84,7 @@ def _chosen_names(contents, channel, axis):
     names = list(contents.channels)
     if channel is not None:
         is_single = isinstance(channel, str | Integral)
-        chosen = [choose_channel(names, each) for each in ([channel] if is_single else channel)]
+        chosen = choose_channels(names, [channel] if is_single else channel)
         if not chosen:
             raise ContentError(f"channel is an empty sequence; available: {listed(names)}")
         return chosen, is_single
