@@ -192,16 +192,17 @@ def list_channels(path: str | os.PathLike[str], *, dtype: str | None = None) -> 
     return table.astype({"sampling_rate": float, "rpm": float})
 
 
-def _described(path, dtype, channel=None):
-    """Return the descriptions of the first chosen channel, or of all if none is chosen, by name."""
+def _described(path, dtype):
     (rows,) = _read(describe, path, dtype)
-    rows = {row["channel"]: row for row in rows}
-    if channel is None:
-        return rows
-    first = choose_channel(
-        list(rows), channel if isinstance(channel, str | Integral) else channel[0]
-    )
-    return {first: rows[first]}
+    return {row["channel"]: row for row in rows}
+
+
+def _stated(rows, channel, fact):
+    """Return a fact of the first chosen channel, or of all if none is chosen, where it is known."""
+    if channel is not None:
+        first = channel if isinstance(channel, str | Integral) else channel[0]
+        rows = {first: rows[choose_channel(list(rows), first)]}
+    return [row[fact] for row in rows.values() if row[fact] is not None]
 
 
 def _read(function, path, dtype, *arguments):
@@ -236,10 +237,9 @@ def recording_speed(path: Any, *, channel: Any = None, dtype: Any = None) -> flo
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`.
     """
-    stated = {row["rpm"] for row in _described(path, dtype, channel).values()} - {None}
-    if stated:
-        return stated.pop() if len(stated) == 1 else None
     rows = _described(path, dtype)
+    if stated := set(_stated(rows, channel, "rpm")):
+        return stated.pop() if len(stated) == 1 else None
     held = [name for name, row in rows.items() if names_speed(name, row["unit"])]
     if not held:
         return None
@@ -267,8 +267,7 @@ def recording_start(path: Any, *, channel: Any = None, dtype: Any = None) -> flo
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`.
     """
-    starts = [row["start"] for row in _described(path, dtype, channel).values()]
-    return next((start for start in starts if start is not None), None)
+    return next(iter(_stated(_described(path, dtype), channel, "start")), None)
 
 
 def recording_blocks(

@@ -45,12 +45,10 @@ def contents(path: Path) -> Iterator[Contents]:
         # Function handles and other objects that SciPy cannot read are not channels.
         warnings.simplefilter("ignore")
         variables = loadmat(path, appendmat=False, squeeze_me=False, struct_as_record=False)
-    found = {
-        name: values
-        for variable, content in variables.items()
-        if not variable.startswith("__")
-        for name, values in _arrays(variable, content)
-    }
+    found = {}
+    for variable, content in variables.items():
+        if not variable.startswith("__"):
+            found |= _arrays(variable, content)
     arrays = NamedArrays(found.__getitem__)
     for name, values in found.items():
         arrays.add_variable(name, values.shape, values.dtype)
@@ -58,7 +56,7 @@ def contents(path: Path) -> Iterator[Contents]:
 
 
 def _arrays(name, values):
-    """Yield the arrays of a variable with their names."""
+    """Yield the names of the arrays of a variable, and the arrays."""
     if isinstance(values, mat_struct):
         for field in values._fieldnames:
             yield from _arrays(f"{name}.{field}", getattr(values, field))
