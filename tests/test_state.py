@@ -65,7 +65,6 @@ def learnt(estimator):
 POSSIBLE = {
     ("classes_", "real"),
     ("class_places_", "0"),
-    ("conditions_", "nothing"),
     ("order_residual_", "nothing"),
     ("conditions_", "nothing"),
     *((f"n_{n}_", "huge") for n in ("features_in", "rows", "blocks")),
