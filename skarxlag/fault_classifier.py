@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -193,6 +193,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     slip: float = 0.03
     speed_range: tuple[float, float] | None = None
     n_jobs: int | None = None
+    classes_: NDArray[Any] = field(init=False)
+    class_places_: NDArray[Any] = field(init=False)
 
     _state = INNOVATIONS | {
         "classes_": Labels(),
@@ -301,13 +303,15 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     def _calibrate(self, scores, speeds):
         """Reference and limit from the scores and speeds of healthy rows."""
         n_rows = len(scores)
-        self.healthy_speeds_ = np.sort(np.where(np.isnan(speeds), 1.0, speeds))
-        self.reference_ = scores.mean(axis=0) if n_rows else np.zeros(len(FAULTS))
+        self.healthy_speeds_: NDArray[Any] = np.sort(np.where(np.isnan(speeds), 1.0, speeds))
+        self.reference_: NDArray[Any] = scores.mean(axis=0) if n_rows else np.zeros(len(FAULTS))
         # A row is nearer to a mean that it is a part of.
         rest = (scores - self.reference_).max(axis=1, initial=-np.inf) * n_rows / max(n_rows - 1, 1)
-        rest = self.healthy_scores_ = np.sort(rest)
-        self.tail_scale_ = tail_scale(rest)
-        self.limit_ = limit_of_healthy(rest, self.tail_scale_, self.false_alarm_rate)
+        self.healthy_scores_: NDArray[Any] = np.sort(rest)
+        self.tail_scale_: float = tail_scale(self.healthy_scores_)
+        self.limit_: float = limit_of_healthy(
+            self.healthy_scores_, self.tail_scale_, self.false_alarm_rate
+        )
 
     def _is_far(self, rpm):
         """Whether no healthy row had about the speed of each row."""
