@@ -57,29 +57,24 @@ _SAME_SPEED = 0.05
 class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     r"""Classifier that names the place of a bearing fault without recordings of faults.
 
-    A fault of the outer race, the inner race or a rolling element is struck at orders of the shaft
-    that follow from the bearing's geometry [1]_. The classifier computes the contrast of the
-    envelope spectra of a row over orders, see
-    :func:`skarxlag.kernels.fault_orders.order_contrast`, and the score of each place, which is the
-    mean contrast at the multiples of its order, see
+    A fault of a race or a rolling element is struck at orders of the shaft that follow from the
+    bearing's geometry [1]_. The score of a place is the mean contrast of the envelope spectra at
+    the multiples of its order, see :func:`skarxlag.kernels.fault_orders.order_contrast` and
     :func:`skarxlag.kernels.fault_orders.fault_comb`. The place with the largest score is named if
     the score exceeds a limit; otherwise the row is healthy.
 
-    A row of X is a window of at least two turns of the shaft, and better ten turns and a second:
-    a raw signal, or the innovations of one model (``ARXLaguerre(bank=False)``). Its speed is given
-    as `rpm`.
+    A row of X is a raw signal, or the innovations of one model (``ARXLaguerre(bank=False)``), with
+    at least two turns of the shaft, and better ten turns and a second. Its speed is given as `rpm`.
 
-    Without `y`, `fit` notes the shape of the rows, and the classes are "ball", "healthy", "inner"
-    and "outer". The limit then comes from healthy recordings of other machines: the largest score
-    of a healthy recording has a Gumbel distribution with location .94 and scale .29 nepers. The
-    stated false-alarm rate holds as far as the machine resembles those.
+    Without `y`, the classes are "ball", "healthy", "inner" and "outer". The limit is that of
+    healthy recordings of other machines, whose largest scores have a Gumbel distribution (location
+    .94, scale .29 nepers). The stated false-alarm rate holds as far as the machine resembles those.
 
-    With `y`, the classes are its labels. Each label stands for a place. If some rows are healthy,
-    their scores are the reference: their mean at each place is subtracted, and the limit is the
-    conformal quantile of the largest rest. The stated rate then holds for rows like these, at their
-    speeds. At other speeds the limit is at least that of a Gumbel distribution with location .11
-    and scale .29, which is how far such rows of other machines lay above their reference. If all
-    rows are healthy and their label is a text, the places are added to the classes.
+    With `y`, each label stands for a place. The mean scores of healthy rows are subtracted, and the
+    limit is the conformal quantile of the largest rest. The stated rate then holds for rows like
+    these, at their speeds. At other speeds the limit is at least that of a Gumbel distribution
+    (location .11, scale .29), as other machines show it. If all rows are healthy and their label is
+    a text, the places are added to the classes.
 
     With `conditions`, a classifier that learned the spectra of several conditions, the probability
     of condition c is
@@ -87,10 +82,9 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     .. math:: p_c \propto P_c\, q_c^a, \quad a = r_{\min}^{-2}
 
     with the probability :math:`P_c` of its place by combs, its probability :math:`q_c` by spectra,
-    and the residual :math:`r_{\min}` of the nearest condition, which counts as 1 if it is smaller.
-    If no condition is near, as after another mounting or load, spectra count less, and the combs
-    decide the place. Conditions of one place share the combs; spectra decide among them, and alone
-    in rows without `rpm` or of less than two turns.
+    and the residual :math:`r_{\min} \ge 1` of the nearest condition. If no condition is near, as
+    after another mounting or load, combs decide the place. Conditions of one place share the combs;
+    spectra decide among them, and alone in rows without `rpm` or of less than two turns.
 
     Parameters
     ----------
@@ -100,10 +94,9 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     sampling_rate : float, default=None
         In Hz, above 0. It is required.
     places : mapping of label to str or None, default=None
-        Place of each label in `y`: "healthy", "inner", "outer" or "ball". A label that is missing
-        gets the place that its name says, such as "IR7" or "outer race". If the name says none, the
-        rows of the label decide: the place of the largest mean score, or healthy if it is below the
-        limit.
+        Place of each label in `y`: "healthy", "inner", "outer" or "ball". Other labels get the
+        place that their name says, such as "IR7" or "outer race", or else the one that their rows
+        show: that of the largest mean score, or healthy if it is below the limit.
     conditions : DiagnosisPipeline or None, default=None
         Learns the spectra of conditions if `y` has several: residuals of conditions and a
         `ThresholdLadder`, as in `make_diagnoser`. None: combs decide alone.
@@ -135,27 +128,20 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         Place of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy.
     orders_ : ndarray of shape (n_bearings, 4)
         Orders of the cage, the spin of an element, the inner and the outer race.
-    limit_ : float
-        Largest score of a healthy row, in nepers above `reference_`, at the speeds of the healthy
-        rows.
-    healthy_speeds_ : ndarray of shape (n_healthy,)
-        Speed of each healthy row in revolutions per minute, ascending.
     reference_ : ndarray of shape (3,)
         Mean scores of healthy rows at the ball, the inner and the outer race; 0 without such rows.
-    healthy_scores_ : ndarray of shape (n_healthy,)
-        Largest scores of the healthy rows above the reference, ascending.
+    limit_ : float
+        Limit above the reference in nepers, at the speeds of the healthy rows.
+    healthy_scores_, healthy_speeds_ : ndarray of shape (n_healthy,)
+        Largest scores above the reference, and speeds of the healthy rows, each ascending.
     tail_scale_ : float
-        Scale of the exponential tail above the largest of these.
+        Scale of the exponential tail above the largest of the healthy scores.
     conditions_ : DiagnosisPipeline or None
         The fitted `conditions`. None if `y` has one condition or is not given.
-    n_models_ : int
-        1 if rows were innovations, 0 for plain rows.
-    window_shape_ : ndarray of int
-        Shape of one row.
-    n_features_in_ : int
-        Number of models, or samples in a plain row.
-    feature_names_in_ : ndarray of str
-        Column names, when fitted on a table.
+    n_models_, n_features_in_ : int
+        1 and 1 if rows were innovations; 0 and the samples of a plain row.
+    window_shape_, feature_names_in_ : ndarray
+        Shape of one row, and column names if fitted on a table.
 
     See Also
     --------
@@ -169,8 +155,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
     Examples
     --------
-    A bearing 6205 at 900 rpm with a fault of the inner race, which is struck 5.415 times a turn,
-    with a scatter of 1 %:
+    A bearing 6205 at 900 rpm, and a fault of its inner race that is struck 5.415 times a turn:
 
     >>> import numpy as np
     >>> rng = np.random.default_rng(0)
@@ -388,10 +373,9 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     def diagnose_gathered(self, contrast: NDArray[Any], n_rows: float, rpm: float) -> Bunch:
         """Diagnose the mean contrast of several rows of a machine.
 
-        The mean has less noise than one contrast, so fainter combs stand out. Healthy rows of
-        `fit` set its limit if they had about the same speed: that of one row, divided by the root
-        of the effective number of rows (`skarxlag.evidence.effective_number`). Otherwise it is
-        that of one row.
+        The mean has less noise than one contrast, so fainter combs stand out. At the speeds of the
+        healthy rows of `fit`, its limit is that of one row divided by the root of the effective
+        number of rows (`skarxlag.evidence.effective_number`), otherwise that of one row.
 
         Parameters
         ----------
