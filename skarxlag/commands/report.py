@@ -4,7 +4,7 @@ import io
 from base64 import b64encode
 from collections import Counter
 from contextlib import suppress
-from datetime import date
+from datetime import UTC, datetime
 from functools import partial
 from importlib.util import find_spec
 from itertools import chain, islice
@@ -69,7 +69,7 @@ def html_report(
         title=f"Diagnosis of {counted(len(rows), 'recordings')}",
         mark=MARK,
         percent=percent,
-        saved=f"{date.today().isoformat()}, skarxlag {__version__}",
+        saved=f"{datetime.now(UTC):%Y-%m-%d}, skarxlag {__version__}",
         model=model,
         folder=folder,
         counts=Counter((each["verdict"], each["severity"]) for each in entries).items(),
