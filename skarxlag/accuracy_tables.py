@@ -10,47 +10,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from sklearn.metrics import confusion_matrix
-from sklearn.utils import Bunch
-
-from ._answers import answers
 
 AVERAGE = "Average"
-
-
-def scored_windows(
-    diagnoser: Any, rig: Bunch, test: NDArray[Any], constants: dict[str, Any]
-) -> pd.DataFrame:
-    """Predict the conditions of some windows of a rig.
-
-    Parameters
-    ----------
-    diagnoser : classifier
-        Fitted. If it takes ``rpm``, it gets the speeds of the rig.
-    rig : Bunch
-        As `skarxlag.datasets` returns it.
-    test : ndarray of int of shape (n_test,)
-        Rows of the windows.
-    constants : dict of str to scalar
-        Columns that hold one value, such as ``train_rpm``.
-
-    Returns
-    -------
-    DataFrame
-        The constants, then ``test_rpm``, ``recording``, ``start``, ``true``, ``predicted``.
-    """
-    speeds = {"rpm": rig.rpm[test]} if answers(diagnoser).takes_rpm else {}
-    return pd.DataFrame(
-        constants
-        | {
-            "test_rpm": rig.rpm[test],
-            "recording": rig.recording[test],
-            "start": rig.start[test],
-            "true": rig.target[test],
-            "predicted": diagnoser.predict(rig.data[test], **speeds),
-        }
-    )
 
 
 def condition_accuracy(

@@ -1,14 +1,11 @@
 import numpy as np
 import pandas as pd
 import pytest
-from sklearn.base import BaseEstimator
 from sklearn.metrics import accuracy_score, confusion_matrix, precision_score, recall_score
-from sklearn.utils import Bunch
 
 from skarxlag.accuracy_tables import (
     condition_accuracy,
     confusion_table,
-    scored_windows,
     speed_accuracy,
     speed_summary,
 )
@@ -105,26 +102,3 @@ def test_precision_of_a_condition_that_is_never_given_is_unknown():
     verdicts = pd.DataFrame({"true": ["ball", "normal"], "predicted": ["normal", "normal"]})
     table = confusion_table(verdicts, ["normal", "ball"])
     assert np.isnan(table.loc["precision %", "ball"]) and table.loc["ball", "recall %"] == 0
-
-
-def test_scored_windows():
-    class Fixed(BaseEstimator):
-        def predict(self, X):
-            return np.where(X[:, 0] > 0, "ball", "normal")
-
-    rig = Bunch(
-        data=np.array([[1.0], [-1.0], [2.0]]),
-        target=np.array(["ball", "ball", "normal"]),
-        rpm=np.array([300.0, 400.0, 500.0]),
-        recording=np.array(["a", "b", "c"]),
-        start=np.array([0, 10, 20]),
-    )
-    table = scored_windows(Fixed(), rig, np.array([2, 1]), {"diagnoser": "fixed"})
-    assert table.to_dict("list") == {
-        "diagnoser": ["fixed", "fixed"],
-        "test_rpm": [500.0, 400.0],
-        "recording": ["c", "b"],
-        "start": [20, 10],
-        "true": ["normal", "ball"],
-        "predicted": ["ball", "normal"],
-    }

@@ -6,8 +6,7 @@ from sklearn.pipeline import Pipeline
 from sklearn.utils import Bunch
 
 from benchmarks.paper.printed_tables import load_tables
-from skarxlag._answers import requests
-from skarxlag.accuracy_tables import scored_windows
+from skarxlag._answers import answers, requests
 from skarxlag.model_selection import SpeedSplit
 
 #: "Dataset 4 is used as a training dataset to adjust the threshold" (section 5).
@@ -99,3 +98,35 @@ def _fitted(make, rig, rows):
     takes_rpm = type(classifier) is not Pipeline and requests(classifier, "fit", "rpm")
     speeds = {"rpm": rig.rpm[rows]} if takes_rpm else {}
     return classifier.fit(rig.data[rows], rig.target[rows], **speeds)
+
+
+def scored_windows(diagnoser, rig, test, constants):
+    """Predict the conditions of some windows of a rig.
+
+    Parameters
+    ----------
+    diagnoser : classifier
+        Fitted. If it takes ``rpm``, it gets the speeds of the rig.
+    rig : Bunch
+        As `skarxlag.datasets` returns it.
+    test : ndarray of int of shape (n_test,)
+        Rows of the windows.
+    constants : dict of str to scalar
+        Columns that hold one value, such as ``train_rpm``.
+
+    Returns
+    -------
+    DataFrame
+        The constants, then ``test_rpm``, ``recording``, ``start``, ``true``, ``predicted``.
+    """
+    speeds = {"rpm": rig.rpm[test]} if answers(diagnoser).takes_rpm else {}
+    return pd.DataFrame(
+        constants
+        | {
+            "test_rpm": rig.rpm[test],
+            "recording": rig.recording[test],
+            "start": rig.start[test],
+            "true": rig.target[test],
+            "predicted": diagnoser.predict(rig.data[test], **speeds),
+        }
+    )

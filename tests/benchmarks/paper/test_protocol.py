@@ -5,7 +5,7 @@ import pytest
 from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils import Bunch
 
-from benchmarks.paper.protocol import run_protocol
+from benchmarks.paper.protocol import run_protocol, scored_windows
 
 CONDITIONS = ["Normal", "Ball", "IR"]
 
@@ -136,3 +136,26 @@ def test_speeds_reach_what_requests_them():
     of_crack = [("fit", halves), ("predict", halves), ("fit", whole), ("predict", whole)]
     of_crack += [("predict", [rpm] * 15) for rpm in (300.0, 400.0, 450.0)]
     assert Timed.given == 2 * of_crack
+
+
+def test_scored_windows():
+    class Fixed(BaseEstimator):
+        def predict(self, X):
+            return np.where(X[:, 0] > 0, "ball", "normal")
+
+    rig = Bunch(
+        data=np.array([[1.0], [-1.0], [2.0]]),
+        target=np.array(["ball", "ball", "normal"]),
+        rpm=np.array([300.0, 400.0, 500.0]),
+        recording=np.array(["a", "b", "c"]),
+        start=np.array([0, 10, 20]),
+    )
+    table = scored_windows(Fixed(), rig, np.array([2, 1]), {"diagnoser": "fixed"})
+    assert table.to_dict("list") == {
+        "diagnoser": ["fixed", "fixed"],
+        "test_rpm": [500.0, 400.0],
+        "recording": ["c", "b"],
+        "start": [20, 10],
+        "true": ["normal", "ball"],
+        "predicted": ["ball", "normal"],
+    }
