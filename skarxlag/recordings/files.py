@@ -38,8 +38,8 @@ def read_recording(
       columns are ``0``, ``1``, ... A line without any number below the header holds the units.
     - Sound: ``0``, ``1``, ... Integer samples are divided by the full scale of their type, so that
       they lie in [-1, 1); floating-point samples are not changed.
-    - TDMS: the names of the channels. Universal files: the descriptions of the functions. Vallen
-      tradb: the numbers of the channels.
+    - TDMS: the names of the channels. Universal files: the descriptions of the functions, or ``0``,
+      ``1``, ... if descriptions repeat. Vallen tradb: the numbers of the channels.
 
     The file states its sampling rate in its format, in a single number named ``fs``,
     ``SampleRate``, ``dt`` or alike, or by a channel of times named ``time``, ``t`` or alike, whose
