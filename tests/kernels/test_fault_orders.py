@@ -180,3 +180,52 @@ def test_frequencies_without_power_are_not_prewhitened():
 
 def test_a_neper_of_power_is_4_34_decibel():
     assert pytest.approx(10 * np.log10(np.e)) == kernel.NEPER_IN_DB
+
+
+def test_contrast_weighs_long_segments_less():
+    signal = impacts(5.4, n_samples=110_000)
+    banded, short, long = kernel.contrast_parts(signal, 2000.0, 20_000.0)
+    found = kernel.order_contrast(signal, 2000.0, 20_000.0)
+    assert not np.array_equal(short, long)
+    np.testing.assert_allclose(found, (banded + short + 0.4 * long) / 2.4)
+
+
+def test_factors_at_the_end_of_the_tolerance_are_tried():
+    contrast = np.zeros(4001)
+    contrast[[540, 1080, 1620]] = 3.0, 2.0, 1.0
+    comb = kernel.fault_comb(contrast, ORDERS * [1, 1, np.exp(-0.03), 1], 0.03, 0.06)
+    assert comb.factors[1] == pytest.approx(np.exp(0.03))
+    assert comb.scores[1] == pytest.approx(2 - 0.15 / 4)
+
+
+def test_the_factor_of_a_ball_is_that_of_its_better_comb():
+    contrast = np.zeros(4001)
+    contrast[[472, 944, 1416]] = 1.0
+    comb = kernel.fault_comb(contrast, ORDERS * [1, np.exp(-0.02), 1, 1], 0.03, 0.1)
+    np.testing.assert_allclose(comb.factors, [np.exp(0.02), 1, 1])
+    contrast[[236, 708]] = 1.0
+    comb = kernel.fault_comb(contrast, ORDERS * [1, np.exp(0.01), 1, 1], 0.03, 0.1)
+    np.testing.assert_allclose(comb.factors[:2], [np.exp(-0.01), 1])
+
+
+def test_the_last_orders_count():
+    contrast = np.zeros(4001)
+    contrast[3999] = 3.0
+    comb = kernel.fault_comb(contrast, np.array([0.4, 2.36, 13.33, 3.6]), 0.0, 0.03)
+    assert comb.scores[1] == pytest.approx(1)
+
+
+def test_eight_values_have_a_contrast_and_seven_have_none():
+    values = np.random.default_rng(7).normal(size=(1, 8))
+    assert kernel.contrasts(values, 0.5).any()
+    assert not kernel.contrasts(values[:, :7], 0.5).any()
+
+
+def test_frequencies_outside_the_band_do_not_count():
+    angle = 2 * np.pi * np.arange(1000) / 1000
+    inside = (1 + 0.5 * np.cos(20 * angle)) * np.cos(250 * angle)
+    expected = kernel.squared_envelope_spectrum(inside, (0.1, 0.4), False)
+    assert expected[60:].max() < 1e-8
+    outside = inside + np.cos(60 * angle) + np.cos(450 * angle)
+    found = kernel.squared_envelope_spectrum(outside, (0.1, 0.4), False)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
