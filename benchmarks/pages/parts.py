@@ -75,7 +75,6 @@ PARTS = {
     "targets": Part(
         "-m benchmarks.recipe targets --write docs/cross_speed.md",
         {"docs/cross_speed.md": ("targets",)},
-        tables=("targets",),
     ),
     "recording-evidence": Part(
         "-m benchmarks.recipe recording-evidence --write docs/cross_speed.md",

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.cross_speed import peers
+from benchmarks.cross_speed.command import check_installed
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.recipe.calibration import expected_calibration_error
 from benchmarks.recipe.rigs import real_rigs, simulated_rigs
@@ -168,13 +169,13 @@ def main(arguments=None):
     parser.add_argument("--rig", nargs="*", help="names of rigs; default: all and the simulated")
     parser.add_argument("--rows", nargs="*", default=list(ROWS), choices=list(ROWS))
     parser.add_argument("--no-peers", action="store_true")
-    parser.add_argument("--minirocket", action="store_true", help="needs aeon")
     parser.add_argument("--data-home", default=os.environ.get("SKARXLAG_DATA"))
     options = parser.parse_args(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
     methods = [STATED, UNSTATED, VOTE]
     if not options.no_peers:
-        methods += [name for name in PEERS if options.minirocket or name != "MiniRocket"]
+        check_installed(PEERS)
+        methods += PEERS
     rigs = list(real_rigs(options.rig, options.data_home))
     sources = [partial(scores, rig, options.rows, methods) for rig in rigs]
     if options.rig is None:
