@@ -114,7 +114,7 @@ def report(found):
                 shares = dict(zip(own.columns, cell, strict=True))
                 row |= {f"flagged at {r:g}": shares[f"flagged at {r:g}"] for r in RATES}
                 rows.append(row | {"missed at 0.01": cell.missed})
-        parts += [f"{name}: what the other rigs choose, on the rig that is left out.",
+        parts += [f"{name}: what the other rigs choose, on the rig that is left out:",
                   markdown(pd.DataFrame(rows))]  # fmt: skip
     head = (
         f"{len(FACTORS)} factors on the values in use (SAFETY = {SAFETY:g}, drift scale 1) were "

@@ -89,6 +89,7 @@ PARTS = {
     "detection-constants": Part(
         "-m benchmarks.detection constants --write docs/detection.md",
         {"docs/detection.md": ("detection constants",)},
+        tables=("detection constants",),
     ),
     "detection-unknown": Part(
         "-m benchmarks.detection unknown --write docs/detection.md",
