@@ -330,6 +330,12 @@ class SpectralDistance(StretchTransformer):
         check_real(self.rough_drift, "rough_drift", **ABOVE_0)
         for name in ("smooth_drift", "frequency_drift", "learned_drift"):
             check_real(self.get_params()[name], name, min_val=0)
+        chosen = [0] if self.joint_groups is None else list(self.joint_groups)
+        are_indices = all(isinstance(g, Integral) and g >= 0 for g in chosen)
+        if not chosen or len(set(chosen)) < len(chosen) or not are_indices:
+            raise ValueError(
+                f"joint_groups == {self.joint_groups!r}, expected different integers of at least 0."
+            )
 
     def _n_speeds(self):
         return max(len(self.speeds_), 1)
@@ -344,13 +350,10 @@ class SpectralDistance(StretchTransformer):
         return len(self._joined_groups()) * self._n_coefficients()
 
     def _check_relations(self):
-        chosen = [0] if self.joint_groups is None else list(self.joint_groups)
-        n_groups = self._n_groups()
-        are_groups = all(isinstance(g, Integral) and 0 <= g < n_groups for g in chosen)
-        if not chosen or len(set(chosen)) < len(chosen) or not are_groups:
+        if max([0] if self.joint_groups is None else self.joint_groups) >= self._n_groups():
             raise ValueError(
                 f"joint_groups == {self.joint_groups!r}, expected different integers from 0 to "
-                f"{n_groups - 1}."
+                f"{self._n_groups() - 1}."
             )
 
 
