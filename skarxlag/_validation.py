@@ -263,9 +263,13 @@ def check_networks(
 
 def _one_for_each(name, value, n_channels):
     entries = [value] * n_channels if np.ndim(value) == 0 else list(value)
+    if len(entries) == 2:
+        of_output, of_inputs = entries
+        entries = [of_output, *[of_inputs] * (n_channels - 1)]
     if len(entries) != n_channels:
         raise ValueError(
-            f"{name}={value!r} has {len(entries)} entries, but windows have {n_channels} channels."
+            f"{name}={value!r} has {len(entries)} entries, but windows have {n_channels} channels; "
+            "expected one value, two (of the output and of all inputs), or one for each channel."
         )
     return entries
 

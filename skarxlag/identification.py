@@ -59,13 +59,12 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     Parameters
     ----------
     order : int or sequence of int, default=32
-        Number N of Laguerre filters, at least 1. One number for all channels, or one for each
-        channel, output first.
+        Number N of Laguerre filters, at least 1. One number for all channels; two, of the output
+        and of all inputs, if there are any; or one for each channel, output first.
     pole : float, "optimise" or a sequence of these, default=0.3
-        Pole of the networks in (-1, 1). One for all channels, or one for each channel, output
-        first. With 0 the model is a plain ARX model. "optimise" searches the pole with the smallest
-        prediction error, summed over all models. `partial_fit` searches in its first call and keeps
-        the poles.
+        Pole of the networks in (-1, 1), given like `order`. With 0 the model is a plain ARX model.
+        "optimise" searches the pole with the smallest prediction error, summed over all models.
+        `partial_fit` searches in its first call and keeps the poles.
     alpha : float, default=1e-6
         Ridge parameter, at least 0, which is added to the sum of squares. It corresponds to the
         start :math:`P_0 = I/\alpha` of recursive least squares.

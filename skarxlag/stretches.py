@@ -24,10 +24,11 @@ from .spectra import LogSpectra
 from .speeds import LEAST_TURNS, log_speeds, speeds_of_rows
 
 #: Constants of the recommended diagnoser, see ``python -m benchmarks.recipe constants``: order of
-#: the model; settings of `SpectralDistance`, whose joint distance is that of colour and steadiness;
-#: weight of the orders; and the exponents of residuals in probabilities, if the rows of `fit` have
-#: one speed and if they have several.
-MODEL_ORDER = 4
+#: the model, for the output and for measured inputs; settings of `SpectralDistance`, whose joint
+#: distance is that of colour and steadiness; weight of the orders; and the exponents of residuals
+#: in probabilities, if the rows of `fit` have one speed and if they have several. Only the
+#: simulated rig has measured inputs, so their order is chosen there.
+MODEL_ORDER = (4, 32)
 WINDOW_DISTANCE = {"joint_weight": 0.5, "joint_groups": (0, 2), "smooth_drift": 0.4}
 ORDER_WEIGHT = 0.5
 CONFIDENCE_SCALE = (32.0, 50.0)

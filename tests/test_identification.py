@@ -297,3 +297,13 @@ def test_partial_fit_goes_on_as_fit_began():
 def test_labels_that_mix_texts_and_numbers_are_refused_by_name(y):
     with pytest.raises(ValueError, match="y has labels that are texts and labels that are numbers"):
         ARXLaguerre(order=2).fit(np.random.default_rng(0).normal(size=(4, 60)), y)
+
+
+def test_two_orders_are_those_of_the_output_and_of_all_inputs():
+    X = np.random.default_rng(0).normal(size=(6, 3, 200))
+    found = [ARXLaguerre(order=order, pole=(0.2, 0.4)).fit(X) for order in [(2, 5), (2, 5, 5)]]
+    assert found[0].orders_.tolist() == [2, 5, 5] and found[0].poles_.tolist() == [0.2, 0.4, 0.4]
+    np.testing.assert_array_equal(found[0].coef_, found[1].coef_)
+    assert ARXLaguerre(order=(2, 5)).fit(X[:, 0]).orders_.tolist() == [2]
+    with pytest.raises(ValueError, match=r"order=.* has 3 entries, but windows have 2 channels"):
+        ARXLaguerre(order=(2, 5, 5)).fit(X[:, :2])

@@ -37,6 +37,8 @@ GRIDS = {
     "constants wide": ((2, 4, 32), (256,), (0.4, 0.6, 0.8, 1.2), (0.5, 0.75, 1.0)),
 }
 TIE = 0.005
+#: Order of the model for measured inputs, which the real rigs do not have.
+INPUT_ORDER = 32
 #: Samples of the windows that a row is cut into.
 WINDOW = StretchResidual().window_length
 #: Parameters of a setting, in the order of the columns of the tables.
@@ -62,7 +64,7 @@ class Fold:
         (X, self.y, self.rpm), (X_test, self.y_test, self.rpm_test) = (
             rows_of(rig, length, half, speeds) for half, speeds in enumerate((trained, tested))
         )
-        model = ARXLaguerre(order=order, bank=False).fit(X, self.y)
+        model = ARXLaguerre(order=(order, INPUT_ORDER), bank=False).fit(X, self.y)
         train, test = model.transform(X), model.transform(X_test)
         spectra = LogSpectra(spectrum_order=spectrum_order)
         self.train = spectra.fit_transform(_windows(train)).astype(np.float32)
