@@ -46,7 +46,7 @@ class SpectralDistance(StretchTransformer):
 
     .. math::
 
-        D = \mathrm{diag}(c\,n^{-2} + f_0) + S_s + \lambda\,\overline{e e^T}.
+        D = \mathrm{diag}(c\,n^{-2} + f_0) + S_s + \overline{e e^T}.
 
     The first part is drift that is smooth over frequency, and drift of any other kind.
     :math:`S_s` is the change of the conditions' mean spectra if the frequency axis is scaled by
@@ -85,8 +85,6 @@ class SpectralDistance(StretchTransformer):
         The constant :math:`f_0` in squared nepers of power, above 0.
     frequency_drift : float, default=0.1
         Weight of :math:`S_s`, at least 0.
-    learned_drift : float, default=1.0
-        The weight :math:`\lambda`, at least 0.
 
     Attributes
     ----------
@@ -146,7 +144,6 @@ class SpectralDistance(StretchTransformer):
     smooth_drift: float = 0.1
     rough_drift: float = 0.01
     frequency_drift: float = 0.1
-    learned_drift: float = 1.0
     axes_: NDArray[Any] = field(init=False)
     variances_: NDArray[Any] = field(init=False)
     references_: NDArray[Any] = field(init=False)
@@ -207,7 +204,7 @@ class SpectralDistance(StretchTransformer):
         change = np.diag(self._smooth_variance(len(chosen), self.rough_drift))
         change += self.frequency_drift * moved.T @ moved / len(moved)
         if len(learned) > 0:
-            change += self.learned_drift * learned.T @ learned / len(learned)
+            change += learned.T @ learned / len(learned)
         axes, variances = drift.joint_axes(scatter.T @ scatter, change)
         centres = means[:, :, chosen].reshape(means.shape[0] * means.shape[1], len(axes))
         return axes, variances, drift.along_axes(centres, axes).reshape(*means.shape[:2], len(axes))
@@ -328,7 +325,7 @@ class SpectralDistance(StretchTransformer):
     def _check_parameters(self):
         check_real(self.joint_weight, "joint_weight", min_val=0, max_val=1)
         check_real(self.rough_drift, "rough_drift", **ABOVE_0)
-        for name in ("smooth_drift", "frequency_drift", "learned_drift"):
+        for name in ("smooth_drift", "frequency_drift"):
             check_real(self.get_params()[name], name, min_val=0)
         chosen = [0] if self.joint_groups is None else list(self.joint_groups)
         are_indices = all(isinstance(g, Integral) and g >= 0 for g in chosen)

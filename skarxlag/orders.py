@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from numbers import Integral
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.utils import Bunch, check_scalar
+from sklearn.utils import Bunch
 
 from ._base import StretchTransformer
 from ._parallel import map_batches
@@ -16,10 +15,22 @@ from ._state import INNOVATIONS, SPEEDS, Labels, Values, uses_fitted
 from ._validation import ABOVE_0, check_real, of_one_model
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
 from .kernels.speed_references import drift_factor, group_means, speed_distance
-from .speeds import LEAST_TURNS, log_speeds, samples_a_turn
+from .speeds import log_speeds, samples_a_turn
 
-#: Lowest order, and the step from one order to the next.
-_LOWEST_ORDER, _ORDER_STEP = 0.3, 0.1
+#: Orders that are compared: from below the order of a cage to several harmonics of an inner ring.
+_ORDERS = 0.3 + 0.1 * np.arange(158)
+#: Bands of frequency with an envelope each: a resonance that impacts excite fills one or two.
+_N_BANDS = 4
+#: Most samples in a window of the short-time spectrum: short enough to separate impacts.
+_FRAME = 64
+#: Turns of the shaft in a segment of Welch's method: lines are then 0.2 orders apart.
+_N_TURNS = 5.0
+#: Standard deviation of the logarithm of the factor on a nominal speed: slip and a rounded speed.
+_SPEED_TOLERANCE = 0.1
+#: Largest factor on the speed if the speed is not given; the smallest is its reciprocal.
+_SPEED_RANGE = 2.5
+#: Variance in squared nepers that a change of speed may add: a level may change by a factor of e.
+_DRIFT = 1.0
 #: Turns that a training stretch counts as if its speed is not known.
 _SUPPOSED_TURNS = 20
 
@@ -34,10 +45,9 @@ class OrderResidual(StretchTransformer):
     over time and compared over orders [1]_:
 
     1. The short-time power of the signal is divided by its mean over the stretch at each frequency,
-       which whitens the signal. The mean over each of `n_bands` bands is an envelope.
-    2. Welch's method, in segments of `n_turns` turns of the shaft, gives the spectrum of each
-       envelope at the orders .3, .4, ... `max_order`. Its logarithm less its median over
-       orders is z.
+       which whitens the signal. The mean over each of 4 bands is an envelope.
+    2. Welch's method, in segments of 5 turns of the shaft, gives the spectrum of each envelope at
+       the orders .3, .4, ... 16. Its logarithm less its median over orders is z.
     3. The residual of condition c is the smallest distance over factors s on the nominal speed,
 
     .. math::
@@ -46,13 +56,14 @@ class OrderResidual(StretchTransformer):
         \frac{(z_{s,i} - \bar z_{c,i})^2}{\sigma_i^2 + f v} +
         \frac{1}{50} \Bigl(\frac{\ln s}{\tau}\Bigr)^2
 
-    with :math:`\bar z_c` the mean over the training stretches of c, :math:`\sigma_i^2` the
-    variance of the training stretches about these means, and v the variance `drift`, which a
-    change of speed may add. Its factor f follows from the distance of the speed from the training
-    speeds as in `SpectralDistance`. It is 1 at a distance of 0.4 in the logarithm of the speed, and
-    if the speed is not given. The factor s covers errors of the nominal speed and slip of the
-    rolling elements. Its logarithm has a normal distribution with the standard deviation
-    :math:`\tau`; the first term counts as 50 independent values.
+    with :math:`\bar z_c` the mean over the training stretches of c, :math:`\sigma_i^2` the variance
+    of the training stretches about these means, and v = 1 the variance, in squared nepers of power,
+    which a change of speed may add. Its factor f follows from the distance of the speed from the
+    training speeds as in `SpectralDistance`. It is 1 at a distance of 0.4 in the logarithm of the
+    speed, and if the speed is not given. The factor s covers errors of the nominal speed and slip
+    of the rolling elements. Its logarithm has a normal distribution with the standard deviation
+    :math:`\tau = 0.1`, and is at most twice as large; the first term counts as 50 independent
+    values.
 
     A row of X is a stretch: a part of a recording that holds several turns of the shaft. Speeds
     come as the metadata `rpm` of scikit-learn's metadata routing, which this estimator requests.
@@ -61,31 +72,13 @@ class OrderResidual(StretchTransformer):
 
     Without `rpm` in `fit`, all training stretches must have the same speed, and a stretch counts
     as 20 turns. Without `rpm` in `transform`, the speed may differ from that of the training
-    stretches by a factor of up to `speed_range`, because the scale of the pattern is searched.
+    stretches by a factor of up to 2.5, because the scale of the pattern is searched. In this case
+    :math:`\tau` is half of the logarithm of this factor.
 
     Parameters
     ----------
     sampling_rate : float or None, default=None
         In Hz, above 0. Required if `rpm` is given.
-    n_turns : float, default=5.0
-        Turns of the shaft in a segment of Welch's method, at least 3. A stretch that is shorter is
-        one segment.
-    max_order : float, default=16.0
-        Highest order that is compared, at least 1. Orders above the highest frequency of the
-        envelope do not count.
-    n_bands : int, default=4
-        Bands of frequency with an envelope each, from 1 to half of `frame`.
-    frame : int, default=64
-        Samples in a window of the short-time spectrum, at least 4. At most an eighth of a stretch
-        is used.
-    speed_tolerance : float, default=0.1
-        The standard deviation :math:`\tau` if the speed is given, at least 0. Logarithms of s up to
-        twice as large are tried.
-    speed_range : float, default=2.5
-        Largest factor s if the speed is not given, at least 1; the smallest is its reciprocal. In
-        this case :math:`\tau` is half of its logarithm.
-    drift : float, default=1.0
-        The variance v in squared nepers of power, above 0.
     n_jobs : int or None, default=None
         Number of threads. Results do not depend on it.
 
@@ -94,7 +87,7 @@ class OrderResidual(StretchTransformer):
     classes_ : ndarray of shape (n_classes,)
         Conditions, sorted.
     orders_ : ndarray of shape (n_orders,)
-        The orders that are compared.
+        The orders that are compared. Those above the highest frequency of an envelope do not count.
     references_ : ndarray of shape (n_classes, n_bands, n_orders)
         Mean order spectra :math:`\bar z_c`, in nepers of power.
     variances_ : ndarray of shape (n_bands, n_orders)
@@ -140,29 +133,22 @@ class OrderResidual(StretchTransformer):
     """
 
     sampling_rate: float | None = None
-    n_turns: float = 5.0
-    max_order: float = 16.0
-    n_bands: int = 4
-    frame: int = 64
-    speed_tolerance: float = 0.1
-    speed_range: float = 2.5
-    drift: float = 1.0
     n_jobs: int | None = None
     _suffix = "orders"
 
     _state = INNOVATIONS | {
         "classes_": Labels(),
-        "orders_": Values(lambda e: (e._n_orders(),), "above 0"),
-        "variances_": Values(lambda e: (e.n_bands, e._n_orders()), "at least 0"),
+        "orders_": Values(_ORDERS.shape, "above 0"),
+        "variances_": Values((_N_BANDS, *_ORDERS.shape), "at least 0"),
         "references_": Values(
-            lambda e: (len(e.classes_), e.n_bands, e._n_orders()), "within 1e150"
+            lambda e: (len(e.classes_), _N_BANDS, *_ORDERS.shape), "within 1e150"
         ),
         "samples_a_turn_": Values((), "above 0"),
         "speeds_": SPEEDS,
     }
 
     def _learn(self, X, target, weights, rpm):
-        self.orders_: NDArray[Any] = _LOWEST_ORDER + _ORDER_STEP * np.arange(self._n_orders())
+        self.orders_: NDArray[Any] = _ORDERS.copy()
         signals = of_one_model(X)
         turns = np.full(len(X), X.shape[-1] / _SUPPOSED_TURNS)
         if rpm is not None:
@@ -171,8 +157,8 @@ class OrderResidual(StretchTransformer):
         self.samples_a_turn_: float = float(np.exp(np.average(mean_of_row, weights=weights)))
 
         def of_batch(batch):
-            envelopes, step = self._envelopes(signals[batch.start], turns[batch.start])
-            spectrum = order_spectrum(envelopes, step, self.n_turns)
+            envelopes, step = _envelopes(signals[batch.start], turns[batch.start])
+            spectrum = order_spectrum(envelopes, step, _N_TURNS)
             return at_orders(*spectrum, self.orders_, np.ones(1))[0][0]
 
         found = np.stack(map_batches(of_batch, len(X), self.n_jobs, batch_size=1))
@@ -208,46 +194,37 @@ class OrderResidual(StretchTransformer):
     def _match(self, X, rpm):
         if rpm is None:
             turns, factors = np.full(len(X), self.samples_a_turn_), np.ones(len(X))
-            deviation = np.log(self.speed_range) / 2
+            deviation = np.log(_SPEED_RANGE) / 2
         else:
             turns = samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])
             log_speed = log_speeds(rpm, len(X), X.shape[-1])
             factors = drift_factor(speed_distance(log_speed, np.log(self.speeds_)).variance)
-            deviation = self.speed_tolerance
+            deviation = _SPEED_TOLERANCE
 
         signals = of_one_model(X)
 
         def of_batch(batch):
             row = batch.start
             return match(
-                *self._envelopes(signals[row], turns[row]),
-                self.n_turns,
+                *_envelopes(signals[row], turns[row]),
+                _N_TURNS,
                 self.orders_,
                 deviation,
                 self.references_,
-                self.variances_ + self.drift * factors[row],
+                self.variances_ + _DRIFT * factors[row],
             )
 
         found = map_batches(of_batch, len(X), self.n_jobs, batch_size=1)
         residuals, factors, spectra = map(np.stack, zip(*found, strict=True))
         return Bunch(residuals=residuals.astype(X.dtype), factors=factors, spectra=spectra)
 
-    def _envelopes(self, samples, turn):
-        return envelopes_over_angle(samples, turn, self.frame, self.n_bands, self.max_order)
-
     def _check_parameters(self):
         if self.sampling_rate is not None:
             check_real(self.sampling_rate, "sampling_rate", **ABOVE_0)
-        check_real(self.n_turns, "n_turns", min_val=LEAST_TURNS, max_val=1e6)
-        check_real(self.max_order, "max_order", min_val=1, max_val=1e4)
-        check_scalar(self.frame, "frame", Integral, min_val=4, max_val=2**20)
-        check_scalar(self.n_bands, "n_bands", Integral, min_val=1, max_val=self.frame // 2)
-        check_real(self.speed_tolerance, "speed_tolerance", min_val=0, max_val=10)
-        check_real(self.speed_range, "speed_range", min_val=1, max_val=1e4)
-        check_real(self.drift, "drift", **ABOVE_0)
 
     def _answers(self):
         return super()._answers() | {"is_stretch": True, "sampling_rate": self.sampling_rate}
 
-    def _n_orders(self):
-        return int((self.max_order - _LOWEST_ORDER) / _ORDER_STEP + 1 + 1e-9)
+
+def _envelopes(samples, turn):
+    return envelopes_over_angle(samples, turn, _FRAME, _N_BANDS, _ORDERS[-1])

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from skarxlag import OrderResidual
+from skarxlag import OrderResidual, orders
 
 RATE = 8_000
 ORDERS = {"inner": 5.4, "outer": 3.6}
@@ -39,10 +39,6 @@ def fitted():
     return OrderResidual(sampling_rate=RATE).fit(*stretches(900), rpm=900)
 
 
-def fit(**parameters):
-    return OrderResidual(sampling_rate=RATE, **parameters).fit(*stretches(900), rpm=900)
-
-
 def verdicts(residual, X, **kwargs):
     return residual.classes_[residual.transform(X, **kwargs).argmin(axis=1)]
 
@@ -61,17 +57,12 @@ def test_factor_finds_the_error_of_the_nominal_speed(fitted, error):
     np.testing.assert_array_equal(fitted.classes_[found.residuals.argmin(axis=1)], y)
     own = found.factors[np.arange(8), np.searchsorted(fitted.classes_, y)]
     np.testing.assert_allclose(np.log(own), error, atol=0.021)
-    strict = fit(speed_tolerance=0.0)
-    assert np.all(strict.transform(X, rpm=700 * np.exp(-error)).min(1) > found.residuals.min(1))
-    np.testing.assert_array_equal(strict.match(X, rpm=700).factors, 1)
 
 
 def test_pattern_is_recognised_without_a_speed(fitted):
     X, y = stretches(600, seed=3)
     found = fitted.match(X)
     np.testing.assert_array_equal(fitted.classes_[found.residuals.argmin(axis=1)], y)
-    narrow = fit(speed_range=1.0)
-    np.testing.assert_array_equal(narrow.match(X).factors, 1)
     nowhere = OrderResidual().fit(*stretches(1200))
     assert len(nowhere.speeds_) == 0
     assert nowhere.samples_a_turn_ == pytest.approx(RATE / 20)
@@ -91,14 +82,14 @@ def test_match_shows_the_spectra_that_were_compared(fitted):
     assert fitted.orders_[[0, -1]] == pytest.approx([0.3, 16.0])
 
 
-def test_references_are_means_and_variances_of_the_training_stretches():
+def test_references_are_means_and_variances_of_the_training_stretches(fitted, monkeypatch):
+    monkeypatch.setattr(orders, "_SPEED_TOLERANCE", 0.0)
     X, y = stretches(900)
-    single = OrderResidual(sampling_rate=RATE, drift=0.5, speed_tolerance=0.0)
-    spectra = single.fit(X, y, rpm=900).match(X, rpm=900).spectra[:, 0]
-    for c, name in enumerate(single.classes_):
-        np.testing.assert_allclose(single.references_[c], spectra[y == name].mean(axis=0))
-    deviation = spectra - single.references_[np.searchsorted(single.classes_, y)]
-    np.testing.assert_allclose(single.variances_, np.mean(deviation**2, axis=0))
+    spectra = fitted.match(X, rpm=900).spectra[:, 0]
+    for c, name in enumerate(fitted.classes_):
+        np.testing.assert_allclose(fitted.references_[c], spectra[y == name].mean(axis=0))
+    deviation = spectra - fitted.references_[np.searchsorted(fitted.classes_, y)]
+    np.testing.assert_allclose(fitted.variances_, np.mean(deviation**2, axis=0))
 
 
 def test_drift_counts_in_full_where_the_speed_is_not_given(fitted):
@@ -137,14 +128,8 @@ def test_innovations_of_several_models_are_refused():
         one.fit(np.stack([X, X], axis=1), y, rpm=900)
 
 
-@pytest.mark.parametrize(
-    ("parameter", "value"),
-    [("n_turns", 3.5), ("max_order", 8.0), ("n_bands", 2), ("frame", 32), ("drift", 3.0)],
-)
-def test_every_parameter_has_an_effect(fitted, parameter, value):
+def test_sampling_rate_is_the_unit_of_the_speed(fitted):
     X, y = stretches(900)
-    other = OrderResidual(sampling_rate=RATE, **{parameter: value}).fit(X, y, rpm=900)
-    assert not np.allclose(other.transform(X, rpm=700), fitted.transform(X, rpm=700))
     # Twice the rate makes every stretch half as many turns: 600 rpm look like 1200.
     twice = OrderResidual(sampling_rate=2 * RATE).fit(X, y, rpm=1800)
     np.testing.assert_allclose(twice.transform(X, rpm=1400), fitted.transform(X, rpm=700))
@@ -190,23 +175,9 @@ def test_speeds_without_what_they_need():
         residual.transform(X, rpm=900)
 
 
-@pytest.mark.parametrize(
-    ("parameter", "value"),
-    [
-        ("sampling_rate", 0.0),
-        ("n_turns", 2.0),
-        ("max_order", 0.5),
-        ("n_bands", 0),
-        ("n_bands", 33),
-        ("frame", 3),
-        ("speed_tolerance", -0.1),
-        ("speed_range", 0.5),
-        ("drift", 0.0),
-    ],
-)
-def test_parameters_out_of_range(parameter, value):
-    with pytest.raises(ValueError, match=parameter):
-        OrderResidual(**{parameter: value}).fit(np.ones((2, 50)), [0, 1])
+def test_sampling_rate_out_of_range():
+    with pytest.raises(ValueError, match="sampling_rate"):
+        OrderResidual(sampling_rate=0.0).fit(np.ones((2, 50)), [0, 1])
 
 
 def test_stretches_too_short_for_orders_say_nothing_without_a_speed():

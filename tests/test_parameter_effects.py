@@ -25,11 +25,6 @@ def levels(estimator, X, y):
     return estimator.fit(X, y).transform(X)
 
 
-def distances_over_speed(estimator, X, y):
-    spectra, rpm = LogSpectra().fit_transform(X), np.resize([600.0, 600.0, 900.0, 900.0], len(X))
-    return estimator.fit(spectra, y, rpm=rpm).transform(spectra, rpm=700)
-
-
 def distances(estimator, X, y):
     return levels(estimator, LogSpectra().fit_transform(X), y)
 
@@ -98,7 +93,6 @@ EFFECTS = {
         "smooth_drift": ({}, 1.0, distances),
         "rough_drift": ({}, 0.1, distances),
         "frequency_drift": ({}, 1.0, distances),
-        "learned_drift": ({}, 0.0, distances_over_speed),
     },
     ThresholdLadder: ALARM_EFFECTS
     | {

@@ -206,7 +206,6 @@ def test_detector_and_known_conditions_are_saved_with_the_diagnoser(tmp_path):
         ("identify", "order", 0),
         ("identify", "pole", "x"),
         ("identify", "alpha", -1.0),
-        ("compare", "n_turns", 1e308),
         ("compare", "sampling_rate", -1.0),
         ("decide", "false_alarm_rate", 2.0),
         ("decide", "false_alarm_rate", float("nan")),
