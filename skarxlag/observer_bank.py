@@ -13,12 +13,15 @@ from sklearn.utils import check_scalar
 from ._base import GroupTransformer
 from ._parallel import map_batches
 from ._state import INNOVATIONS, Values, uses_fitted
-from ._validation import ABOVE_0, UP_TO_1, WITHIN_1, check_real, validate_innovations
+from ._validation import ABOVE_0, WITHIN_1, check_real, validate_innovations
 from .kernels import observer
 from .kernels.observer_bank import bank_levels, centre_frequencies, member_gains
 
 #: Shares of the stable range of the loop's gain that a member's bound may take, tried in turn.
 _SHARES = (0.5, 0.25, 0.125, 0.0625)
+#: Step of the logarithm of K per sample: K crosses a decade in 46 samples, and so settles in short
+#: windows.
+_ADAPTATION_STEP = 0.05
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -51,7 +54,7 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
 
     Three levels describe the fault estimates d of a window: the power
     :math:`P = \ln\overline{d^2}`; :math:`2\ln K` with the gain K of a sliding-mode residual whose
-    surface is d, :math:`\ln K^+ = \ln K + \mathrm{step}\,\mathrm{sgn}(|d| - K)`; and the steadiness
+    surface is d, :math:`\ln K^+ = \ln K + 0.05\,\mathrm{sgn}(|d| - K)`; and the steadiness
     :math:`2\ln K - P`. K settles at the median of :math:`|d|`, which the impacts of a fault hardly
     change, while they raise P. K runs over the window twice and is averaged the second time.
 
@@ -69,8 +72,6 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         loop has a small stable range.
     saturation : float, default=1.0
         Largest bound that a member may have, at least 0.
-    adaptation_step : float, default=0.05
-        Step of the logarithm of K per sample, in (0, 1].
     n_jobs : int or None, default=None
         Number of threads. Results do not depend on it.
 
@@ -114,7 +115,6 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
     n_members: int = 64
     bandwidth: float = 1.5
     saturation: float = 1.0
-    adaptation_step: float = 0.05
     n_jobs: int | None = None
 
     _state: ClassVar = INNOVATIONS | {
@@ -144,7 +144,7 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         def of_batch(batch):
             signals = X[batch].reshape(-1, X.shape[-1])
             power, gain = bank_levels(
-                signals, self.pole, self.kp_, self.ki_, self.bounds_, self.adaptation_step
+                signals, self.pole, self.kp_, self.ki_, self.bounds_, _ADAPTATION_STEP
             )
             groups = np.stack([power, gain, gain - power], axis=1)
             return groups.reshape(-1, 3 * X.shape[1], groups.shape[-1])
@@ -165,7 +165,6 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         check_scalar(self.n_members, "n_members", Integral, min_val=2)
         check_real(self.bandwidth, "bandwidth", **ABOVE_0)
         check_real(self.saturation, "saturation", min_val=0)
-        check_real(self.adaptation_step, "adaptation_step", **UP_TO_1)
 
     def _certify(self):
         kp, ki = member_gains(self.pole, self.n_members, self.bandwidth)

@@ -15,6 +15,7 @@ from ._base import GroupTransformer
 from ._parallel import map_batches
 from ._state import uses_fitted
 from ._validation import validate_innovations
+from .kernels.healthy_rows import SEGMENT
 from .kernels.measures import MEASURES, measure
 
 
@@ -27,8 +28,9 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     - "colour": the log power spectrum of the autoregressive model that is identified on the window
       alone, averaged over each band.
     - "power" and "floor": the logarithms of the mean and of the median power of each band over
-      time, from the short-time Fourier transform with a Hann window. The impacts of a fault are
-      short, so they hardly change the median.
+      time, from the short-time Fourier transform with a Hann window of 128 samples, or of all
+      samples of a shorter window. The impacts of a fault are short, so they hardly change the
+      median.
     - "steadiness": floor less power. It is 0 for a steady tone, :math:`\log\log 2` for Gaussian
       noise, and far lower for a band in which impacts ring.
 
@@ -39,9 +41,6 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     ----------
     measures : sequence of str, default=("colour", "floor", "steadiness")
         Names of the groups, each once, in the order of the result.
-    segment : int, default=128
-        Samples in a segment of the short-time Fourier transform, at least 4. It sets the number of
-        bands, segment // 2 - 1. Windows shorter than that are one segment.
     spectrum_order : int, default=256
         Order of the autoregressive model of a window, at least 1. At most an eighth of the samples
         of a window is used.
@@ -80,7 +79,6 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     """
 
     measures: Sequence[str] = ("colour", "floor", "steadiness")
-    segment: int = 128
     spectrum_order: int = 256
     n_jobs: int | None = None
 
@@ -100,7 +98,7 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
             of another.
         """
         X, _ = validate_innovations(self, X, reset=False)
-        names, segment = self._group_names(), min(self.segment, X.shape[-1])
+        names, segment = self._group_names(), min(SEGMENT, X.shape[-1])
 
         def of_batch(batch):
             signals = X[batch].reshape(-1, X.shape[-1])
@@ -114,7 +112,6 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
         return [self.measures] if isinstance(self.measures, str) else list(self.measures)
 
     def _check_parameters(self):
-        check_scalar(self.segment, "segment", Integral, min_val=4)
         check_scalar(self.spectrum_order, "spectrum_order", Integral, min_val=1)
         names = self._group_names()
         if not names or len(set(names)) < len(names) or not set(names) <= set(MEASURES):

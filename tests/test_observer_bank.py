@@ -67,8 +67,6 @@ def test_saturation_limits_the_bounds(innovations):
         ("n_members", 1),
         ("bandwidth", 0.0),
         ("bandwidth", np.inf),
-        ("adaptation_step", 0.0),
-        ("adaptation_step", 1.5),
     ],
 )
 def test_parameters_out_of_range_are_named(make, parameter, value, innovations):

@@ -52,7 +52,6 @@ BANK_EFFECTS = {
     "pole": ({}, 0.8, levels),
     "n_members": ({}, 32, levels),
     "bandwidth": ({}, 2.0, levels),
-    "adaptation_step": ({}, 0.3, levels),
 }
 
 
@@ -84,7 +83,6 @@ EFFECTS = {
     ExtendedStatePIObserverBank: BANK_EFFECTS | {"saturation": ({}, 0.0, levels)},
     LogSpectra: {
         "measures": ({}, ("power", "colour"), levels),
-        "segment": ({}, 64, levels),
         "spectrum_order": ({}, 16, levels),
     },
     SpectralDistance: {

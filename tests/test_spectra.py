@@ -14,8 +14,8 @@ def windows():
 
 
 def test_transform_is_the_kernel(windows):
-    spectra = LogSpectra(segment=64, spectrum_order=16).fit_transform(windows)
-    np.testing.assert_array_equal(spectra, measure(windows, NAMES, 64, 16))
+    spectra = LogSpectra(spectrum_order=16).fit_transform(windows)
+    np.testing.assert_array_equal(spectra, measure(windows, NAMES, 128, 16))
 
 
 def test_groups_of_several_models_follow_each_other(windows):
@@ -42,7 +42,6 @@ def test_names_of_one_model_are_those_of_the_measures(windows):
 @pytest.mark.parametrize(
     ("parameter", "value"),
     [
-        ("segment", 3),
         ("spectrum_order", 0),
         ("measures", ()),
         ("measures", ("colour", "colour")),

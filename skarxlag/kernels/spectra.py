@@ -23,6 +23,9 @@ _ROUNDING = 1e-12
 #: Least number of samples for each coefficient of a signal's own model: with fewer it describes the
 #: noise of the signal rather than its spectrum.
 _SAMPLES_A_COEFFICIENT = 8
+#: Ridge parameter of this model, relative to the power of the signal: a tone without noise has a
+#: model, too.
+_RIDGE = 1e-9
 
 
 def frequency_grid(n_frequencies: int) -> NDArray[Any]:
@@ -31,7 +34,7 @@ def frequency_grid(n_frequencies: int) -> NDArray[Any]:
 
 
 def autoregressive_log_spectrum(
-    signals: NDArray[Any], order: int, n_frequencies: int, alpha: float = 1e-9
+    signals: NDArray[Any], order: int, n_frequencies: int
 ) -> NDArray[Any]:
     r"""Compute the log power spectrum of each signal from a model identified on this signal alone.
 
@@ -47,8 +50,6 @@ def autoregressive_log_spectrum(
         Number of filters. At most n_samples / 8 filters are used.
     n_frequencies : int
         Midpoints of equal cells on (0, pi).
-    alpha : float, default=1e-9
-        Ridge parameter, relative to the power of the signal.
 
     Returns
     -------
@@ -59,7 +60,7 @@ def autoregressive_log_spectrum(
     if order == 0:
         return np.zeros((len(signals), n_frequencies))
     whitening = np.ones((len(signals), order + 1))
-    whitening[:, 1:] = -predictors(_unit_peak(signals), order, alpha)
+    whitening[:, 1:] = -predictors(_unit_peak(signals), order, _RIDGE)
     power = np.empty((len(signals), n_frequencies))
     n_together = max(_NUMBERS_IN_CACHE // n_frequencies, 1)
     for first in range(0, len(signals), n_together):

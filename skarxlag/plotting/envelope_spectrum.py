@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -13,6 +13,9 @@ from .._answers import unfolded_steps
 from ..fault_classifier import FaultOrderClassifier
 from ..kernels.fault_orders import NEPER_IN_DB, ORDER_STEP, PLACES, RACE_MULTIPLES
 from ._style import NEUTRAL, condition_styles, ink, legend_beside, new_axes
+
+#: Highest order that is shown: three multiples of the inner ring of common bearings.
+_HIGHEST_ORDER = 20.0
 
 
 @dataclass(repr=False, eq=False)
@@ -75,11 +78,6 @@ class EnvelopeSpectrumDisplay:
     limit: float
     evidence: str
     rpm: float
-    ax_: Any = field(init=False)
-    figure_: Any = field(init=False)
-    line_: Any = field(init=False)
-    comb_lines_: dict[str, Any] = field(init=False)
-    dots_: Any = field(init=False)
 
     @classmethod
     def from_estimator(
@@ -89,7 +87,6 @@ class EnvelopeSpectrumDisplay:
         *,
         rpm: ArrayLike | None = None,
         unit: str = "orders",
-        max_order: float = 20.0,
     ) -> Self:
         """Compute the combs of one row and plot them.
 
@@ -103,8 +100,6 @@ class EnvelopeSpectrumDisplay:
             Nominal speed; None only if the classifier searches the speed.
         unit : {"orders", "Hz"}, default="orders"
             Unit of the horizontal axis.
-        max_order : float, default=20.0
-            Highest order that is shown, in (1, 40].
 
         Returns
         -------
@@ -114,25 +109,23 @@ class EnvelopeSpectrumDisplay:
         Raises
         ------
         ValueError
-            If the last step is no FaultOrderClassifier, or a parameter is out of its range.
+            If the last step is no FaultOrderClassifier, or the unit is another one.
         """
         *before, classifier = [step for _, step in unfolded_steps(estimator)]
         if not isinstance(classifier, FaultOrderClassifier):
             raise ValueError(
                 f"the last step is a {type(classifier).__name__}, expected FaultOrderClassifier."
             )
-        if not 1 < max_order <= 40:
-            raise ValueError(f"max_order == {max_order}, expected a number in (1, 40].")
         X = np.asarray(row)[np.newaxis]
         for step in before:
             X = step.transform(X)
         found = classifier.match(X, rpm=rpm if np.ndim(rpm) == 0 else np.asarray(rpm)[np.newaxis])
-        n_shown = int(max_order / ORDER_STEP) + 1
+        n_shown = int(_HIGHEST_ORDER / ORDER_STEP) + 1
         factors, combs = dict(zip(PLACES, found.factors[0].tolist(), strict=True)), {}
         for place, name in enumerate(PLACES):
             order = classifier.orders_[found.bearings[0, place]][1 + place] * factors[name]
             lines = order * (2 if name == "ball" else 1) * np.arange(1, RACE_MULTIPLES + 1)
-            combs[name] = lines[lines <= max_order]
+            combs[name] = lines[lines <= _HIGHEST_ORDER]
         display = cls(
             np.arange(n_shown) * ORDER_STEP,
             NEPER_IN_DB * found.contrasts[0][:n_shown],
@@ -163,11 +156,12 @@ class EnvelopeSpectrumDisplay:
             raise ValueError(f"unit == {unit!r}, expected 'orders' or 'Hz'.")
         factor = 1.0 if unit == "orders" else self.rpm / 60
         (ax,) = new_axes(1)
-        self.ax_, self.figure_ = ax, ax.figure
+        self.ax_: Any = ax
+        self.figure_: Any = ax.figure
         style = {"color": ink(), "linewidth": 0.8, "label": "contrast"}
-        (self.line_,) = ax.plot(factor * self.orders, self.contrast, **style)
+        self.line_: Any = ax.plot(factor * self.orders, self.contrast, **style)[0]
         styles = condition_styles(["healthy", *PLACES])
-        self.comb_lines_ = {}
+        self.comb_lines_: dict[str, Any] = {}
         for name, lines in self.combs.items():
             label = f"{name}: {self.scores[name]:.0f} dB, {100 * (self.factors[name] - 1):+.1f} %"
             style = {"color": styles[name]["color"], "linestyle": ":", "zorder": 0, "label": label}
@@ -176,7 +170,8 @@ class EnvelopeSpectrumDisplay:
         best = max(self.scores, key=self.scores.get)
         lines = self.combs[best]
         heights = np.interp(lines, self.orders, self.contrast)
-        (self.dots_,) = ax.plot(factor * lines, heights, "o", color=styles[best]["color"])
+        color = styles[best]["color"]
+        self.dots_: Any = ax.plot(factor * lines, heights, "o", color=color)[0]
         style = {"color": NEUTRAL, "linewidth": 1, "label": f"limit {self.limit:.0f} dB"}
         limit = ax.axhline(self.limit, **style)
         ax.set(

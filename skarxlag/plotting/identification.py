@@ -138,15 +138,13 @@ class IdentificationDisplay:
         )
         return display.plot(axes=axes)
 
-    def plot(self, axes: Sequence[Any] | NDArray[Any] | None = None, **line_kw: Any) -> Self:
+    def plot(self, axes: Sequence[Any] | NDArray[Any] | None = None) -> Self:
         """Draw the plot.
 
         Parameters
         ----------
         axes : sequence of 2 matplotlib Axes or None, default=None
             Axes to plot into. If None, new axes are created, one above the other.
-        **line_kw : dict
-            Keyword arguments that ``Axes.plot`` receives for the measured output.
 
         Returns
         -------
@@ -160,7 +158,7 @@ class IdentificationDisplay:
         if self.sampling_rate is not None:
             time = 1e3 / self.sampling_rate * time
         color = color_of(self.condition, self.conditions)
-        style = {"color": color, "linewidth": 3, "alpha": 0.6, "label": "measured"} | line_kw
+        style = {"color": color, "linewidth": 3, "alpha": 0.6, "label": "measured"}
         self.output_line_: Any = upper.plot(time, self.output, **style)[0]
         of_model = "" if self.model is None else f", model of {self.model}"
         label = f"prediction{of_model}: fit {self.fit_percentage:.1f} %"

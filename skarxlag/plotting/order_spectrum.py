@@ -18,10 +18,13 @@ from ._style import LINE, NEUTRAL, condition_styles, ink, legend_beside, new_axe
 #: multiples of its order; those of the rings are the strongest.
 _MULTIPLES = {"shaft": 1, "cage": 1, "outer": 3, "inner": 3, "ball": 2}
 
+#: Nearest conditions that are shown: the verdict and its closest rival.
+_N_SHOWN = 2
+
 
 @dataclass(repr=False, eq=False)
 class OrderSpectrumDisplay:
-    r"""Plot the order spectrum of a stretch, with the references of the nearest conditions.
+    r"""Plot the order spectrum of a stretch, with the references of the two nearest conditions.
 
     There is one panel for each of these conditions. A panel shows the spectrum of the envelope,
     averaged over the frequency bands, and the reference spectrum of the condition. The order axis
@@ -91,7 +94,6 @@ class OrderSpectrumDisplay:
         *,
         rpm: ArrayLike | None = None,
         fault_orders: dict[str, float] | None = None,
-        n_conditions: int = 2,
         conditions: Sequence[Any] | None = None,
     ) -> Self:
         """Compare one stretch with the references of a fitted diagnoser, and plot the spectra.
@@ -107,8 +109,6 @@ class OrderSpectrumDisplay:
             Nominal shaft speed of the stretch, in revolutions per minute.
         fault_orders : dict of str to float or None, default=None
             Orders to mark, as `skarxlag.bearing_orders` returns them.
-        n_conditions : int, default=2
-            Number of conditions to show. The nearest conditions are chosen.
         conditions : sequence of label or None, default=None
             All conditions. Their order determines their colours. If None, the healthy condition
             comes first and the others are sorted.
@@ -127,7 +127,7 @@ class OrderSpectrumDisplay:
         row = np.asarray(stretch)[np.newaxis]
         levels = row if before is None else before.transform(row)
         found = residual.match(levels, rpm=None if rpm is None else np.asarray(rpm)[np.newaxis])
-        nearest = found.residuals[0].argsort()[:n_conditions]
+        nearest = found.residuals[0].argsort()[:_N_SHOWN]
         names = residual.classes_.astype(str)
 
         def by_name(values):

@@ -175,15 +175,13 @@ class ResidualDisplay:
         )
         return display.plot(ax=ax)
 
-    def plot(self, ax: Axes | None = None, **line_kw: Any) -> Self:
+    def plot(self, ax: Axes | None = None) -> Self:
         """Draw the plot.
 
         Parameters
         ----------
         ax : matplotlib Axes or None, default=None
             Axes to plot into. If None, new axes are created.
-        **line_kw : dict
-            Keyword arguments that ``Axes.plot`` receives for the residual.
 
         Returns
         -------
@@ -196,7 +194,7 @@ class ResidualDisplay:
         of_model = "" if self.model is None else f", model of {self.model}"
         style = {"linewidth": 0.6, "alpha": 0.4, "label": f"residual{of_window}{of_model}"}
         style["color"] = color_of(self.condition, self.conditions, other=ink())
-        self.line_: Any = ax.plot(self.residual, **style | line_kw)[0]
+        self.line_: Any = ax.plot(self.residual, **style)[0]
 
         def on_both_sides(value, label, **style):
             ax.axhline(-value, **style)

@@ -69,17 +69,13 @@ class SpeedAccuracyDisplay:
         self.accuracy: NDArray[Any] = table.to_numpy(dtype=float)
         self.train_rpm, self.test_rpm = table.index.to_numpy(), table.columns.to_numpy()
 
-    def plot(self, ax: Axes | None = None, *, name: str | None = None, **line_kw: Any) -> Self:
+    def plot(self, ax: Axes | None = None) -> Self:
         """Draw the plot.
 
         Parameters
         ----------
         ax : matplotlib Axes or None, default=None
             Axes to plot into. If None, new axes are created.
-        name : str or None, default=None
-            Name for the legend. If None, the attribute `name` of the display.
-        **line_kw : dict
-            Keyword arguments that ``Axes.plot`` receives.
 
         Returns
         -------
@@ -87,8 +83,7 @@ class SpeedAccuracyDisplay:
             The display, after drawing. Hollow markers are tests at the training speed.
         """
         ax = new_axes(1)[0] if ax is None else ax
-        name = self.name if name is None else name
-        prefix = "" if name is None else f"{name}, "
+        prefix = "" if self.name is None else f"{self.name}, "
         self.lines_: list[Any] = []
         # Lines of earlier displays on these axes keep their styles; new lines take the next ones.
         n_before = len(ax.get_legend_handles_labels()[0])
@@ -97,7 +92,7 @@ class SpeedAccuracyDisplay:
             self.accuracy, np.asarray(self.train_rpm), styles, strict=True
         ):
             known = np.isfinite(accuracy)
-            style = own | {"label": f"{prefix}calibrated at {speed:g} rpm"} | line_kw
+            style = own | {"label": f"{prefix}calibrated at {speed:g} rpm"}
             (line,) = ax.plot(self.test_rpm[known], accuracy[known], **style)
             same = known & (self.test_rpm == speed)
             ax.plot(

@@ -179,15 +179,13 @@ class ThresholdLadderDisplay:
         )
         return display.plot(ax=ax)
 
-    def plot(self, ax: Axes | None = None, **line_kw: Any) -> Self:
+    def plot(self, ax: Axes | None = None) -> Self:
         """Draw the plot.
 
         Parameters
         ----------
         ax : matplotlib Axes or None, default=None
             Axes to plot into. If None, new axes are created.
-        **line_kw : dict
-            Keyword arguments that ``Axes.plot`` receives for the levels.
 
         Returns
         -------
@@ -206,7 +204,7 @@ class ThresholdLadderDisplay:
         for name in shown:
             style = {"markersize": 4.5, "markeredgewidth": 0} | styles[name] | {"linestyle": "none"}
             levels = self.levels[self.y == name]
-            (self.lines_[name],) = ax.plot(own[name], levels, **style | line_kw)
+            (self.lines_[name],) = ax.plot(own[name], levels, **style)
         self.rival_line_: Any = None
         if self.rivals is not None:
             style = {"linestyle": "none", "marker": ".", "markersize": 2.5, "alpha": 0.6}
@@ -248,8 +246,6 @@ class ThresholdLadderDisplay:
     def _draw_rungs(self, ax, styles):
         """Draw a band for each rung; the lowest and the highest end with the axes."""
         bands = {}
-        if self.rivals is not None:
-            return bands
         bottom, top = lower, _ = ax.get_ylim()
         for name, upper in self.isolation_thresholds.items():
             style = {"color": styles[name]["color"], "alpha": 0.15, "linewidth": 0, "zorder": 0}

@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from sklearn.metrics import r2_score
 
@@ -93,13 +92,11 @@ def test_condition_and_order_give_the_colour(axes):
         draw(*signals, condition="b", conditions=["a"]).plot(axes=axes)
 
 
-def test_time_axis_and_line_keywords(axes):
+def test_time_axis(axes):
     display = IdentificationDisplay(np.array([1.0, 2.0, 0.0]), np.ones(3), sampling_rate=2000.0)
-    display.plot(axes=axes, color="red", linewidth=1.5)
+    display.plot(axes=axes)
     np.testing.assert_array_equal(display.output_line_.get_xdata(), [0, 0.5, 1])
     assert axes[1].get_xlabel() == "Time (ms)"
-    assert to_rgba(display.output_line_.get_color()) == to_rgba("red")
-    assert display.output_line_.get_linewidth() == 1.5
     display.sampling_rate = None
     assert display.plot(axes=Figure().subplots(2)).axes_[1].get_xlabel() == "Sample"
 

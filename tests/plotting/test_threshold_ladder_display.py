@@ -147,11 +147,10 @@ def test_conditions_without_windows_keep_their_colours(ax):
     assert heights(bank) == {r"$\Delta$ low": 1.0}
 
 
-def test_line_keywords_and_repeated_plots(ax):
+def test_repeated_plots(ax):
     display = ThresholdLadderDisplay(["a", "b"], [0.1, 0.2]).plot(ax=ax)
     wide = Figure().subplots()
-    assert display.plot(ax=wide, markersize=9).ax_ is wide
-    assert display.lines_["a"].get_markersize() == 9 and display.figure_ is wide.figure
+    assert display.plot(ax=wide).ax_ is wide and display.figure_ is wide.figure
     spread = ThresholdLadderDisplay(["a", "b"], [0.0, 2e3]).plot(ax=Figure().subplots())
     assert spread.ax_.get_yscale() == "log"
 
