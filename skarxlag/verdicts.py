@@ -14,6 +14,7 @@ from sklearn.utils import Bunch, check_consistent_length
 
 from . import evidence
 from ._answers import answers
+from .fault_places import NOT_IDENTIFIABLE
 from .kernels.speed_references import SAME_LOG_SPEED, UNIT_DISTANCE
 from .pipelines import in_one_pass
 from .quality import signal_quality
@@ -62,7 +63,7 @@ def check_condition_names(conditions: Sequence[Any]) -> None:
     ValueError: condition 'no signal': this name is a verdict of its own, expected another name
     """
     for name in map(str, conditions):
-        is_verdict = name.casefold() in (CHANGED, NONE_OF_THESE, NO_SIGNAL)
+        is_verdict = name.casefold() in (CHANGED, NONE_OF_THESE, NO_SIGNAL, NOT_IDENTIFIABLE)
         if is_verdict or name.casefold().startswith(NO_VERDICT):
             raise ValueError(
                 f"condition {name!r}: this name is a verdict of its own, expected another name"
@@ -214,7 +215,8 @@ class Judge:
             exceeded, else 0; ``score``, ``p_value`` (healthy) and ``nearest`` (p-value of the
             nearest condition); ``comb``, the probability of a fault by combs alone. Numbers are NaN
             if they are not known. With a bearing also ``contrasts`` over orders, of shape
-            (n_windows, 4001).
+            (n_windows, 4001), and ``named`` and ``evidence``, as `FaultOrderClassifier.diagnose`
+            returns them.
         """
         n = len(X)
         refusal = np.full(n, "", dtype=object)
@@ -239,12 +241,13 @@ class Judge:
             classes = self._can["diagnoser"].conditions
             order = [classes.index(name) for name in self.conditions]
             found.probability[usable] = said.probability[:, order]
-            found.comb[usable] = said.get("comb", np.nan)
-            if "contrasts" in said:
-                found.contrasts = np.full((n, said.contrasts.shape[1]), np.nan)
-                found.contrasts[usable] = said.contrasts
+            of_combs = {"comb", "contrasts", "named", "evidence"} & said.keys()
+            found |= {name: _of_all_rows(said[name], usable) for name in of_combs}
             if self.detects and "detector" not in self._can:
                 found.exceeds[within] = said.alarm[within[usable]]
+                # The p-value of combs does not belong to the alarm of learned conditions.
+                if "p_value" in said and "comb" not in said:
+                    found.p_value[within] = said.p_value[within[usable]]
         if "detector" in self._can and within.any():
             said = self._asked("detector", "diagnose", X, rpm, within)
             found.exceeds[within], found.score[within] = said.alarm, said.score
@@ -291,7 +294,7 @@ class Judge:
         if "diagnoser" in self._can:
             names = np.array([*self.conditions, None], dtype=object)[:-1]
             known = np.nan_to_num(found.probability, nan=-1.0)
-            verdict = names[known.argmax(axis=1)]
+            verdict = found.get("named", names[known.argmax(axis=1)])
         else:
             verdict = np.where(found.exceeds == 1, CHANGED, self.healthy).astype(object)
         verdict[~is_usable] = NO_SIGNAL
@@ -305,7 +308,9 @@ class Judge:
             "limits": found.limits,
         }
         if "detector" in self._can:
-            columns |= {"score": found.score, "p-value": found.p_value}
+            columns["score"] = found.score
+        if "detector" in self._can or not np.isnan(found.p_value).all():
+            columns["p-value"] = found.p_value
         if "diagnoser" in self._can:
             for name, values in zip(self.conditions, found.probability.T, strict=True):
                 columns[f"probability of {name}"] = values
@@ -313,6 +318,8 @@ class Judge:
             columns["p-value of nearest"] = found.nearest
         if not np.isnan(found.comb).all():
             columns["probability of a comb"] = found.comb
+        if "evidence" in found:
+            columns["evidence"] = found.evidence
         return pd.DataFrame(columns)
 
     def recording(self, windows: pd.DataFrame) -> dict[str, Any]:
@@ -373,9 +380,18 @@ class Judge:
             verdict, probability = self.conditions[every.argmax()], float(every.max())
         if is_unknown and not usable.get("probability of a comb", _NOTHING).median() > _CLEAR_COMB:
             return NONE_OF_THESE, np.nan
+        if (usable["verdict"] == NOT_IDENTIFIABLE).mean() > _MOST_WINDOWS:
+            return NOT_IDENTIFIABLE, np.nan
         if verdict == self.healthy and answer["alarm"] == "yes":
             return CHANGED, np.nan
         return verdict, probability
+
+
+def _of_all_rows(values, rows):
+    """Return values of some rows for all rows; the others are NaN."""
+    every = np.full((len(rows), *values.shape[1:]), np.nan, dtype=values.dtype)
+    every[rows] = values
+    return every
 
 
 def window_verdicts(
@@ -419,8 +435,10 @@ def window_verdicts(
         or why the healthy limits do not hold at this speed. With a detector, ``score``, the
         logarithm of the p-value over the false-alarm rate, and ``p-value``, the probability that a
         healthy window deviates as much. Of a classifier, ``probability of`` each condition. With
-        `known`, ``p-value of nearest`` condition. Of a diagnoser of conditions that has a bearing,
-        ``probability of a comb``: that of a fault by combs alone.
+        `known`, ``p-value of nearest`` condition. Of a diagnoser that has a bearing, ``evidence``:
+        a sentence on the combs, and the verdict can be ``"not identifiable"``, see
+        `FaultOrderClassifier.diagnose`; if it learned conditions, too, ``probability of a comb``:
+        that of a fault by combs alone, else ``p-value``, that of the strongest comb.
 
     Raises
     ------
@@ -459,6 +477,7 @@ def recording_verdicts(
       as an implausible speed;
     - ``"none of these"`` if the recording resembles no condition (with `known`), and combs of the
       bearing, if the diagnoser uses them, show no place of a fault;
+    - ``"not identifiable"`` if most windows are, see `FaultOrderClassifier.diagnose`;
     - the most probable condition;
     - but ``"changed"`` instead of the healthy condition if the healthy limits are exceeded.
 

@@ -22,12 +22,15 @@ from skarxlag.evidence import (
     combined_p_value,
     effective_number,
 )
+from skarxlag.fault_places import NOT_IDENTIFIABLE
 from skarxlag.verdicts import (
     Judge,
     check_condition_names,
     no_verdict,
 )
 
+from .test_fault_classifier import classifier
+from .test_fault_classifier import row as signal_of
 from .test_orders import ORDERS, RATE, stretches
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
@@ -313,3 +316,22 @@ def test_combs_name_a_place_although_spectra_resemble_no_condition():
     ]
     assert verdicts[0] == ["inner", "outer", "none of these"]
     assert verdicts[1][1:] == ["none of these"] * 2
+
+
+def test_combs_of_two_places_are_not_identifiable():
+    rows = np.stack([signal_of(place) for place in ("healthy", "outer", "outer")])
+    stated = {"rpm": 900, "train_rpm": [900]}
+    named = classifier().fit(rows)
+    found = recording_verdicts(named, rows, ["a", "b", "b"], **stated)
+    assert found["verdict"].tolist() == ["healthy", "outer"]
+    assert found["alarm"].tolist() == ["no", "yes"]
+    said = named.diagnose(rows, rpm=900)
+    np.testing.assert_allclose(found["p-value"].iloc[0], said.p_value[0])
+    # Hardly any wrong name is allowed, so the places must be far apart.
+    strict = classifier(wrong_name_rate=1e-99).fit(rows)
+    windows = window_verdicts(strict, rows, **stated)
+    assert windows["verdict"].tolist() == ["healthy", NOT_IDENTIFIABLE, NOT_IDENTIFIABLE]
+    assert "nearly as well" in windows["evidence"][1]
+    found = recording_verdicts(strict, rows, ["a", "b", "b"], **stated)
+    assert found["verdict"].tolist() == ["healthy", NOT_IDENTIFIABLE]
+    assert found["alarm"].tolist() == ["no", "yes"] and np.isnan(found["probability"].iloc[1])

@@ -21,9 +21,8 @@ from ..diagnosers import (
     make_extended_state_pio,
     make_fault_order_classifier,
 )
-from ..fault_places import HEALTHY, PLACES
+from ..fault_places import FAULTS, HEALTHY
 from ..persistence import load_diagnoser
-from ..quality import signal_quality
 from ..recordings.listing import ListedRecording
 from ..recordings.rates import rates_agree, resampled_blocks
 from ..recordings.windows import block_length, cut_blocks
@@ -203,7 +202,7 @@ class BearingModel:
     """
 
     sampling_rate, takes_rpm, healthy = None, True, HEALTHY
-    conditions = tuple(sorted(PLACES, key=lambda name: name != HEALTHY))
+    conditions = (HEALTHY, *FAULTS)
 
     def __init__(self, bearing: str) -> None:
         self.bearing = bearing
@@ -243,26 +242,14 @@ class BearingModel:
                 "rpm, or a speed in the file."
             )
         ((X, sampling_rate),) = self.windows(recording)
-        facts = {"sampling_rate": sampling_rate, "rpm": recording.rpm}
-        quality, share = signal_quality(X, **facts, return_share=True)
-        row = {"start": 0, "verdict": NO_SIGNAL, "alarm": False}
-        row |= {"quality": quality[0], "quality share": share[0]}
-        answer = {"verdict": NO_SIGNAL, "probability": np.nan, "alarm": "-", "p-value": np.nan}
-        answer |= {"windows": 1, "no signal": 1, "limits": ""}
-        remarks = []
-        if quality[0] == "good":
-            classifier = self.fitted(X[0], sampling_rate)
-            found = classifier.diagnose(X, rpm=recording.rpm)
-            chances = dict(zip(classifier.classes_, found.probability[0].tolist(), strict=True))
-            name, alarm, evidence = found.named[0], bool(found.alarm[0]), found.evidence[0]
-            row |= {"verdict": name, "alarm": alarm}
-            row |= {f"probability of {each}": chance for each, chance in chances.items()}
-            answer |= {"verdict": name, "probability": chances.get(name, np.nan), "no signal": 0}
-            answer |= {"alarm": "yes" if alarm else "no", "p-value": float(found.p_value[0])}
-            answer["limits"] = HOLD
-            remarks.append(f"{evidence[0].upper()}{evidence[1:]}.")
-        windows = pd.DataFrame([row])
-        return Diagnosis(answer, windows, sampling_rate, (*remarks, *_remarks(windows, answer)))
+        # The row itself is all that the classifier is fitted on, so its limits hold at this speed.
+        facts = {"conditions": self.conditions, "train_rpm": [recording.rpm]}
+        judge = Judge(self.fitted(X[0], sampling_rate), **facts)
+        windows = judge.windows(X, recording.rpm)
+        windows.insert(0, "start", 0)
+        verdict = judge.recording(windows)
+        said = [f"{text[0].upper()}{text[1:]}." for text in windows.get("evidence", ())]
+        return Diagnosis(verdict, windows, sampling_rate, (*said, *_remarks(windows, verdict)))
 
 
 def _completed(facts, diagnoser, can):
