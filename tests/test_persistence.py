@@ -361,7 +361,7 @@ def forge(path, content):
         (0, "poles_", np.array([1.0000001])),
         (0, "window_shape_", np.array([0])),
         (1, "n_models_", 7),
-        (1, "segment", 1),
+        (1, "spectrum_order", 0),
         (2, "axes_", np.zeros((0, 0))),
         (2, "axes_", np.full((3, 62, 62), np.nan)),
         (2, "references_", np.zeros((3, 10**6))),
