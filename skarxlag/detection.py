@@ -537,11 +537,17 @@ def measure(X: NDArray[Any], n_windows: int, *, with_level: bool, n_jobs: int | 
 
 
 def few_rows(rows: str, n: int, rate: float) -> list[str]:
-    """Return a sentence if n rows do not hold a rate without assumptions, in a list."""
+    """Return a sentence if n rows do not hold a rate without assumptions, in a list.
+
+    >>> print(*few_rows("4 healthy windows", 4, 0.01))
+    4 healthy windows are too few to hold the rate 0.01 without an assumption on the distribution of
+    their scores. They hold 1/5 = 0.2. Use at least 99 rows.
+    >>> few_rows("99 healthy windows", 99, 0.01)
+    []
+    """
     needed = rows_that_hold(rate)
     sentence = (
-        f"{rows} are too few to hold the rate {rate:g} without assumptions: {n} rows hold "
-        f"1/{n + 1} = {1 / (n + 1):.2g}. The stated rate rests on Student's t distribution; "
-        f"{needed} rows would hold it."
+        f"{rows} are too few to hold the rate {rate:g} without an assumption on the distribution "
+        f"of their scores. They hold 1/{n + 1} = {1 / (n + 1):.2g}. Use at least {needed} rows."
     )
     return [sentence] if n < needed else []

@@ -12,8 +12,8 @@ from sklearn.pipeline import Pipeline
 from .._answers import answers, unfolded_steps
 from .._state import estimators_within
 from .._version import __version__
+from ..detection import few_rows
 from ..fault_classifier import FaultOrderClassifier
-from ..kernels.ladder import rows_that_hold
 from .models import SavedModel
 
 #: Paths are not broken.
@@ -92,28 +92,9 @@ def limits(model: SavedModel) -> Iterator[str]:
     }
     yield from (sentence for sentence, holds in cases.items() if holds)
     if facts.get("n_windows") and facts.get("false_alarm_rate"):
-        yield from too_few_rows(facts["n_windows"][0], facts["false_alarm_rate"], model.rows)
-
-
-def too_few_rows(n_rows: int, rate: float, rows: str = "windows") -> Iterator[str]:
-    """Yield a sentence if n healthy rows are too few for a false-alarm rate.
-
-    A further healthy row exceeds all n with probability 1 / (n + 1), so no threshold that rests on
-    the n rows holds a lower rate.
-
-    >>> print(*too_few_rows(4, 0.01))
-    4 healthy windows are too few for a false-alarm rate of 0.01. With 4 windows, the lowest rate is
-    1/5 = 0.2. Use at least 99.
-    >>> list(too_few_rows(99, 0.01))
-    []
-    """
-    needed = rows_that_hold(rate)
-    if n_rows < needed:
-        yield (
-            f"{n_rows} healthy {rows} are too few for a false-alarm rate of {rate:g}. With "
-            f"{n_rows} {rows}, the lowest rate is 1/{n_rows + 1} = {1 / (n_rows + 1):.2g}. Use at "
-            f"least {needed}."
-        )
+        n_healthy = facts["n_windows"][0]
+        rows = f"{n_healthy} healthy {model.rows}"
+        yield from few_rows(rows, n_healthy, facts["false_alarm_rate"])
 
 
 def limits_basis(decide: Any, rows: str) -> str:

@@ -51,8 +51,8 @@ def test_what_fit_saved_is_told(run, tmp_path, windows):
     assert rows["window length"] == "200 samples" and rows["sampling rate"] == "5000 Hz"
     assert rows["n channels"] == "2" and rows["channels"] == "drive, load"
     assert rows["false alarm rate"] == "0.02" and rows["saved"].startswith("20")
-    assert "20 healthy windows are too few for a false-alarm rate of 0.02" in limits
-    assert "1/21 = 0.048. Use at least 49." in limits
+    assert "20 healthy windows are too few to hold the rate 0.02" in limits
+    assert "1/21 = 0.048. Use at least 49 rows." in limits
     facts = json.loads(run("info", model, "--json")[1])
     assert facts["conditions"] == ["good", "worn"] and facts["n_windows"] == [20, 20]
     assert any("too few" in sentence for sentence in facts["limits"])
