@@ -19,6 +19,8 @@ from .. import diagnosers
 from .._answers import answers, requests
 from ..fault_places import HEALTHY, place_of_label
 from ..persistence import save_diagnoser
+from ..recordings.files import list_channels
+from ..recordings.formats._contents import choose_channels
 from ..verdicts import check_condition_names
 from . import arguments
 from .arguments import flag, option, refuse
@@ -141,12 +143,28 @@ def run(args: argparse.Namespace) -> int:
     for name, n_own_recordings, n_own in zip(conditions, n_recordings, n_windows, strict=True):
         if n_own_recordings:
             print(f"{name}: {counted(n_own_recordings, 'recordings')}, {counted(n_own, rows)}")
-    print(f"Healthy: {healthy or 'none'} ({reason})", *notes, sep="\n")
+    print(f"Healthy: {healthy or 'none'} ({reason})", *_roles(listed[0]), *notes, sep="\n")
     if healthy is not None:
         basis = limits_basis(companions.get("detector", diagnoser)[-1], rows)
         print(f"Limits for a false-alarm rate of {args.false_alarm_rate:g} from {basis}")
     print(f"Saved {kind} to {args.output}")
     return 0
+
+
+def _roles(recording):
+    """Yield which of several channels is the output, and a note on inputs of the same unit."""
+    if not isinstance(recording.channel, list) or len(recording.channel) < 2:
+        return
+    units = list_channels(recording.path, dtype=recording.dtype).set_index("channel")["unit"]
+    output, *inputs = choose_channels(list(units.index), recording.channel)
+    yield f"Output: {output}. Inputs: {', '.join(inputs)}"
+    for name in inputs:
+        if units[output] is not None and units[name] == units[output]:
+            yield (
+                f"Note: {output} and {name} have the unit {units[name]}; {name} is used as an "
+                "input of the model. A second accelerometer needs its own model, see "
+                "docs/sensors.md."
+            )
 
 
 def _check_options(args, listed):

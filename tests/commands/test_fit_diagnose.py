@@ -272,7 +272,8 @@ def test_channels_of_inputs(run, workshop):
         lines.append(f"{condition}.mat,{condition},50e3,y;u")
     table, path = workshop / "two.csv", workshop / "two.skops"
     table.write_text("\n".join(lines))
-    assert run("fit", table, "-o", path, "--window-length", WINDOW)[0] == 0
+    code, out, _ = run("fit", table, "-o", path, "--window-length", WINDOW)
+    assert code == 0 and "Output: y. Inputs: u\n" in out and "have the unit" not in out
     assert load_diagnoser(path)[1]["n_channels"] == 2
     file = workshop / "inner.mat"
     code, out, _ = run("diagnose", path, file, "--channel", "y; u")
@@ -282,6 +283,24 @@ def test_channels_of_inputs(run, workshop):
     code, out, err = run("diagnose", path, file, "--channel", "y")
     assert code == 1
     assert err.splitlines()[-1] == f"  {file}: 1 channels, but {path} was fitted on 2"
+
+
+def test_an_input_in_the_unit_of_the_output_is_noted(run, workshop):
+    h5py = pytest.importorskip("h5py")
+    lines = ["path,condition,sampling_rate,channel"]
+    for condition in ("good", "inner"):
+        y = signal(condition, 10 * WINDOW, 3)
+        with h5py.File(workshop / f"{condition}.h5", "w") as file:
+            for name, unit in {"torque": "Nm", "acc_x": "g", "acc_y": "g"}.items():
+                file.create_dataset(name, data=np.roll(y, len(unit))).attrs["unit"] = unit
+        lines.append(f"{condition}.h5,{condition},50e3,*_x;torque;acc_y")
+    table = workshop / "units.csv"
+    table.write_text("\n".join(lines))
+    options = ("-o", workshop / "units.skops", "--window-length", WINDOW, "--no-p-values")
+    code, out, err = run("fit", table, *options)
+    assert code == 0, err
+    assert "Output: acc_x. Inputs: torque, acc_y\n" in out
+    assert "Note: acc_x and acc_y have the unit g; acc_y is used as an input" in out
 
 
 def test_another_sampling_rate_is_refused(run, model, workshop):
