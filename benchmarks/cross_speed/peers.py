@@ -192,14 +192,17 @@ OURS = {
 }
 PEERS = {
     "band energies + random forest": bands_forest,
-    "band energies + gradient boosting": bands_boosting,
     "band energies + LDA": bands_lda,
     "log spectrum + LDA": spectrum_lda,
     "log spectrum + SVM": spectrum_svm,
     "AR(16) + LDA": ar_lda,
-    "catch22 + random forest": catch22_forest,
     "MiniRocket": minirocket,
-    "1-D CNN": cnn,
 }
-SLOW = {"MultiRocketHydra": multirocket_hydra}  # 0.1 s for a window, most of the time of all peers
+#: Peers that take most of the time of all. MultiRocketHydra takes 0.1 s for a window.
+SLOW = {
+    "band energies + gradient boosting": bands_boosting,
+    "catch22 + random forest": catch22_forest,
+    "1-D CNN": cnn,
+    "MultiRocketHydra": multirocket_hydra,
+}
 METHODS = {**OURS, **PEERS, **SLOW}

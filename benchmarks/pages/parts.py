@@ -49,8 +49,7 @@ PARTS = {
         "-m benchmarks.pages.overview", {}, ("docs/_static/overview.png",), downloads=True
     ),
     "cross-speed": Part(
-        "-m benchmarks.cross_speed --rig hit_sm uestc --method MultiRocketHydra "
-        "--window-length 1200 && -m benchmarks.cross_speed "
+        "-m benchmarks.cross_speed "
         "--figure docs/images/cross_speed.svg --write README.md docs/cross_speed.md",
         {
             "README.md": ("cross-speed overview",),
@@ -112,6 +111,10 @@ PARTS = {
         ("docs/images/runs_to_failure.svg",),
         downloads=True,
     ),
+    "soak": Part(
+        "-m benchmarks.monitoring.soak --windows 1e6 --write docs/monitoring.md",
+        {"docs/monitoring.md": ("soak",)},
+    ),
     "formats": Part(
         "-m benchmarks.pages.formats --write docs/recordings.md",
         {"docs/recordings.md": ("file formats",)},
@@ -127,9 +130,7 @@ PARTS = {
     ),
     "diagram-image": Part("-m benchmarks.pages.diagram_image", {}, ("docs/images/diagram.png",)),
     "stretches": Part(
-        "-m benchmarks.stretches --rig hit_sm --seconds 0.5 1 --method "
-        "'MultiRocketHydra, windows of 1200 vote' && -m benchmarks.stretches "
-        "--write docs/stretches.md",
+        "-m benchmarks.stretches --write docs/stretches.md",
         {"docs/stretches.md": ("stretches overview", "stretches training")},
         tables=("stretches training",),
         downloads=True,

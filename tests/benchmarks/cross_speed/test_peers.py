@@ -79,5 +79,5 @@ def test_labels_only_hides_probabilities(rig):
     assert log_evidence(hidden, X, hidden.predict(X))[1] == "vote"
 
 
-def test_six_peers_need_no_extra():
-    assert len(NEEDS_NO_EXTRA) == 6
+def test_five_peers_need_no_extra():
+    assert len(NEEDS_NO_EXTRA) == 5
