@@ -152,12 +152,13 @@ PARTS = {
                 for name in ("named", "stretches", "reference", "methods", "settings")
             )
         },
-        tables=("fault orders stretches",),
+        tables=("fault orders stretches", "fault orders settings"),
         downloads=True,
     ),
     "fault-orders-joint": Part(
         "-m benchmarks.fault_orders joint --write docs/fault_orders.md",
         {"docs/fault_orders.md": ("fault orders joint", "fault orders joint settings")},
+        tables=("fault orders joint settings",),
         downloads=True,
     ),
     "fault-orders-runs": Part(
