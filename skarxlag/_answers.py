@@ -19,7 +19,7 @@ from sklearn.utils.metadata_routing import get_routing_for_object
 from ._state import CheckedEstimator, as_fitted, estimators_within, is_fitted
 
 #: Fields that describe the last step; other fields may come from any step.
-_OF_THE_DECISION = {"alarm", "healthy_p_value", "none_of_these", "stated_rate"}
+_OF_THE_DECISION = {"alarm", "gathers_combs", "healthy_p_value", "none_of_these", "stated_rate"}
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,8 @@ class Answers:
         Whether a row holds several windows.
     sampling_rate : float or None, default=None
         In Hz. None if it is not known.
+    gathers_combs : bool, default=False
+        Whether the last step judges the mean contrast of many rows by `diagnose_gathered`.
     """
 
     conditions: tuple[Any, ...] | None = None
@@ -72,6 +74,7 @@ class Answers:
     n_channels: int = 1
     is_stretch: bool = False
     sampling_rate: float | None = None
+    gathers_combs: bool = False
 
 
 def answers(model: Any) -> Answers:

@@ -572,6 +572,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             "needs_rpm": self.speed_range is None,
             "is_stretch": True,
             "sampling_rate": self.sampling_rate,
+            "gathers_combs": self.conditions_ is None,
         }
         if self.conditions_ is not None:
             learned = vars(answers(self.conditions_)) | {"needs_rpm": False}

@@ -21,7 +21,6 @@ from ..evidence import (
     effective_number,
     p_value_score,
 )
-from ..fault_classifier import FaultOrderClassifier
 from ..kernels.fault_orders import N_ORDERS
 from ..verdicts import CHANGED, NO_VERDICT, Judge, no_verdict
 from .memory import CumulativeSumAlarm, FadingEvidence, healthy_shares, runs_of
@@ -214,9 +213,7 @@ class ConditionMonitor:
         self.healthy = self._judge.healthy
         self._n_channels, self._length, self._hop = can.n_channels, int(window_length), int(hop)
         self._half_life = float(half_life)
-        decide = None if diagnoser is None else unfolded_steps(diagnoser)[-1][1]
-        is_by_orders = isinstance(decide, FaultOrderClassifier) and decide.conditions_ is None
-        self._combs = decide if is_by_orders else None
+        self._combs = unfolded_steps(diagnoser)[-1][1] if can.gathers_combs else None
         # The shaft speed is one more channel.
         self._windowing = {
             "n_rows": can.n_channels + 1,
