@@ -238,8 +238,8 @@ def test_combs_join_the_spectra(diagnoser, with_bearing, data):
     # Without a speed, or in rows of less than two turns, spectra decide alone.
     innovations, decide = diagnoser[0].transform(X), with_bearing["decide"]
     for rows, rpm in ((innovations, None), (innovations[..., :4800], 190)):
-        told = [model.predict_proba(rows, rpm=rpm) for model in (decide, diagnoser[1:])]
-        np.testing.assert_allclose(*told)
+        found = [model.predict_proba(rows, rpm=rpm) for model in (decide, diagnoser[1:])]
+        np.testing.assert_allclose(*found)
         assert np.isnan(decide.diagnose(rows, rpm=rpm).comb).all()
 
 

@@ -10,7 +10,7 @@ through `ConditionMonitor`, which gathers the combs of the snapshots.
 import numpy as np
 import pandas as pd
 
-from benchmarks.monitoring.runs_to_failure import HEALTHY_SHARE, read_runs
+from benchmarks.monitoring.runs_to_failure import HEALTHY_SHARE, read_runs, updated
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from skarxlag import BearingGeometry, ConditionMonitor, make_diagnoser
 from skarxlag.fault_places import HEALTHY
@@ -21,34 +21,14 @@ HALF_LIFE = 100.0
 
 
 def names_over_time(snapshots, seconds, rpm, sampling_rate):
-    """Return the verdicts of the monitor on one channel of a run, after its healthy part.
-
-    Parameters
-    ----------
-    snapshots : ndarray of shape (n_snapshots, n_samples)
-        Short parts of the signal.
-    seconds : ndarray of shape (n_snapshots,)
-        When each began.
-    rpm : float
-        Nominal speed.
-    sampling_rate : float
-        In Hz.
-
-    Returns
-    -------
-    list of MonitorVerdict
-        One for each snapshot.
-    """
+    """Return the verdicts of a monitor that gathers combs; arguments as of `watch_run`."""
     healthy = seconds < HEALTHY_SHARE * seconds[-1]
     diagnoser = make_diagnoser(bearing=BEARING, sampling_rate=sampling_rate)
     diagnoser.fit(snapshots[healthy], np.full(healthy.sum(), HEALTHY), rpm=rpm)
     monitor = ConditionMonitor(
         diagnoser, sampling_rate, window_length=snapshots.shape[1], half_life=HALF_LIFE
     )
-    verdicts = []
-    for snapshot, start in zip(snapshots[~healthy], seconds[~healthy], strict=True):
-        verdicts += monitor.update(snapshot, time=float(start), rpm=rpm)
-    return verdicts
+    return updated(monitor, snapshots[~healthy], seconds[~healthy], rpm)
 
 
 def name_row(verdicts, end):

@@ -62,10 +62,16 @@ def watch_run(snapshots, seconds, rpm, sampling_rate):
         window_length=snapshots.shape[1],
         false_alarm_interval=FALSE_ALARM_INTERVAL,
     )
-    verdicts = []
-    for snapshot, start in zip(snapshots[~healthy], seconds[~healthy], strict=True):
-        verdicts += monitor.update(snapshot, time=float(start), rpm=rpm)
+    verdicts = updated(monitor, snapshots[~healthy], seconds[~healthy], rpm)
     return verdicts, int(healthy.sum())
+
+
+def updated(monitor, snapshots, seconds, rpm):
+    """Return the verdicts of a monitor on snapshots, which it gets one by one."""
+    verdicts = []
+    for snapshot, start in zip(snapshots, seconds, strict=True):
+        verdicts += monitor.update(snapshot, time=float(start), rpm=rpm)
+    return verdicts
 
 
 def alarm_row(verdicts, end):

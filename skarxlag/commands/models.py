@@ -95,7 +95,7 @@ class SavedModel:
 
     @property
     def rows(self) -> str:
-        """What a row of the diagnoser is."""
+        """Kind of the rows that the diagnoser takes."""
         return "stretches" if self.can.is_stretch else "windows"
 
     @property

@@ -138,7 +138,7 @@ class StreamTimes:
             yield samples[:, start:end], cuts[start]
 
     def _must_be_stated(self, place, time):
-        """Whether a known time is the first, follows a leap, or was not stated for long."""
+        """Return whether a known time is the first, follows a leap, or is due after a pause."""
         before, last = self._last or (place, math.nan)
         # A time that is equal to the one before was rounded.
         if time == last:

@@ -5,7 +5,7 @@ from argparse import Namespace
 from skarxlag.commands.messages import Progress
 
 
-def told(monkeypatch, stream, quiet=False, verbose=False):
+def progress_text(monkeypatch, stream, quiet=False, verbose=False):
     monkeypatch.setattr(sys, "stderr", stream)
     with Progress(2, "recordings", Namespace(quiet=quiet, verbose=verbose)) as progress:
         progress.step("a.npy: good", "9 windows")
@@ -14,10 +14,10 @@ def told(monkeypatch, stream, quiet=False, verbose=False):
 
 
 def test_lines_in_a_log(monkeypatch):
-    assert told(monkeypatch, io.StringIO()) == "[1/2] a.npy: good\n[2/2] b.npy: worn\n"
-    more = told(monkeypatch, io.StringIO(), verbose=True)
+    assert progress_text(monkeypatch, io.StringIO()) == "[1/2] a.npy: good\n[2/2] b.npy: worn\n"
+    more = progress_text(monkeypatch, io.StringIO(), verbose=True)
     assert more.startswith("[1/2] a.npy: good (9 windows)\n[2/2] b.npy: worn\n2 recordings in ")
 
 
 def test_nothing_when_quiet(monkeypatch):
-    assert told(monkeypatch, io.StringIO(), quiet=True) == ""
+    assert progress_text(monkeypatch, io.StringIO(), quiet=True) == ""
