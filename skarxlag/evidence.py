@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import norm
+from scipy.special import ndtr, ndtri
 
 #: Smallest probability of a condition in a window. Without it, a single window could veto a
 #: condition for the whole recording.
@@ -96,11 +96,11 @@ def combined_p_value(p_values: ArrayLike, correlation: float = P_VALUE_CORRELATI
 
 def p_value_score(p_values: ArrayLike) -> NDArray[Any]:
     """Return standard normal quantiles of p-values, which are limited to the accurate range."""
-    return norm.ppf(np.clip(p_values, _LEAST_P, _LARGEST_P))
+    return ndtri(np.clip(p_values, _LEAST_P, _LARGEST_P))
 
 
 def combined_score(
     mean: float, n_windows: float, correlation: float = P_VALUE_CORRELATION
 ) -> float:
     """Return the p-value of `n_windows` correlated windows with this mean of `p_value_score`."""
-    return float(norm.cdf(np.sqrt(effective_number(n_windows, correlation)) * mean))
+    return float(ndtr(np.sqrt(effective_number(n_windows, correlation)) * mean))
