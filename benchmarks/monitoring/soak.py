@@ -1,14 +1,16 @@
 """Memory and open files of a monitor that runs for a long time.
 
-    python -m benchmarks.monitoring.soak --windows 1e7 --write docs/monitoring.md
+    python -m benchmarks.monitoring.soak --write docs/monitoring.md
 
 A diagnoser with healthy limits follows simulated blocks of the simulated rig, healthy and faulty in
-turn. Resident memory, open descriptors and the time of a window are measured at equal steps. Linux
-only, because the figures are read from /proc.
+turn. Resident memory, open descriptors and the time of a window are measured at equal steps. The
+windows are short, so that many of them pass in a given time. Linux only, because the figures are
+read from /proc.
 """
 
 import argparse
 import os
+import sys
 import time
 import warnings
 from itertools import cycle, pairwise
@@ -23,6 +25,8 @@ from skarxlag.datasets import simulate_rig
 
 #: Steps of the table.
 STEPS = 8
+#: Samples in a window, and windows of a block.
+LENGTH, N_WINDOWS = 128, 200
 RPM = 500
 
 
@@ -41,14 +45,17 @@ def soak(n_windows, n_steps=STEPS):
     DataFrame
         Columns ``windows``, ``MiB``, ``descriptors`` and ``us a window``, with a row for the begin.
     """
-    rig = simulate_rig(rpm=RPM, crack_mm=6, conditions=["Normal", "OR"], n_samples=240_000)
+    size = {"n_samples": N_WINDOWS * LENGTH, "window_length": LENGTH}
+    rig = simulate_rig(rpm=RPM, crack_mm=6, conditions=["Normal", "OR"], **size)
     healthy = rig.target == "Normal"
     diagnoser = make_diagnoser(healthy="Normal").fit(rig.data, rig.target, rpm=rig.rpm)
     with warnings.catch_warnings():
         # One speed suffices here, and the rate is of no interest.
         warnings.simplefilter("ignore", UserWarning)
         detector = make_detector().fit(rig.data[healthy], rpm=RPM)
-    monitor = ConditionMonitor(diagnoser, rig.sampling_rate, detector=detector)
+    monitor = ConditionMonitor(
+        diagnoser, rig.sampling_rate, detector=detector, window_length=LENGTH
+    )
     blocks = cycle(
         np.moveaxis(rig.data[chosen], 1, 0).reshape(2, -1) for chosen in (healthy, ~healthy)
     )
@@ -59,6 +66,7 @@ def soak(n_windows, n_steps=STEPS):
         while done < end:
             done += len(monitor.update(next(blocks), rpm=RPM))
         rows.append(_state(end))
+        print(*rows[-1], file=sys.stderr, flush=True)
     frame = pd.DataFrame(rows, columns=["windows", "MiB", "descriptors", "seconds"])
     elapsed = frame.pop("seconds").diff() / frame["windows"].diff()
     return frame.assign(**{"us a window": (1e6 * elapsed).round(1)})

@@ -112,7 +112,7 @@ PARTS = {
         downloads=True,
     ),
     "soak": Part(
-        "-m benchmarks.monitoring.soak --windows 1e6 --write docs/monitoring.md",
+        "-m benchmarks.monitoring.soak --write docs/monitoring.md",
         {"docs/monitoring.md": ("soak",)},
     ),
     "formats": Part(
