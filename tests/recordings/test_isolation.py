@@ -3,7 +3,10 @@
 import contextlib
 import gzip
 import os
+import signal
 import struct
+import sys
+import threading
 import zlib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -58,11 +61,39 @@ def test_a_crash_in_the_middle_of_the_samples(run, program):
         read_recording(run)
 
 
-def test_a_hang_is_ended(run, program, monkeypatch):
-    monkeypatch.setattr(_isolation, "_PATIENCE", 0.2)
-    program("import time; time.sleep(1000)")
-    with pytest.raises(ValueError, match=r"run.mat: its reader .* no answer in time, damaged"):
+def endless(path):
+    """Compute for ever."""
+    while True:
+        pass
+    yield
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit of processor time")
+def test_a_reader_that_computes_for_ever_is_ended(run, monkeypatch):
+    monkeypatch.setattr(_isolation, "_PATIENCE", 0.5)
+    monkeypatch.setattr(_isolation, "_CLOCK", 1000)
+    with pytest.raises(ValueError, match=r"run.mat: .* more than 1 s of processor time, damaged"):
+        list(_isolation.isolated(endless, run))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="signals as on POSIX")
+def test_a_reader_that_has_to_wait_is_not_called_damaged(run, monkeypatch):
+    """A busy machine gives a process no time, as a signal does here."""
+    read_recording(run)
+    monkeypatch.setattr(_isolation, "_PATIENCE", 0.1)
+    reader = _isolation._idle[os.getpid()]
+    reader.send_signal(signal.SIGSTOP)
+    resume = threading.Timer(0.4, reader.send_signal, [signal.SIGCONT])
+    resume.start()
+    np.testing.assert_array_equal(read_recording(run)[0], Y)
+    assert _isolation._idle[os.getpid()] is reader
+    resume.join()
+    reader.send_signal(signal.SIGSTOP)
+    with pytest.raises(ValueError, match=r"run.mat: .* no answer in 1 s; is the disk or mach") as e:
         read_recording(run)
+    assert "damaged" not in str(e.value)
 
 
 @pytest.mark.slow

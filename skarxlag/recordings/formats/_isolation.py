@@ -10,6 +10,7 @@ The child is no sandbox. It has the rights of its parent, which therefore trusts
 
 import atexit
 import json
+import math
 import os
 import pickle
 import signal
@@ -22,9 +23,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-#: Seconds that a reply may take, and bytes of the file that allow one more second.
+#: Seconds of processor time that a reply may take, and bytes of the file that allow one more.
 _PATIENCE = 60.0
 _BYTES_PER_SECOND = 5e6
+#: Seconds on the clock for each of them. On a busy machine, a good file may have to wait so long.
+_CLOCK = 10
 #: Bytes by which a process may grow, and bytes for each byte of its file.
 _MEMORY, _MEMORY_PER_BYTE = 2**32, 200
 
@@ -52,8 +55,8 @@ def isolated(function: Callable[..., Iterable[Any]], path: Path, *arguments: Any
     Raises
     ------
     Exception
-        As raised by the function; and ValueError if the process crashes or takes too long. The
-        message begins with the path.
+        As raised by the function; and ValueError if the process crashes, or takes too much
+        processor time or time. The message begins with the path.
     """
     with _lock:
         process = _idle.pop(os.getpid(), None)
@@ -64,7 +67,7 @@ def isolated(function: Callable[..., Iterable[Any]], path: Path, *arguments: Any
     try:
         # A process that takes no request sends no reply either.
         with suppress(OSError):
-            pickle.dump((function, path, *arguments), process.stdin)
+            pickle.dump((patience, function, path, *arguments), process.stdin)
             process.stdin.flush()
         while (reply := _received(process, path, patience)) is not None:
             if isinstance(reply, Exception):
@@ -93,16 +96,20 @@ def _started():
 
 
 def _received(process, path, patience):
-    timer, start = threading.Timer(patience, process.kill), time.monotonic()
+    deadline = time.monotonic() + _CLOCK * patience
+    timer = threading.Timer(_CLOCK * patience, process.kill)
     timer.daemon = True
     timer.start()
     try:
         return pickle.load(process.stdout)
     except (EOFError, pickle.UnpicklingError) as error:
-        reason = f"crashed (exit status {process.wait()})"
-        if time.monotonic() - start >= patience:
-            reason = "was ended because it gave no answer in time"
-        raise ValueError(f"{path}: its reader {reason}, damaged?") from error
+        status = process.wait()
+        reason = f"crashed (exit status {status}), damaged?"
+        if sys.platform != "win32" and status == -signal.SIGXCPU:
+            reason = f"took more than {patience:.0f} s of processor time, damaged?"
+        elif time.monotonic() >= deadline:
+            reason = f"gave no answer in {_CLOCK * patience:.0f} s; is the disk or machine busy?"
+        raise ValueError(f"{path}: its reader {reason}") from error
     finally:
         timer.cancel()
 
@@ -135,13 +142,15 @@ def serve() -> None:
 
     while True:
         try:
-            function, path, *arguments = pickle.load(sys.stdin.buffer)
+            patience, function, path, *arguments = pickle.load(sys.stdin.buffer)
         except EOFError:
             return
         try:
             _limit_memory(path)
+            _limit_time(patience)
             for reply in function(path, *arguments):
                 send(reply)
+                _limit_time(patience)
             send(None)
         except Exception as error:
             send(error)
@@ -162,3 +171,16 @@ def _limit_memory(path):
         resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
     except (ImportError, OSError, ValueError):
         return
+
+
+def _limit_time(seconds):
+    """Limit the processor time of this process from here on, if possible."""
+    try:
+        import resource
+    except ImportError:
+        return
+    used = time.process_time()
+    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    limit = math.ceil(used + seconds)
+    if hard == resource.RLIM_INFINITY or limit < hard:
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, hard))
