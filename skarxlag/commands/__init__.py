@@ -19,7 +19,7 @@ _COMMANDS = {
     "fit": "calibrate a diagnoser on your recordings",
     "diagnose": "diagnose recordings with a saved diagnoser",
     "watch": "diagnose a running sensor with a saved diagnoser",
-    "info": "print what a saved diagnoser is and what it cannot do",
+    "info": "print what a saved diagnoser is, or the channels of a recording",
 }
 
 

@@ -1,4 +1,7 @@
-"""Print what a saved model is, what it was calibrated on, and what it cannot do."""
+"""Print what a saved model is, what it was calibrated on, and what it cannot do.
+
+Of a recording, print its channels with their sampling rates, units and shaft speeds.
+"""
 
 import argparse
 import json
@@ -14,7 +17,9 @@ from .._state import estimators_within
 from .._version import __version__
 from ..detection import few_rows
 from ..fault_classifier import FaultOrderClassifier
-from .models import SavedModel
+from ..recordings.files import list_channels, recording_speed
+from .messages import as_command_error
+from .models import SavedModel, is_model_file
 
 #: Paths are not broken.
 _LAYOUT = {"break_long_words": False, "break_on_hyphens": False}
@@ -25,13 +30,16 @@ _UNITS = {"train_rpm": "rpm", "sampling_rate": "Hz", "window_length": "samples"}
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.description = __doc__
-    parser.add_argument("model", type=Path, metavar="MODEL.skops", help="file that fit has saved")
+    text = "file that fit has saved, or a recording"
+    parser.add_argument("model", type=Path, metavar="FILE", help=text)
     parser.add_argument("--json", action="store_true", help="print JSON, for programs")
     parser.set_defaults(run=run, fail=parser.error)
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
+    if args.model.suffix != ".skops" and args.model.is_file() and not is_model_file(args.model):
+        return _describe_recording(args)
     model = SavedModel(args.model)
     sentences = list(limits(model))
     if args.json:
@@ -42,6 +50,20 @@ def run(args: argparse.Namespace) -> int:
     print("Limits")
     for sentence in sentences:
         print(_wrapped("  - ", sentence))
+    return 0
+
+
+def _describe_recording(args):
+    with as_command_error():
+        channels, rpm = list_channels(args.model), recording_speed(args.model)
+    rows = channels.astype(object).where(channels.notna(), None)
+    if args.json:
+        print(
+            json.dumps({"file": str(args.model), "rpm": rpm, "channels": rows.to_dict("records")})
+        )
+        return 0
+    speed = "not stated" if rpm is None else f"{rpm:g} rpm"
+    print(rows.fillna("-").to_string(), f"Shaft speed: {speed}", sep="\n")
     return 0
 
 

@@ -145,3 +145,26 @@ def test_what_nobody_stated_is_asked_for(run, classifiers):
 def test_a_model_that_cannot_be_saved_is_named(tmp_path, windows):
     with pytest.raises(TypeError, match=r"it holds a .*, which no diagnoser needs"):
         save_diagnoser(ended_by(SGDClassifier()).fit(*windows), tmp_path / "m.skops")
+
+
+def test_channels_of_a_recording(run, tmp_path):
+    lines = [f"{k / 1000},{k % 7},{900 + k % 2}" for k in range(1000)]
+    path = tmp_path / "run.csv"
+    path.write_text("\n".join(["time (s),acc (g),rpm", *lines]))
+    code, out, _ = run("info", path)
+    head, *rows, speed = out.splitlines()
+    assert code == 0 and head.split() == ["channel", "sampling_rate", "unit", "rpm"]
+    assert rows[1].split() == ["1", "acc", "(g)", "1000.0", "g", "-"]
+    assert speed == "Shaft speed: 900.5 rpm"
+    found = json.loads(run("info", path, "--json")[1])
+    assert found["rpm"] == 900.5 and found["channels"][0]["sampling_rate"] is None
+    assert [row["channel"] for row in found["channels"]] == ["time (s)", "acc (g)", "rpm"]
+    np.savez(tmp_path / "none.npz", y=np.arange(5.0))
+    assert "Shaft speed: not stated" in run("info", tmp_path / "none.npz")[1]
+
+
+def test_a_damaged_recording_is_an_error(run, tmp_path):
+    path = tmp_path / "run.npz"
+    path.write_bytes(b"PK\3\4 no archive")
+    code, _, err = run("info", path)
+    assert code == 1 and f"{path}: cannot be read as .npz, damaged?" in err
