@@ -27,9 +27,8 @@ from sklearn.utils.validation import check_is_fitted
 _FREE_PARAMETERS = {"n_jobs", "verbose"}
 #: Types and name of a number, types and name of an array.
 _KINDS: dict[str, tuple[Any, str, tuple[Any, ...], str]] = {
-    "f": (Real, "a finite number", (np.float64, np.float32), "an array of float64 or float32"),
-    "i": (Integral, "an integer", (np.int64, np.int32), "an array of int64 or int32"),
-    "b": (bool, "True or False", (np.bool_,), "an array of bool"),
+    "f": (Real, "a finite number", (np.float64, np.float32), "finite float64 or float32 numbers"),
+    "i": (Integral, "an integer", (np.int64, np.int32), "int64 or int32 numbers"),
 }
 #: Values, contents of small arrays, and checked copy of each estimator that was used.
 _checked: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
@@ -62,28 +61,22 @@ class Values(NamedTuple):
         number, one, types, several = _KINDS[self.kind]
         shape = self.shape(estimator) if callable(self.shape) else self.shape
         if shape == ():
-            fits = isinstance(value, number) and isinstance(value, bool) == (self.kind == "b")
+            fits, expected = isinstance(value, number) and not isinstance(value, bool), one
         else:
             fits = isinstance(value, np.ndarray) and value.dtype in types
-        if not fits:
-            expected = one if shape == () else several
-            raise ValueError(f"{name} == {_short(value)}, expected {expected}.")
+            expected = f"an array of {several}"
+        _require(fits and np.isfinite(value), name, value, expected)
         found = np.shape(value)
         wanted = [m if n is None else n for n, m in zip(shape, found, strict=False)]
         if len(found) != len(shape) or wanted != list(found):
             listed = str(shape).replace("None", "any")
             raise ValueError(f"{name} has shape {found}, expected {listed}.")
-        finite = np.isfinite(value)
-        if not np.all(finite):
-            raise ValueError(f"{name} holds {np.ravel(value)[np.argmin(finite)]}, expected {one}.")
         if isinstance(self.range, str):
             phrase, bound = self.range.rsplit(" ", 1)
-            expected, holds = self.range, _RANGES[phrase](value, float(bound))
+            _require(_RANGES[phrase](value, float(bound)), name, value, self.range)
         elif self.range is not None:
             condition, expected = self.range
-            holds = condition(value, estimator)
-        if self.range is not None and not np.all(holds):
-            raise ValueError(f"{name} == {_short(value)}, expected {expected}.")
+            _require(condition(value, estimator), name, value, expected)
 
 
 class Labels:
@@ -92,17 +85,19 @@ class Labels:
     def check(self, estimator: Any, name: str, value: Any) -> None:
         """Raise a ValueError that names the attribute if a value is no such array."""
         is_array = isinstance(value, np.ndarray) and value.ndim == 1 and len(value) > 0
-        if not is_array or not (
+        is_labels = is_array and (
             value.dtype.kind in "biufU" or all(isinstance(label, str) for label in value)
-        ):
-            raise ValueError(f"{name} == {_short(value)}, expected an array of labels.")
-        if not np.all(value[:-1] < value[1:]):
-            raise ValueError(f"{name} == {_short(value)}, expected different labels, sorted.")
+        )
+        _require(is_labels, name, value, "an array of labels")
+        _require(value[:-1] < value[1:], name, value, "different labels, sorted")
 
 
-def _short(value):
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 100 else f"{text[:97]}..."
+def _require(holds, name, value, expected):
+    """Raise a ValueError that names an attribute unless all of a condition holds."""
+    if not np.all(holds):
+        text = " ".join(repr(value).split())
+        shown = text if len(text) <= 100 else f"{text[:97]}..."
+        raise ValueError(f"{name} == {shown}, expected {expected}.")
 
 
 #: Training speeds in revolutions per minute.
@@ -160,23 +155,9 @@ def check_state(estimator: CheckedEstimator) -> None:
         estimator._check_parameters()
         for name, wanted in estimator._state.items():
             wanted.check(estimator, name, vars(estimator).get(name))
-        _check_feature_names(estimator)
         estimator._check_relations()
     except TypeError as error:
         raise ValueError(str(error)) from error
-
-
-def _check_feature_names(estimator):
-    n, names = estimator.n_features_in_, vars(estimator).get("feature_names_in_")
-    if names is not None and (
-        not isinstance(names, np.ndarray)
-        or names.shape != (n,)
-        or not all(isinstance(name, str) for name in names)
-    ):
-        raise ValueError(
-            f"feature_names_in_ == {_short(names)}, expected {n} names, one for each of "
-            "n_features_in_."
-        )
 
 
 def remember_parameters(estimator: Any) -> None:
@@ -215,9 +196,8 @@ def as_fitted(estimator: Any) -> Any:
         return checked
     check_is_fitted(estimator)
     fitted = vars(estimator).get("_fitted_parameters")
-    names = estimator.get_params(deep=False).keys()
-    if not isinstance(fitted, dict) or not fitted.keys() <= names:
-        raise ValueError(f"_fitted_parameters == {_short(fitted)}, expected parameters of fit.")
+    is_of_fit = isinstance(fitted, dict) and fitted.keys() <= estimator.get_params().keys()
+    _require(is_of_fit, "_fitted_parameters", fitted, "parameters of fit")
     checked = object.__new__(type(estimator))
     vars(checked).update(vars(estimator) | fitted)
     check_state(checked)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, ClassVar, Self
@@ -30,10 +31,6 @@ from .kernels.ladder import rows_that_hold
 from .kernels.speed_references import UNIT_DISTANCE, group_speeds, speed_distance
 from .speeds import log_speeds, with_plausible_speeds
 
-#: Begin of the warning that `fit` was given no speeds.
-UNKNOWN_SPEED = (
-    "rpm is not given, so the limits are those for a speed that differs by the factor 1.3"
-)
 #: Fields of `Limits` that are attributes of a detector, with an underscore at the end.
 _LIMITS = [name for name in Limits._fields if name != "known"]
 #: Samples that a spectrum takes at least.
@@ -46,8 +43,8 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
     """Outlier detector whose score is the logarithm of a p-value.
 
     A subclass sets `offset_`, the logarithm of the stated rate, and its other fitted attributes in
-    `_learn`, which returns sentences to warn of. Its method `_detectors` returns one
-    `FaultDetector` for each set of limits. All methods accept `rpm`, the speed of each row.
+    `_learn`, where NaN is an unknown speed, and which returns sentences to warn of. Its method
+    `_detectors` returns one `FaultDetector` for each set of limits.
     """
 
     offset_: float
@@ -107,10 +104,10 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
         X, y = validate_innovations(self, X, y if self._knows_conditions else None, reset=True)
         self._check_parameters()
         log_speed = log_speeds(rpm, len(X), X.shape[-1])
+        log_speed = np.full(len(X), np.nan) if log_speed is None else log_speed
         rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
-        if len(rows) < len(X):
-            X, log_speed = X[rows], None if rpm is None else log_speed[rows]
-        sentences = self._learn(X, y, log_speed, weights)
+        X = X if len(rows) == len(X) else X[rows]
+        sentences = self._learn(X, y, log_speed[rows], weights)
         remember_parameters(self)
         for sentence in sentences:
             warnings.warn(sentence, stacklevel=2)
@@ -385,7 +382,7 @@ class FaultDetector(RowOutlierDetector):
 
     @one_thread
     def _learn(self, X, y, log_speed, weights):
-        known, at = group_speeds(np.zeros(len(X)) if log_speed is None else log_speed)
+        known, at = group_speeds(log_speed)
         if np.bincount(at).max() < 2:
             raise ValueError(
                 f"n_samples = {len(X)}: X has one row at each of {len(known)} speeds, expected at "
@@ -400,14 +397,15 @@ class FaultDetector(RowOutlierDetector):
         parts = X[..., : n_parts * length].reshape(-1, X.shape[1], length)
         with_level = bool(self.fixed_gain) or X.shape[-1] < _SHORTEST_SPECTRUM
         rows = measure(parts, n_windows, with_level=with_level, n_jobs=self.n_jobs)
-        healthy = HealthyRows(rows, known, np.repeat(at, n_parts), np.repeat(weights, n_parts))
+        at, weights = np.repeat(at, n_parts), np.repeat(weights, n_parts)
+        healthy = HealthyRows(rows, np.nan_to_num(known), at, weights)
         limits = calibrate(healthy)
         vars(self).update({name + "_": limits._asdict()[name] for name in _LIMITS})
         # Most of a saved detector; seven digits are more than the scatter of rows leaves.
         self.axes_: NDArray[np.float32] = limits.axes.astype(np.float32)
         # The mean of more windows has a smaller variance.
         self.variances_: NDArray[Any] = limits.variances * (n_windows / self.n_windows_)
-        self.speeds_: NDArray[Any] = np.empty(0) if log_speed is None else np.exp(known)
+        self.speeds_: NDArray[Any] = np.exp(known[~np.isnan(known)])
         self.offset_: float = float(np.log(self.false_alarm_rate))
         scale, shares = 1.0, np.empty(0)
         if len(known) > 1:
@@ -415,22 +413,23 @@ class FaultDetector(RowOutlierDetector):
             shares = flagged_shares(left_out, healthy.at, self.offset_, healthy.weights)
         self.drift_scale_: float = scale
         self.left_out_rates_: NDArray[Any] = shares
-        return self._weak_points()
+        return self.weak_points()
 
-    def _weak_points(self):
+    def weak_points(self, rows: str = "healthy rows") -> Iterator[str]:
         """Yield sentences on a calibration that promises less than its user may think."""
         rate, n_speeds = self.false_alarm_rate, len(self.speeds_)
-        yield from few_rows(f"{self.n_rows_} healthy rows", self.n_rows_, rate)
+        yield from few_rows(f"{self.n_rows_} {rows}", self.n_rows_, rate)
         if n_speeds == 0:
             yield (
-                f"{UNKNOWN_SPEED}, and most faults are missed. If the speed is known, if only as "
-                "one number for all rows, pass it to fit and to predict."
+                "rpm is not given, so the limits are those for a speed that differs by the factor "
+                "1.3, which most faults do not exceed. If the speed is known, if only as one "
+                "number for all rows, pass it to fit and to predict."
             )
         if n_speeds == 1:
             yield (
-                f"All healthy rows have one speed, {self.speeds_[0]:g} rpm. How far a healthy "
-                "bearing drifts with speed is taken from other bearings. Healthy rows at more "
-                "speeds give narrower limits at other speeds."
+                f"All {rows} have one speed, {self.speeds_[0]:g} rpm. How far they drift with "
+                "speed is taken from other bearings. Rows at more speeds give narrower limits at "
+                "other speeds."
             )
         if np.any(self.left_out_rates_ > rate):
             rates = zip(self.left_out_rates_, self.speeds_, strict=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
+from itertools import compress
 from numbers import Integral
 from typing import Any
 
@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_scalar
 
-from ._state import INNOVATIONS, Labels, Values, check_state
+from ._state import INNOVATIONS, Labels, Values, as_fitted, remember_parameters
 from ._validation import check_rate
-from .detection import UNKNOWN_SPEED, FaultDetector, RowOutlierDetector, few_rows
+from .detection import FaultDetector, RowOutlierDetector
 from .kernels.speed_references import group_speeds
 
 #: Drift scale of a condition without rows at several speeds: faults drift more than a healthy
@@ -86,6 +86,7 @@ class KnownConditions(RowOutlierDetector):
     --------
     Two conditions of different colour, and noise that is like neither:
 
+    >>> import warnings
     >>> import numpy as np
     >>> from scipy.signal import lfilter
     >>> noise = np.random.default_rng(0).normal(size=(240, 4800))
@@ -112,9 +113,9 @@ class KnownConditions(RowOutlierDetector):
 
     def _learn(self, X, y, log_speed, weights):
         labels = np.full(len(X), "known") if y is None else y
-        speeds = None if log_speed is None else np.exp(log_speed)
         classes = np.unique(labels)
-        can = np.array([_has_two_rows(speeds, labels == name) for name in classes])
+        own = [labels == name for name in classes]
+        can = np.array([np.bincount(group_speeds(log_speed[each])[1]).max() > 1 for each in own])
         if not can.any():
             raise ValueError(
                 f"n_samples = {len(X)}: X has one row of each condition at each speed, expected at "
@@ -123,25 +124,22 @@ class KnownConditions(RowOutlierDetector):
         self.classes_: NDArray[Any] = classes[can]
         self.offset_: float = float(np.log(self.false_rejection_rate))
         self.detectors_: list[FaultDetector] = [
-            self._detector_of(X, labels == name, speeds, weights) for name in self.classes_
+            self._detector_of(X[each], log_speed[each], weights[each])
+            for each in compress(own, can)
         ]
         return self._weak_points(classes[~can].tolist())
 
-    def _detector_of(self, X, own, speeds, weights):
+    def _detector_of(self, X, log_speed, weights):
         detector = FaultDetector(
             false_alarm_rate=self.false_rejection_rate,
             window_length=self.window_length,
             n_jobs=self.n_jobs,
         )
-        rows = X[own] if self.n_models_ else X[own, 0]
-        with warnings.catch_warnings():
-            # `_weak_points` warns once for all conditions.
-            warnings.simplefilter("ignore", UserWarning)
-            detector.fit(
-                rows, rpm=None if speeds is None else speeds[own], sample_weight=weights[own]
-            )
+        vars(detector).update({name: vars(self)[name] for name in INNOVATIONS})
+        detector._learn(X, None, log_speed, weights)
         if len(detector.speeds_) < 2:
             detector.drift_scale_ = _DRIFT_OF_FAULTS
+        remember_parameters(detector)
         return detector
 
     def _weak_points(self, left_out):
@@ -152,18 +150,9 @@ class KnownConditions(RowOutlierDetector):
                 f"Conditions with one row at each speed are left out: {listed}. Their own rows "
                 "may be taken for none of the known conditions."
             )
-        fewest = min(self.detectors_, key=lambda each: each.n_rows_)
-        name = self.classes_[self.detectors_.index(fewest)]
-        rows = f"{fewest.n_rows_} rows of condition {name!s}"
-        yield from few_rows(rows, fewest.n_rows_, self.false_rejection_rate)
-        n_speeds = min(len(each.speeds_) for each in self.detectors_)
-        if n_speeds == 0:
-            yield f"{UNKNOWN_SPEED}, and most unknown conditions are taken for a known one."
-        if n_speeds == 1:
-            yield (
-                "Some conditions have rows at one speed only. At other speeds, most unknown "
-                "conditions are taken for a known one."
-            )
+        weakest = min(self.detectors_, key=lambda each: (len(each.speeds_), each.n_rows_))
+        name = self.classes_[self.detectors_.index(weakest)]
+        yield from weakest.weak_points(f"rows of condition {name}")
 
     def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute for each condition the probability that its rows deviate at least as much.
@@ -210,11 +199,9 @@ class KnownConditions(RowOutlierDetector):
                 f"detectors_ == {detectors!r}, expected {n} of FaultDetector, one for each of "
                 "classes_."
             )
-        for detector in detectors:
-            check_state(detector)
         found = [
             (each.window_shape_.tolist(), each.n_windows_, each.means_.shape[1])
-            for each in detectors
+            for each in map(as_fitted, detectors)
         ]
         expected = (self.window_shape_.tolist(), *found[0][1:])
         if found != [expected] * n:
@@ -222,10 +209,3 @@ class KnownConditions(RowOutlierDetector):
                 f"detectors_ differ in window_shape_, n_windows_ or means_: {found}, expected "
                 f"{expected} for each."
             )
-
-
-def _has_two_rows(speeds, own):
-    """Return whether some rows have two of one speed."""
-    if speeds is None:
-        return own.sum() > 1
-    return np.bincount(group_speeds(np.log(speeds[own]))[1]).max() > 1

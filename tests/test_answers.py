@@ -28,7 +28,7 @@ from skarxlag.pipelines import in_one_pass
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore:rpm is not given:UserWarning", "ignore:.* rows of condition .* are too few:UserWarning",
-    "ignore:Some conditions have rows at one speed:UserWarning",
+    "ignore:All rows of condition .* have one speed:UserWarning",
 )  # fmt: skip
 Y = np.repeat(["good", "worn"], 30)
 CONDITIONS = ("good", "worn")

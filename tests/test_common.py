@@ -46,7 +46,7 @@ pytestmark = [
         ".* healthy rows are too few",
         ".* rows of condition .* are too few",
         "Conditions with one row at each speed",
-        "Some conditions have rows at one speed",
+        "All rows of condition .* have one speed",
         "rpm is not given",
     )
 ]

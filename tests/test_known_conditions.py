@@ -160,7 +160,7 @@ def test_weak_calibrations_are_said():
         KnownConditions().fit(X[:18], y[:18], rpm=800)
     texts = [str(each.message) for each in said]
     assert "8 rows of condition inner" in texts[0] and "1/9 = 0.11" in texts[0]
-    assert "Use at least 99 rows" in texts[0] and "rows at one speed" in texts[1]
+    assert "Use at least 99 rows" in texts[0] and "one speed, 800 rpm" in texts[1]
     assert len(texts) == 2 and said[0].filename == __file__
     with pytest.warns(UserWarning) as said:
         left_out = KnownConditions().fit(X[:11], y[:11], rpm=800)

@@ -37,7 +37,7 @@ Y = np.repeat(["good", "worn"], 6)
 )
 @pytest.mark.filterwarnings("ignore:.* rows of condition .* are too few:UserWarning")
 @pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
-@pytest.mark.filterwarnings("ignore:Some conditions have rows at one speed:UserWarning")
+@pytest.mark.filterwarnings("ignore:All rows of condition .* have one speed:UserWarning")
 @pytest.mark.filterwarnings("ignore:.* healthy rows are too few:UserWarning")
 def test_verbose_prints_the_time_of_each_step(make, capsys):
     make().fit(X, Y)
