@@ -147,15 +147,11 @@ def signal_quality(
             f"X has shape {X.shape}, expected (n_windows, n_samples) or "
             "(n_windows, 1 + n_inputs, n_samples)."
         )
-    frequencies = None if rpm is None else speeds_of_rows(rpm, len(X)) / 60
-    if frequencies is not None and frequencies.shape != (len(X),):
+    frequencies = speeds_of_rows(np.nan if rpm is None else rpm, len(X)) / 60
+    if frequencies.shape != (len(X),):
         raise ValueError(f"rpm has shape {frequencies.shape}, expected one speed for each window.")
     parts = map_batches(
-        lambda batch: _quality_of_batch(
-            X[batch], sampling_rate, None if frequencies is None else frequencies[batch]
-        ),
-        len(X),
-        None,
+        lambda batch: _quality_of_batch(X[batch], sampling_rate, frequencies[batch]), len(X), None
     )
     quality, share = (np.concatenate(each) for each in zip(*parts, strict=True))
     return (quality, share) if return_share else quality
@@ -196,11 +192,11 @@ def _quality_of_batch(windows, sampling_rate, shaft_frequency):
     if len(rest) > 0:
         scaled, leaps = scaled[rest], leaps[rest]
         checks = {"wrapped": (_wrapped(scaled, leaps), leaps / n_samples)}
+        trendless = _without_trend(scaled)
         if n_samples >= 2 * _FEWEST_BINS:
-            checks["band missing"] = _missing_decade(scaled)
+            checks["band missing"] = _missing_decade(trendless)
         if sampling_rate is not None:
-            frequency = None if shaft_frequency is None else shaft_frequency[rest]
-            hum = _hum(scaled, sampling_rate, frequency)
+            hum = _hum(trendless, sampling_rate, shaft_frequency[rest])
             checks["hum"] = (hum > _HUM, hum)
         quality[rest], share[rest] = _first_failed(checks, len(rest))
     return quality, share
@@ -242,7 +238,7 @@ def _wrapped(windows, leaps):
 def _missing_decade(windows):
     """Whether a decade of the spectrum is empty, and its share of all frequencies."""
     n_bins = windows.shape[1] // 2
-    spectra = np.fft.rfft(_detrended(windows) * np.hanning(windows.shape[1]), axis=1)
+    spectra = np.fft.rfft(windows * np.hanning(windows.shape[1]), axis=1)
     power = np.abs(spectra[:, 1 : n_bins + 1]) ** 2
     edges = np.unique(np.geomspace(1, n_bins, 1 + int(_BANDS * np.log10(n_bins))).astype(int))
     density = np.add.reduceat(power, edges[:-1], axis=1) / np.diff(edges, append=n_bins)[:-1]
@@ -257,43 +253,41 @@ def _missing_decade(windows):
     return missing, share
 
 
-def _detrended(windows):
+def _without_trend(windows):
     place = np.linspace(-1, 1, windows.shape[-1])
     basis = np.linalg.qr(np.stack([np.ones_like(place), place], axis=1))[0]
     return windows - windows @ basis @ basis.T
 
 
 def _hum(windows, sampling_rate, shaft_frequency):
-    """Return the share of energy that a sine of 50 or 60 Hz has, apart from a linear trend.
+    """Return the share of energy that a sine of 50 or 60 Hz has in windows without a trend.
 
     It is 0 if the shaft has a harmonic there.
     """
     n_samples, share = windows.shape[1], np.zeros(len(windows))
     seconds = (np.arange(n_samples) - (n_samples - 1) / 2) / sampling_rate
     duration = n_samples / sampling_rate
+    energy = np.sum(windows**2, axis=1)
     # The steps of a sine have at most the power of its angular frequency, and those of the rest at
     # most twice its amplitude. Windows with larger steps need no closer look.
-    steps = np.mean(np.diff(windows, axis=1) ** 2, axis=1)
+    steps = np.sum(np.diff(windows, axis=1) ** 2, axis=1)
     most = 2 * np.pi * (max(_MAINS) + _DEVIATION) / sampling_rate + 2 * np.sqrt(1 - _HUM)
-    slow = np.flatnonzero(steps <= 1.2 * most**2 * windows.var(axis=1))
-    signal = _detrended(windows[slow])
-    energy = np.sum(signal**2, axis=1)
+    slow = np.flatnonzero(steps <= 1.2 * most**2 * energy)
     for mains in _MAINS:
         if duration * mains < _FEWEST_PERIODS or mains > sampling_rate / 4 or len(slow) == 0:
             continue
-        counts = np.ones(len(slow), dtype=bool)
-        if shaft_frequency is not None:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                order = np.maximum(np.round(mains / shaft_frequency[slow]), 1)
-                distance = np.abs(order * shaft_frequency[slow] - mains)
-            # Closer lines cannot be told apart in the window.
-            counts = ~(distance <= max(_DEVIATION, _SPEED_ERROR * mains, 1 / duration))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            order = np.maximum(np.round(mains / shaft_frequency[slow]), 1)
+            distance = np.abs(order * shaft_frequency[slow] - mains)
+        # Closer lines cannot be told apart in the window.
+        is_of_shaft = distance <= max(_DEVIATION, _SPEED_ERROR * mains, 1 / duration)
+        candidates = slow[~is_of_shaft]
         # With its derivative, a sine fits frequencies that differ by a quarter of the resolution.
         n_steps = int(np.ceil(2 * _DEVIATION * duration))
         for frequency in mains + np.arange(-n_steps, n_steps + 1) / (2 * duration):
             phase = 2 * np.pi * frequency * seconds
             sine = np.stack([np.cos(phase), np.sin(phase)])
-            basis = np.linalg.qr(_detrended(np.concatenate([sine, seconds * sine])).T)[0]
-            fitted = np.sum((signal @ basis) ** 2, axis=1) / energy
-            share[slow] = np.maximum(share[slow], np.where(counts, fitted, 0.0))
+            basis = np.linalg.qr(_without_trend(np.concatenate([sine, seconds * sine])).T)[0]
+            fitted = np.sum((windows[candidates] @ basis) ** 2, axis=1) / energy[candidates]
+            share[candidates] = np.maximum(share[candidates], fitted)
     return share.clip(max=1.0)
