@@ -101,7 +101,7 @@ def sentence(verdict: MonitorVerdict) -> str:
     Examples
     --------
     >>> first = MonitorVerdict(
-    ...     0, 0.5, 900.0, "good", "worn", "worn", 0.93, True, False, 0.25, 0.003, "hold"
+    ...     0, 0.5, 900.0, "good", 0.0, "worn", "worn", 0.93, True, False, 0.25, 0.003, "hold"
     ... )
     >>> sentence(first)
     '0.5 s, worn, probability 93.0%, alarm off at 25%, p-value 0.003'

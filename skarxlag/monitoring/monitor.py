@@ -46,6 +46,8 @@ class MonitorVerdict(NamedTuple):
         Stated shaft speed in the middle of the window; NaN if there is none.
     quality : str
         ``"good"``; why the window carries no signal, see `signal_quality`; or ``"no verdict"``.
+    quality_share : float
+        Share in [0, 1] of the window that this affects, as `signal_quality` returns it.
     window_verdict : object
         Condition of this window alone; ``"no verdict: ..."`` with the reason, such as an
         implausible speed; None if the window carries no signal or there is no classifier.
@@ -74,6 +76,7 @@ class MonitorVerdict(NamedTuple):
     time: float
     rpm: float
     quality: str
+    quality_share: float
     window_verdict: object
     verdict: object
     probability: float
@@ -388,7 +391,8 @@ class ConditionMonitor:
             verdict, probability = self._condition(alarm, rpm)
         self._qualities[quality] += 1
         return MonitorVerdict(
-            *(start, end, rpm, quality, window_verdict, verdict, probability),
+            *(start, end, rpm, quality, float(found.quality_share[i])),
+            *(window_verdict, verdict, probability),
             *(exceeds, alarm, level, self._p_value(), str(found.limits[i])),
         )
 

@@ -196,6 +196,11 @@ def test_dead_missing_and_clipped_windows_are_counted_and_give_no_opinion(make):
     for verdict in verdicts:
         assert (verdict.window_verdict is None) == (verdict.quality != "good")
         assert (verdict.exceeds is None) == (verdict.quality != "good")
+        samples = signal[verdict.start : verdict.start + WINDOW]
+        if verdict.quality in ("good", "not finite"):
+            assert verdict.quality_share == np.mean(~np.isfinite(samples))
+        else:
+            assert verdict.quality_share > 0
     dead = [v for v in verdicts if v.quality == "constant"]
     # The last verdict stands for a while, with less confidence.
     assert {v.verdict for v in dead} == {"good"}

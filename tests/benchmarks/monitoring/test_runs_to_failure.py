@@ -7,7 +7,7 @@ from skarxlag.monitoring import MonitorVerdict
 
 def verdict(time, exceeds, alarm):
     return MonitorVerdict(
-        0, time, np.nan, "good", None, None, np.nan, exceeds, alarm, 0.5, np.nan, "hold"
+        0, time, np.nan, "good", 0.0, None, None, np.nan, exceeds, alarm, 0.5, np.nan, "hold"
     )
 
 
