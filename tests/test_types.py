@@ -18,7 +18,7 @@ def own_functions(owner, module):
     """Functions, methods and properties that a module or a class of it defines in public."""
     for name, member in vars(owner).items():
         member = getattr(member, "__func__", member)
-        member = getattr(member, "py_func", member)
+        member = getattr(member, "__wrapped__", member)
         if name.startswith("_") and name != "__init__":
             continue
         if isinstance(member, property):

@@ -5,8 +5,6 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
-import numba
-
 
 class _LenientCache:
     """A cache on disk that is ignored if it cannot be read or written.
@@ -36,8 +34,39 @@ class _LenientCache:
                 self._cache.save_overload(sig, data)
 
 
+class _Kernel:
+    """Function that numba compiles at its first call."""
+
+    def __init__(self, function: Callable[..., Any], **options: Any) -> None:
+        functools.update_wrapper(self, function)
+        self._options = options
+
+    def __call__(self, *args: Any) -> Any:
+        return self.dispatcher(*args)
+
+    @functools.cached_property
+    def dispatcher(self) -> Any:
+        """Return numba's dispatcher of the function, or the function under NUMBA_DISABLE_JIT."""
+        # Loading a model computes nothing, so it should not wait for numba.
+        import numba
+
+        function: Any = self.__wrapped__
+        known = function.__globals__
+        for name in function.__code__.co_names:
+            # numba compiles calls of its dispatchers only.
+            if isinstance(known.get(name), _Kernel):
+                known[name] = known[name].dispatcher
+        try:
+            dispatcher = numba.njit(**self._options)(function)
+        except (RuntimeError, OSError):
+            dispatcher = numba.njit(**self._options | {"cache": False})(function)
+        with contextlib.suppress(AttributeError):
+            dispatcher._cache = _LenientCache(dispatcher._cache)
+        return dispatcher
+
+
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile `function` with numba at its first call, never at import.
+    """Compile `function` with numba at its first call, which also imports numba.
 
     The machine code is cached on disk if numba finds a folder that it may write to. If there is no
     such folder, the disk is full or the cache is damaged, the machine code is kept in memory until
@@ -54,17 +83,7 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
         The compiled function. Its attribute ``__wrapped__`` is the original function.
     """
     options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
-    try:
-        dispatcher = numba.njit(cache=True, **options)(function)
-    except (RuntimeError, OSError):
-        dispatcher = numba.njit(**options)(function)
-    if dispatcher is function:
-        # NUMBA_DISABLE_JIT leaves the function as it is.
-        return function
-    with contextlib.suppress(AttributeError):
-        dispatcher._cache = _LenientCache(dispatcher._cache)
-    functools.update_wrapper(dispatcher, function)
-    return dispatcher
+    return _Kernel(function, cache=True, **options)
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -82,5 +101,4 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     callable
         The function, which compiled loops can call.
     """
-    dispatcher = numba.njit(inline="always")(function)
-    return function if dispatcher is function else functools.update_wrapper(dispatcher, function)
+    return _Kernel(function, inline="always")

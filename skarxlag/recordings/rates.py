@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import resample_poly
 
 from .formats._facts import RATE_TOLERANCE
 
@@ -105,6 +104,9 @@ def resampled_blocks(
 
 def _resampled(signals, ratio):
     """`resample_poly` on a stream: every part is filtered together with its surroundings."""
+    # This import takes longer than a verdict.
+    from scipy.signal import resample_poly
+
     p, q = ratio.numerator, ratio.denominator
     # The filter of resample_poly reaches 10 max(p, q) interpolated samples to either side.
     # Cuts lie at multiples of q, where old and new samples coincide.
