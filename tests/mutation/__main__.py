@@ -3,8 +3,9 @@
 The modules are the kernels, the decision, the verdicts and the journal of an interrupted run.
 Each mutant is a copy of a module with one small error, see `mutants`. It is killed if a test fails
 that passes without the error, or takes too long. Tests that are slow without the error are left
-out. The loops run as plain Python, so that nothing has to be compiled; an index out of bounds is
-then an error, which a compiled loop would not notice.
+out. The loops of a changed kernel run as plain Python, so that nothing has to be compiled; an index
+out of bounds is then an error, which a compiled loop would not notice. They are compiled for the
+other modules.
 Mutants that no test can tell from the module are listed in `equivalent.txt`, each with its reason,
 and are not counted. Exit status: 0 if at least 95 % are killed, 1 otherwise.
 """
@@ -21,12 +22,11 @@ from contextlib import redirect_stdout
 from multiprocessing import get_context
 from pathlib import Path
 
-os.environ["NUMBA_DISABLE_JIT"] = "1"
 os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
 os.environ.setdefault("SCIPY_ARRAY_API", "1")
 
 import matplotlib.pyplot  # noqa: F401
-import numba  # noqa: F401
+import numba
 import numpy as np
 import pandas as pd  # noqa: F401
 import pytest
@@ -44,6 +44,7 @@ from tests.mutation.one_mutant import run_tests
 ROOT = Path(__file__).parents[2]
 #: Tests of a module that do not stand in the file of its name.
 FURTHER_TESTS = {
+    "detection": ["tests/test_known_conditions.py"],
     "ladder": ["tests/kernels/test_ladder_thresholds.py", "tests/test_ladder.py"],
     "laguerre": ["tests/kernels/test_arx_laguerre.py"],
     "observer": ["tests/kernels/test_residual_levels.py"],
@@ -73,7 +74,8 @@ def examine(module, chosen):
     began = time.monotonic()
     source = SOURCES[module].relative_to(ROOT)
     path, name = str(ROOT / source), ".".join(source.with_suffix("").parts)
-    own = Path("tests", *source.parts[1:-1], f"test_{module}.py")
+    own = Path("tests", *source.parts[1:-1], f"test_{source.stem}.py")
+    numba.config.DISABLE_JIT = int("kernels" in source.parts)
     tests = [str(own), *FURTHER_TESTS.get(module, [])]
     tests = [path, *(test for test in tests if Path(test).exists())]
     usual, failed = run_tests(name, path, None, tests)

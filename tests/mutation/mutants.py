@@ -10,11 +10,15 @@ _NOT_NUMERIC = {"__init__", "compiled"}
 #: Files of the modules that are changed, by name.
 SOURCES = {
     path.stem: path
-    for path in (
-        *sorted((_PACKAGE / "kernels").glob("*.py")),
-        *(_PACKAGE / name for name in ("detection.py", "verdicts.py", "commands/journal.py")),
-    )
+    for path in sorted((_PACKAGE / "kernels").glob("*.py"))
     if path.stem not in _NOT_NUMERIC
+} | {
+    "detection": _PACKAGE / "detection.py",
+    "known_conditions": _PACKAGE / "known_conditions.py",
+    # The kernel has the name of the file.
+    "threshold_ladder": _PACKAGE / "ladder.py",
+    "verdicts": _PACKAGE / "verdicts.py",
+    "journal": _PACKAGE / "commands/journal.py",
 }
 _COMPARISONS = {
     ast.Lt: (ast.LtE, ast.GtE),
