@@ -184,7 +184,7 @@ def confidence_scale(
     Returns
     -------
     float
-        The factor, above 0.
+        The factor, from :math:`e^{-10}` to :math:`e^{10}`.
     """
     n_classes = scores.shape[1]
     if n_classes == 1:

@@ -146,6 +146,38 @@ def test_scale_is_twice_the_least_that_holds():
     assert shares(logs, at, 0.05).max() > 0.05
 
 
+@pytest.mark.parametrize(("rate", "n_rows"), [(0.01, 95), (0.05, 19)])
+def test_scale_holds_the_stated_rates_to_the_row(monkeypatch, rate, n_rows):
+    # One flagged row of so many is a little more than the rate; it is flagged at scales below 1.
+    def one_row(limits, rows, log_speed, scale):
+        return np.where(np.arange(len(log_speed)) == 0, np.log(0.9 * rate) * (scale < 1), -0.1)
+
+    rows, at = noise_rows(5).take(np.arange(2 * n_rows) % 5), np.repeat([0, 1], n_rows)
+    learned = healthy(rows, np.log([800.0, 1000.0]), at)
+    limits = calibrate(learned)
+    monkeypatch.setattr(healthy_limits, "log_p_values", one_row)
+    assert rate < 1 / n_rows < 1.1 * rate
+    assert drift_scale(learned, limits)[0] == 2.0
+
+
+def test_a_row_at_the_limit_is_not_flagged():
+    logs, at = np.log([0.05, 0.04, 0.05, 0.06]), np.array([0, 0, 1, 1])
+    weights = np.array([3.0, 1.0, 1.0, 1.0])
+    np.testing.assert_array_equal(flagged_shares(logs, at, np.log(0.05), weights), [0.25, 0])
+
+
+def test_many_blocks_have_the_freedom_of_ten():
+    rows, at = noise_rows(24), np.zeros(24, int)
+    limits = calibrate(healthy(rows, np.zeros(1), at))
+    # A level far from its mean decides the p-value alone.
+    rows.values[:, 1] = limits.means[0, 1] + 5.0
+    for n_blocks, freedom in ((4, 3), (10, 9), (24, 9)):
+        found = log_p_values(limits._replace(n_blocks=n_blocks), rows, np.zeros(24), 1.0)
+        spread = limits.deviations[1] ** 2 * (1 + 1 / n_blocks) + 0.09 * 0.3**2
+        tail = 2 * stats.t.sf(5.0 / np.sqrt(spread), freedom)
+        np.testing.assert_allclose(np.exp(found), 3 * tail, rtol=1e-6)
+
+
 def test_a_weight_counts_in_the_covariance_and_in_the_scatter_of_blocks():
     rows, at = noise_rows(40), np.zeros(40, int)
     weights = np.random.default_rng(1).uniform(0.5, 4, 40)

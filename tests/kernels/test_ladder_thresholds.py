@@ -7,6 +7,7 @@ from skarxlag.kernels.ladder import (
     false_alarm_threshold,
     log_level,
     relative_scores,
+    rows_that_hold,
     rung_scores,
 )
 
@@ -18,6 +19,11 @@ def test_threshold_is_the_conformal_order_statistic(n, percent):
     rank = min(-(-(n + 1) * (100 - percent) // 100), n)
     levels = np.random.default_rng(0).permutation(np.arange(1.0, n + 1))
     assert false_alarm_threshold(levels, percent / 100) == rank
+
+
+@pytest.mark.parametrize(("rate", "n"), [(0.03, 33), (0.01, 99), (1 / 3, 2), (0.5, 1), (0.7, 1)])
+def test_rows_that_hold_a_rate_are_the_fewest(rate, n):
+    assert rows_that_hold(rate) == n
 
 
 def test_rate_holds_on_fresh_exchangeable_windows():
@@ -79,3 +85,10 @@ def test_confidence_scale_is_finite_where_nothing_errs_and_one_for_one_class():
     # Platt: five windows of a class count as 6/7 certain, so exp(scale) = 6.
     assert scale == pytest.approx(np.log(6), rel=1e-3)
     assert confidence_scale(np.zeros((3, 1)), np.zeros(3, dtype=int)) == 1.0
+
+
+@pytest.mark.parametrize(("sign", "bound"), [(1, 10), (-1, -10)])
+def test_confidence_scale_of_scores_that_hardly_differ_or_always_err_is_bounded(sign, bound):
+    scores = np.array([[1.0, 0.0], [0.0, 1.0]] * 5) * sign * (1e-9 if sign > 0 else 1.0)
+    scale = confidence_scale(scores, np.array([0, 1] * 5))
+    assert np.log(scale) == pytest.approx(bound, abs=0.01)

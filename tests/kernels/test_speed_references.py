@@ -7,6 +7,7 @@ from skarxlag.kernels.healthy_rows import Rows
 from skarxlag.kernels.speed_references import (
     SAME_LOG_SPEED,
     UNIT_DISTANCE,
+    drift_learned,
     group_means,
     group_speeds,
     mean_by_speed,
@@ -131,6 +132,19 @@ def test_weights_interpolate_the_means_of_the_speeds_at_which_a_condition_was_re
             np.testing.assert_allclose(found[:, c, f], expected, atol=1e-12)
     widest = [speed_distance(log_speed, known[own]).variance for own in recorded.T]
     np.testing.assert_array_equal(variance, np.max(widest, axis=0))
+
+
+def test_learned_drift_has_the_axes_of_the_means():
+    known, means = np.array([0.0, 0.2, 0.5]), np.random.default_rng(0).normal(size=(3, 2, 4, 5))
+    # The second condition was recorded at the two upper speeds only.
+    recorded = np.array([[True, False], [True, True], [True, True]])
+    found = drift_learned(known, means, recorded)
+    assert found.shape == (5, 4, 5)
+    # Between two speeds the prior holds for 0.4 of log speed, of which at least a fifth counts.
+    inside = means[1, 0] - (0.6 * means[0, 0] + 0.4 * means[2, 0])
+    np.testing.assert_allclose(found[1], inside / np.sqrt(0.2 * 0.3 / 0.5 / 0.4))
+    outside = means[2, 1] - means[1, 1]
+    np.testing.assert_allclose(found[4], outside / np.sqrt(0.3 / 0.4))
 
 
 def test_speeds_to_try_are_the_known_ones_and_their_middles():
