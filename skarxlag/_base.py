@@ -24,6 +24,12 @@ class DocumentedEstimator:
     _doc_link_module: ClassVar = __name__.partition(".")[0]
     _doc_link_template: ClassVar = SITE + "api/generated/skarxlag.{estimator_name}.html"
 
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        if tags.transformer_tags is not None:
+            tags.transformer_tags.preserves_dtype = ["float64", "float32"]
+        return tags
+
 
 class SignalEstimator(CheckedEstimator, DocumentedEstimator):
     """Estimator that accepts windows of several channels: arrays of three axes."""
@@ -31,8 +37,6 @@ class SignalEstimator(CheckedEstimator, DocumentedEstimator):
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()
         tags.input_tags.three_d_array = True
-        if tags.transformer_tags is not None:
-            tags.transformer_tags.preserves_dtype = ["float64", "float32"]
         return tags
 
 
@@ -61,11 +65,6 @@ class ArrayTransformer(
             This transformer.
         """
         return self
-
-    def __sklearn_tags__(self) -> Any:
-        tags = super().__sklearn_tags__()
-        tags.transformer_tags.preserves_dtype = ["float64", "float32"]
-        return tags
 
 
 class InnovationsTransformer(SignalEstimator, TransformerMixin, BaseEstimator):

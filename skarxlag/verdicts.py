@@ -92,12 +92,9 @@ def check_conditions(conditions: Sequence[Any], known: Sequence[Any] | None) -> 
         ...
     ValueError: conditions=['worn'], expected a permutation of ['good', 'worn']
     """
-    if known is None:
-        fits, expected = len(conditions) == 1, "the name of the healthy condition"
-    else:
-        fits = len(conditions) == len(known) and set(conditions) == set(known)
-        expected = f"a permutation of {list(known)}"
-    if not fits:
+    wanted = conditions[:1] if known is None else known
+    if len(conditions) != max(len(wanted), 1) or set(conditions) != set(wanted):
+        expected = "the healthy one only" if known is None else f"a permutation of {list(known)}"
         raise ValueError(f"conditions={conditions!r}, expected {expected}")
     check_condition_names(conditions)
 

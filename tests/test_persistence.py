@@ -182,7 +182,7 @@ def test_a_detector_names_its_healthy_condition(tmp_path):
     detector = make_detector(false_alarm_rate=0.2).fit(X[:10])
     save_diagnoser(detector, tmp_path / "d.skops", conditions=["ok"])
     assert load_diagnoser(tmp_path / "d.skops")[1]["conditions"] == ["ok"]
-    with pytest.raises(ValueError, match="expected the name of the healthy condition"):
+    with pytest.raises(ValueError, match="expected the healthy one only"):
         save_diagnoser(detector, tmp_path / "d.skops", conditions=["ok", "worn"])
 
 
