@@ -13,6 +13,7 @@ from .diagnosers import make_fault_order_classifier as make_fault_order_classifi
 from .diagnosers import make_known_conditions as make_known_conditions
 from .envelope_spectra import envelope_spectrum as envelope_spectrum
 from .fault_classifier import FaultOrderClassifier as FaultOrderClassifier
+from .fusion import SensorFusion as SensorFusion
 from .identification import ARXLaguerre as ARXLaguerre
 from .known_conditions import KnownConditions as KnownConditions
 from .ladder import ThresholdLadder as ThresholdLadder

@@ -52,6 +52,8 @@ class Answers:
         Samples in each channel of a row.
     n_channels : int, default=1
         Channels of a row.
+    n_outputs : int, default=1
+        Channels of a row that are sensors, each with its own models. The others are inputs.
     is_stretch : bool, default=False
         Whether a row holds several windows.
     sampling_rate : float or None, default=None
@@ -72,6 +74,7 @@ class Answers:
     speeds: tuple[float, ...] = ()
     window_length: int | None = None
     n_channels: int = 1
+    n_outputs: int = 1
     is_stretch: bool = False
     sampling_rate: float | None = None
     gathers_combs: bool = False

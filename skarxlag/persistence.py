@@ -20,6 +20,7 @@ from ._files import read_members, write_atomically
 from ._state import check_model_state, estimators_within
 from ._version import __version__
 from .detection import FaultDetector
+from .fusion import SensorFusion
 from .known_conditions import KnownConditions
 
 #: Classes of scikit-learn that a model may contain next to the estimators of this package:
@@ -59,6 +60,7 @@ TRUSTED_TYPES = {
         "skarxlag.stretches.StretchResidual",
         "skarxlag.bearings.BearingGeometry",
         "skarxlag.fault_classifier.FaultOrderClassifier",
+        "skarxlag.fusion.SensorFusion",
         "skarxlag.ladder.ThresholdLadder",
         "skarxlag.observer_bank.ExtendedStatePIObserverBank",
         "skarxlag.spectra.LogSpectra",
@@ -85,12 +87,12 @@ _COMPANIONS = {
 
 
 def save_diagnoser(
-    diagnoser: Pipeline | CalibratedClassifierCV,
+    diagnoser: Pipeline | CalibratedClassifierCV | SensorFusion,
     path: str | os.PathLike[str],
     /,
     *,
-    known_conditions: Pipeline | KnownConditions | None = None,
-    detector: Pipeline | FaultDetector | None = None,
+    known_conditions: Pipeline | KnownConditions | SensorFusion | None = None,
+    detector: Pipeline | FaultDetector | SensorFusion | None = None,
     **facts: Any,
 ) -> None:
     """Save a fitted diagnoser and facts about it, all or nothing.
@@ -101,10 +103,11 @@ def save_diagnoser(
 
     Parameters
     ----------
-    diagnoser : Pipeline or CalibratedClassifierCV
+    diagnoser : Pipeline, CalibratedClassifierCV or SensorFusion
         A fitted pipeline of this package's estimators and of the scalers and linear models of
         scikit-learn that are in `TRUSTED_TYPES`; or such pipelines within
-        `sklearn.calibration.CalibratedClassifierCV`. Its `memory` and its callbacks are not saved.
+        `sklearn.calibration.CalibratedClassifierCV` or :class:`skarxlag.SensorFusion`. Its
+        `memory` and its callbacks are not saved.
     path : str or path-like
         The file; an existing one is replaced.
     known_conditions : Pipeline, KnownConditions or None, default=None
@@ -175,7 +178,7 @@ def _import_skops():
 
 def load_diagnoser(
     path: str | os.PathLike[str],
-) -> tuple[Pipeline | CalibratedClassifierCV, dict[str, Any]]:
+) -> tuple[Pipeline | CalibratedClassifierCV | SensorFusion, dict[str, Any]]:
     """Load a diagnoser that :func:`save_diagnoser` wrote.
 
     No code comes from the file. The sizes that the file states are limited before it is unpacked.
@@ -190,7 +193,7 @@ def load_diagnoser(
 
     Returns
     -------
-    diagnoser : Pipeline or CalibratedClassifierCV
+    diagnoser : Pipeline, CalibratedClassifierCV or SensorFusion
         Fitted; it predicts what the saved one did, bit for bit.
     facts : dict
         As given to :func:`save_diagnoser`; ``"skarxlag"`` and ``"scikit-learn"`` are the versions
@@ -246,10 +249,10 @@ def _check_content(content):
     if content["format"] != _FORMAT:
         raise ValueError(f"format {content['format']!r}, expected {_FORMAT!r}")
     diagnoser, facts = content["diagnoser"], content["facts"]
-    if not isinstance(diagnoser, Pipeline | CalibratedClassifierCV):
+    if not isinstance(diagnoser, Pipeline | CalibratedClassifierCV | SensorFusion):
         raise TypeError(
-            f"diagnoser is a {type(diagnoser).__name__}, expected a Pipeline or a "
-            "CalibratedClassifierCV"
+            f"diagnoser is a {type(diagnoser).__name__}, expected a Pipeline, a "
+            "CalibratedClassifierCV or a SensorFusion"
         )
     if not isinstance(facts, dict):
         raise TypeError(f"facts are a {type(facts).__name__}, expected a dict")

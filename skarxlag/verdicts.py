@@ -132,6 +132,8 @@ class Judge:
         Whether there are healthy limits.
     alarm_rate : float or None
         Share of healthy windows that may exceed the limits.
+    outputs : list of str
+        Names of the outputs; "output 1" and so on, unless they are replaced.
 
     Raises
     ------
@@ -174,6 +176,8 @@ class Judge:
         self.detects: bool = limits.alarm
         self.alarm_rate: float | None = limits.stated_rate
         speeds = [train_rpm, *(can.speeds for can in self._can.values())]
+        n_outputs = max(can.n_outputs for can in self._can.values())
+        self.outputs: list[str] = [f"output {s}" for s in range(1, n_outputs + 1)]
         self.train_rpm: list[float] = list(next(filter(len, speeds), ()))
         rates = [sampling_rate, *(can.sampling_rate for can in self._can.values())]
         self.sampling_rate: float | None = next(filter(None, rates), None)
@@ -220,9 +224,7 @@ class Judge:
         if rpm is not None:
             refusal = speed_errors(rpm, n, self.train_rpm)
             rpm = speeds_of_rows(rpm, n)
-        quality, share = signal_quality(
-            X, sampling_rate=self.sampling_rate, rpm=rpm, return_share=True
-        )
+        quality, share = self._quality(X, rpm)
         limits = self._limits(rpm, n)
         if "diagnoser" not in self._can:
             # Without limits, a detector says nothing.
@@ -238,8 +240,8 @@ class Judge:
             classes = self._can["diagnoser"].conditions
             order = [classes.index(name) for name in self.conditions]
             found.probability[usable] = said.probability[:, order]
-            of_combs = {"comb", "contrasts", "named", "evidence"} & said.keys()
-            found |= {name: _of_all_rows(said[name], usable) for name in of_combs}
+            further = {"comb", "contrasts", "named", "evidence", "verdict_of_outputs"} & said.keys()
+            found |= {name: _of_all_rows(said[name], usable) for name in further}
             if self.detects and "detector" not in self._can:
                 found.exceeds[within] = said.alarm[within[usable]]
                 # The p-value of combs does not belong to the alarm of learned conditions.
@@ -254,6 +256,15 @@ class Judge:
         if "known" in self._can and usable.any():
             found.nearest[usable] = np.exp(self._asked("known", "score_samples", X, rpm, usable))
         return found
+
+    def _quality(self, X, rpm):
+        """Return quality and share of each row: those of its first output that is not good."""
+        options = {"sampling_rate": self.sampling_rate, "rpm": rpm, "return_share": True}
+        outputs = [X] if len(self.outputs) < 2 else [X[:, s:] for s in range(len(self.outputs))]
+        found = zip(*(signal_quality(each, **options) for each in outputs), strict=True)
+        qualities, shares = map(np.array, found)
+        first = (qualities != "good").argmax(axis=0), np.arange(len(X))
+        return qualities[first], shares[first]
 
     def _asked(self, name, method, X, rpm, rows):
         """Return the results of a model's method on some rows."""
@@ -317,6 +328,9 @@ class Judge:
             columns["probability of a comb"] = found.comb
         if "evidence" in found:
             columns["evidence"] = found.evidence
+        of_outputs = found.get("verdict_of_outputs", np.empty((len(X), 0)))
+        for name, own in zip(self.outputs, of_outputs.T, strict=False):
+            columns[f"verdict of {name}"] = own
         return pd.DataFrame(columns)
 
     def recording(self, windows: pd.DataFrame) -> dict[str, Any]:
@@ -342,6 +356,8 @@ class Judge:
                 usable["p-value of nearest"], evidence.NEAREST_CORRELATION
             )
             answer["p-value of nearest"] = nearest
+        for name in (each for each in usable if each.startswith("verdict of ")):
+            answer[name] = usable[name].mode().get(0)
         if usable.empty:
             if is_refused.any():
                 answer["verdict"] = windows.loc[is_refused, "verdict"].mode()[0]

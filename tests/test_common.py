@@ -30,10 +30,12 @@ from skarxlag import (
     LogSpectra,
     OrderResidual,
     PIObserver,
+    SensorFusion,
     SpectralDistance,
     StretchResidual,
     ThresholdLadder,
     make_alpio,
+    make_detector,
     make_diagnoser,
     make_extended_state_pio,
 )
@@ -69,6 +71,8 @@ ESTIMATORS = [
     FaultOrderClassifier(bearing="6205", sampling_rate=100.0, speed_range=(2000.0, 2600.0)),
     KnownConditions(),
     ChannelRows(),
+    SensorFusion(estimator=make_diagnoser()),
+    SensorFusion(estimator=make_detector()),
 ]
 TRANSFORMERS = [e for e in ESTIMATORS if hasattr(e, "transform")]
 THREE_AXES = (ARXLaguerre, ChannelRows, LogSpectra, ExtendedStatePIObserverBank)
@@ -86,6 +90,7 @@ LEAST = {
     "PIObserver": 47,
     "SpectralDistance": 47,
     "OrderResidual": 47,
+    "SensorFusion": 45,
     "StretchResidual": 47,
     "ThresholdLadder": 55,
 }

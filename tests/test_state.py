@@ -122,6 +122,7 @@ def test_every_fitted_attribute_stands_in_the_table_or_is_checked_by_its_estimat
         "StretchResidual": {"window_residual_", "order_residual_"},
         "FaultOrderClassifier": {"conditions_"},
         "KnownConditions": {"detectors_"},
+        "SensorFusion": {"estimators_"},
         # Computed again from the parameters.
         "PIObserver": learnt(fitted),
         "ExtendedStatePIObserver": learnt(fitted),

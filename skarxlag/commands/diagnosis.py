@@ -56,7 +56,12 @@ class Diagnosis:
         verdict = self.verdict
         chance = verdict["probability"]
         shown = "" if math.isnan(chance) else f", probability {percent(chance)}"
-        return f"{verdict['windows']} windows{shown}, alarm {verdict['alarm']}"
+        own = [
+            f", {key.removeprefix('verdict of ')}: {text}"
+            for key, text in verdict.items()
+            if key.startswith("verdict of ")
+        ]
+        return f"{verdict['windows']} windows{shown}, alarm {verdict['alarm']}{''.join(own)}"
 
 
 @dataclass(frozen=True)

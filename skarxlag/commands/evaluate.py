@@ -51,6 +51,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     option(parser, "--window-length", text, window_length)
     text = f"samples of a recording of the simulated rig; default: {N_SAMPLES}"
     option(parser, "--n-samples", text, positive_int)
+    text = "of a table: the first N channels are sensors, see fit"
+    option(parser, "--outputs", text, positive_int)
     option(parser, "--n-jobs", "threads; default: all cores", job_count)
     option(parser, "--output", "default: skarxlag-results", Path, "FOLDER")
     add_progress_arguments(parser)
@@ -63,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
     is_rig = args.table is None
     if is_rig:
         unfit = "n_samples" if args.rig in FETCHERS else "data_home"
-        refuse(args, [*FACTS, unfit], f"not allowed with --rig {args.rig}")
+        refuse(args, [*FACTS, "outputs", unfit], f"not allowed with --rig {args.rig}")
     else:
         refuse(args, ["data_home", "n_samples", "train_rpm"], "not allowed with a table")
     try:

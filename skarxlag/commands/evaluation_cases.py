@@ -22,7 +22,7 @@ from ..model_selection import first_and_second_half
 from ..recordings.rig import cut_recordings
 from .arguments import table_recordings
 from .messages import UsageError, as_command_error, report_progress
-from .models import DIAGNOSERS
+from .models import DIAGNOSERS, of_outputs
 
 TITLES = {
     "simulated": "Simulated rig",
@@ -132,8 +132,9 @@ def own_case(args: argparse.Namespace) -> Case:
     splits = list(_own_splits(rig))
     if not splits:
         raise UsageError(f"{args.table}: no speed or campaign can be left out")
+    diagnoser = of_outputs(args, make_diagnoser(sampling_rate=float(rig.sampling_rate)))
     makers = {
-        "make_diagnoser": partial(make_diagnoser, sampling_rate=float(rig.sampling_rate)),
+        "make_diagnoser": lambda: diagnoser,
         "log spectrum + LDA": lambda: _peer(256, LinearDiscriminantAnalysis()),
         "band energies + forest": lambda: _peer(64, RandomForestClassifier(random_state=0)),
     }

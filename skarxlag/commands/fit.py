@@ -34,7 +34,7 @@ from .messages import (
     report_progress,
     require,
 )
-from .models import DIAGNOSERS, is_model_file
+from .models import DIAGNOSERS, is_model_file, of_outputs
 from .results import check_output
 from .training import training_rows
 
@@ -64,6 +64,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text += "and spectra make one verdict; without, healthy recordings set the limits. A name such "
     text += "as 6205, dimensions 9,7.94,39.04, or orders outer=3.585,inner=5.415"
     option(model, "--bearing", text, arguments.bearing, "BEARING")
+    text = "the first N channels are sensors on the machine, which together give one verdict; the "
+    text += "others are inputs of its model, such as a torque. Default: 1"
+    option(model, "--outputs", text, arguments.positive_int)
     flag(model, "--fixed-gain", "--diagnoser detector: one sensor and gain, so the level counts")
     text = "do not save the known conditions and the healthy limits, which reject recordings that "
     text += "resemble no condition, and raise the alarm"
@@ -143,27 +146,28 @@ def run(args: argparse.Namespace) -> int:
     for name, n_own_recordings, n_own in zip(conditions, n_recordings, n_windows, strict=True):
         if n_own_recordings:
             print(f"{name}: {counted(n_own_recordings, 'recordings')}, {counted(n_own, rows)}")
-    print(f"Healthy: {healthy or 'none'} ({reason})", *_roles(listed[0]), *notes, sep="\n")
+    roles = _roles(listed[0], args.outputs or 1)
+    print(f"Healthy: {healthy or 'none'} ({reason})", *roles, *notes, sep="\n")
     if healthy is not None:
-        basis = limits_basis(companions.get("detector", diagnoser)[-1], rows)
+        basis = limits_basis(companions.get("detector", diagnoser), rows)
         print(f"Limits for a false-alarm rate of {args.false_alarm_rate:g} from {basis}")
     print(f"Saved {kind} to {args.output}")
     return 0
 
 
-def _roles(recording):
-    """Yield which of several channels is the output, and a note on inputs of the same unit."""
+def _roles(recording, n_outputs):
+    """Yield which of several channels are outputs, and a note on inputs of the same unit."""
     if not isinstance(recording.channel, list) or len(recording.channel) < 2:
         return
     units = list_channels(recording.path, dtype=recording.dtype).set_index("channel")["unit"]
-    output, *inputs = choose_channels(list(units.index), recording.channel)
-    yield f"Output: {output}. Inputs: {', '.join(inputs)}"
+    names = choose_channels(list(units.index), recording.channel)
+    outputs, inputs = names[:n_outputs], names[n_outputs:]
+    yield f"Outputs: {', '.join(outputs)}. Inputs: {', '.join(inputs) or 'none'}"
     for name in inputs:
-        if units[output] is not None and units[name] == units[output]:
+        if units[outputs[0]] is not None and units[name] == units[outputs[0]]:
             yield (
-                f"Note: {output} and {name} have the unit {units[name]}; {name} is used as an "
-                "input of the model. A second accelerometer needs its own model, see "
-                "docs/sensors.md."
+                f"Note: {outputs[0]} and {name} have the unit {units[name]}; {name} is used as an "
+                "input of the model. If it is another sensor on the machine, use --outputs."
             )
 
 
@@ -178,6 +182,8 @@ def _check_options(args, listed):
     for name, kind in {"fixed_gain": "detector", "bearing": "stretches"}.items():
         if args.diagnoser != kind:
             refuse(args, [name], f"belongs to --diagnoser {kind}")
+    if args.bearing is not None:
+        refuse(args, ["outputs"], "not allowed with --bearing; fit one model for each output")
 
 
 def _is_healthy(name):
@@ -186,10 +192,12 @@ def _is_healthy(name):
 
 def _make(args, kind, healthy, rate):
     if kind == "detector":
-        return diagnosers.make_detector(fixed_gain=args.fixed_gain)
-    if kind == "stretches":
-        return diagnosers.make_diagnoser(sampling_rate=rate, bearing=args.bearing, healthy=healthy)
-    return DIAGNOSERS[kind][1](healthy=healthy)
+        model = diagnosers.make_detector(fixed_gain=args.fixed_gain)
+    elif kind == "stretches":
+        model = diagnosers.make_diagnoser(sampling_rate=rate, bearing=args.bearing, healthy=healthy)
+    else:
+        model = DIAGNOSERS[kind][1](healthy=healthy)
+    return of_outputs(args, model)
 
 
 def _fit_quietly(args, model, X, y, rpm):
@@ -210,10 +218,10 @@ def _companions(args, kind, X, y, rpm, healthy, notes):
     if kind == "detector" or args.no_p_values:
         return fitted
     if len(set(y)) > 1:
-        known = diagnosers.make_known_conditions()
+        known = of_outputs(args, diagnosers.make_known_conditions())
         try:
             _fit_quietly(args, known, X, y, rpm)
-            if left_out := sorted(set(y) - set(known[-1].classes_)):
+            if left_out := sorted(set(y) - set(known.classes_)):
                 names = ", ".join(left_out)
                 raise ValueError(f"fewer than two windows at one speed of {names}")
             fitted["known_conditions"] = known
@@ -221,6 +229,7 @@ def _companions(args, kind, X, y, rpm, healthy, notes):
             notes.append(f"The verdict 'none of these' is not possible: {error}")
     if healthy is not None:
         detector = diagnosers.make_detector(false_alarm_rate=args.false_alarm_rate)
+        detector = of_outputs(args, detector)
         rows = y == healthy
         try:
             _fit_quietly(args, detector, X[rows], None, None if rpm is None else rpm[rows])

@@ -17,6 +17,7 @@ from .._state import estimators_within
 from .._version import __version__
 from ..detection import few_rows
 from ..fault_classifier import FaultOrderClassifier
+from ..fusion import SensorFusion
 from ..recordings.files import list_channels, recording_speed
 from .messages import as_command_error
 from .models import SavedModel, is_model_file
@@ -75,9 +76,9 @@ def _wrapped(head, text):
 def model_card(model: SavedModel) -> dict[str, str]:
     """Return names and texts of all that is known of a model."""
     facts = {"model": model.path, "steps": _steps(model.diagnoser)} | model.facts
-    decide = unfolded_steps(model.detector or model.diagnoser)[-1][1]
-    if model.healthy is not None and answers(decide).alarm:
-        facts["healthy_limits"] = limits_basis(decide, model.rows)
+    limited = model.detector or model.diagnoser
+    if model.healthy is not None and answers(limited).alarm:
+        facts["healthy_limits"] = limits_basis(limited, model.rows)
     return {name.replace("_", " "): _fact_text(name, value) for name, value in facts.items()}
 
 
@@ -116,11 +117,14 @@ def limits(model: SavedModel) -> Iterator[str]:
     if facts.get("n_windows") and facts.get("false_alarm_rate"):
         n_healthy = facts["n_windows"][0]
         rows = f"{n_healthy} healthy {model.rows}"
-        yield from few_rows(rows, n_healthy, facts["false_alarm_rate"])
+        yield from few_rows(rows, n_healthy, facts["false_alarm_rate"] / can.n_outputs)
 
 
-def limits_basis(decide: Any, rows: str) -> str:
-    """Describe the basis of an alarm: the last step of a detector or of a diagnoser."""
+def limits_basis(model: Any, rows: str) -> str:
+    """Describe the basis of the alarm of a detector or of a diagnoser."""
+    decide = unfolded_steps(model)[-1][1]
+    if isinstance(decide, SensorFusion):
+        return f"{limits_basis(decide.estimators_[0], rows)}, for the first output"
     if isinstance(decide, FaultOrderClassifier) and decide.conditions_ is not None:
         decide = decide.conditions_[-1]
     if isinstance(decide, FaultOrderClassifier):

@@ -1,5 +1,6 @@
 """Models that diagnose recordings: a saved diagnoser, and the orders of a bearing."""
 
+import argparse
 import hashlib
 import os
 from collections.abc import Callable, Iterator
@@ -22,6 +23,7 @@ from ..diagnosers import (
     make_fault_order_classifier,
 )
 from ..fault_places import FAULTS, HEALTHY
+from ..fusion import SensorFusion
 from ..persistence import load_diagnoser
 from ..recordings.listing import ListedRecording
 from ..recordings.rates import rates_agree, resampled_blocks
@@ -45,6 +47,13 @@ _ADVICE = {
     CHANGED: "Changed: the healthy limits are exceeded, but no condition can be named. Another "
     "load, mounting or sensor can be the reason.",
 }
+
+
+def of_outputs(args: argparse.Namespace, model: Any) -> Any:
+    """Return a model for the number of outputs in the arguments."""
+    if args.outputs is None:
+        return model
+    return SensorFusion(estimator=model, n_outputs=args.outputs)
 
 
 class SavedModel:
@@ -88,6 +97,8 @@ class SavedModel:
             )
         except ValueError as error:
             raise CommandError(f"{self.path}: {error}") from error
+        if len(judge.outputs) > 1 and self.facts.get("channels"):
+            judge.outputs = self.facts["channels"][: len(judge.outputs)]
         if self.healthy is None:
             # Without a healthy condition there are no healthy limits.
             judge.healthy, judge.detects = None, False

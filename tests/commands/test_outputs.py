@@ -1,0 +1,76 @@
+"""Several accelerometers in one model, from the shell."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+RATE, WINDOW = 10_000, 1200
+
+
+@pytest.fixture(scope="module")
+def workshop(tmp_path_factory):
+    """Recordings of two accelerometers and a torque, at two speeds, and their table."""
+    folder, lines = tmp_path_factory.mktemp("two"), ["path,condition,rpm,sampling_rate,channel"]
+    for rpm in (600, 900):
+        for number, (condition, pole) in enumerate({"good": 0.2, "worn": 0.8}.items()):
+            noise = np.random.default_rng([number, rpm]).normal(size=(3, 20 * WINDOW))
+            x, y = (lfilter([1], [1, -pole], each) for each in noise[:2])
+            # The second sensor of the worn machine hears nothing at the other speed.
+            y = lfilter([1], [1, -0.2], noise[1]) if (rpm, condition) == (900, "worn") else y
+            np.savez(folder / f"{condition}_{rpm}.npz", x=x, y=y, torque=noise[2])
+            lines.append(f"{condition}_{rpm}.npz,{condition},{rpm},{RATE},x;y;torque")
+    (folder / "table.csv").write_text("\n".join(lines))
+    return folder
+
+
+@pytest.fixture
+def model(run, workshop):
+    path = workshop / "two.skops"
+    options = ("--train-rpm", 600, "--window-length", WINDOW, "--outputs", 2)
+    code, out, err = run("fit", workshop / "table.csv", "-o", path, *options)
+    assert code == 0, err
+    assert "Outputs: x, y. Inputs: torque\n" in out and "for the first output" in out
+    return path
+
+
+def test_one_verdict_and_that_of_each_output(run, workshop, model):
+    file, results = workshop / "worn_900.npz", workshop / "two.json"
+    facts = ("--channel", "x;y;torque", "--sampling-rate", RATE, "--rpm", 900)
+    code, out, err = run("diagnose", model, file, *facts, "-v", "-o", results)
+    assert code == 0, err
+    assert ", x: worn, y: good)" in err
+    (found,) = json.loads(results.read_text())["recordings"]
+    assert (found["verdict_of_x"], found["verdict_of_y"]) == ("worn", "good")
+    assert found["window_rows"][0]["verdict_of_x"] == "worn"
+    assert found["verdict"] in ("good", "worn", "none of these", "changed")
+    code, out, err = run("diagnose", model, workshop / "worn_600.npz", *facts[:-1], 600)
+    assert code == 0 and " worn " in out
+    code, out, err = run("diagnose", model, file, "--channel", "y;x;torque", *facts[2:])
+    assert code == 1 and "in this order" in err
+    code, out, _ = run("info", model)
+    assert "SensorFusion of ARXLaguerre -> LogSpectra" in out
+    assert "20 healthy windows are too few to hold the rate 0.005" in " ".join(out.split())
+
+
+def test_outputs_that_cannot_be(run, workshop):
+    table, to = workshop / "table.csv", ("-o", workshop / "wrong.skops")
+    code, _, err = run("fit", table, *to, "--outputs", 4, "--window-length", WINDOW)
+    assert code == 1 and "n_outputs=4, expected at most 3" in err
+    code, _, err = run("fit", table, *to, "--outputs", 2, "--bearing", "6205")
+    assert code == 2 and "argument --outputs: not allowed with --bearing" in err
+
+
+@pytest.mark.slow
+def test_a_table_is_evaluated_with_all_outputs(run, workshop):
+    table, folder = workshop / "table.csv", workshop / "results"
+    accuracies = []
+    for outputs in (("--outputs", 2), ()):
+        code, out, err = run("evaluate", table, "--output", folder, *outputs, "-q")
+        assert code == 0, err
+        lines = [line for line in out.splitlines() if line.startswith("make_diagnoser")]
+        accuracies.append(lines)
+    assert accuracies[0] != accuracies[1]
+    code, _, err = run("evaluate", "--outputs", 2)
+    assert code == 2 and "argument --outputs: not allowed with --rig" in err
