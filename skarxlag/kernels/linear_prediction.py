@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import fft
 
 from .compiled import compiled
 
@@ -66,37 +67,15 @@ def lagged_products(signals: NDArray[Any], order: int) -> NDArray[Any]:
     ndarray of shape (n_signals, order + 1)
         Entry b is the sum of s(m) s(m + b) over m = 0 .. n_samples - order - 1.
     """
-    # Machine code sums eight products at a time. The few at the start that are left over are added
-    # here.
-    rest = (signals.shape[1] - order) % 8
-    rows = np.empty((len(signals), order + 1))
-    _sum_products(signals, rest, *np.empty((2, order + 2)), rows)
-    for m in range(rest):
-        rows += signals[:, m : m + 1] * signals[:, m : m + order + 1]
-    return rows
+    # All products of the samples at each lag, less those of the last `order` samples.
+    return _autocorrelation(signals, order) - _autocorrelation(signals[:, -order:], order)
 
 
-@compiled
-def _sum_products(signals, first, even, odd, rows):
-    """Fill `rows` with sums of s(m) s(m + b) over m from the first, a multiple of eight of them."""
-    n_signals, n_samples = signals.shape
-    order = rows.shape[1] - 1
-    for w in range(n_signals):
-        samples = signals[w]
-        for b in range(order + 2):
-            even[b] = odd[b] = 0.0
-        # The loop waits for loads and stores: a sample that meets an even one meets the odd one
-        # after it, too, and each sum takes four products before it is stored.
-        for m in range(first, n_samples - order, 8):
-            p, q = samples[m : m + order + 2], samples[m + 2 : m + order + 4]
-            r, s = samples[m + 4 : m + order + 6], samples[m + 6 : m + order + 8]
-            e0, e1, e2, e3 = p[0], q[0], r[0], s[0]
-            o0, o1, o2, o3 = p[1], q[1], r[1], s[1]
-            for b in range(order + 2):
-                even[b] = even[b] + e0 * p[b] + e1 * q[b] + (e2 * r[b] + e3 * s[b])
-                odd[b] = odd[b] + o0 * p[b] + o1 * q[b] + (o2 * r[b] + o3 * s[b])
-        for b in range(order + 1):
-            rows[w, b] = even[b] + odd[b + 1]
+def _autocorrelation(signals, order):
+    """Compute the sums of s(m) s(m + b) over all m, for b = 0 .. order."""
+    n = fft.next_fast_len(signals.shape[1] + order, real=True)
+    spectra = fft.rfft(signals, n)
+    return fft.irfft(spectra.real**2 + spectra.imag**2, n)[:, : order + 1]
 
 
 def schur_solutions(

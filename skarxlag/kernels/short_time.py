@@ -1,7 +1,8 @@
-"""Mean and median power of each band over the segments of a signal.
+"""Mean and median power of each band over the segments of a signal, in one pass.
 
-The short-time spectra of a few signals fit the nearest caches and are never stored for all signals.
-All arithmetic is in single precision, whose rounding is 140 dB below the signal.
+Segments of `LENGTH` samples are transformed side by side, by a Fourier transform that is compiled
+for this length, and the spectra of one signal fit the nearest caches. Its arithmetic is in single
+precision, whose rounding is 140 dB below the signal.
 """
 
 from typing import Any
@@ -12,8 +13,13 @@ from scipy import fft
 
 from .compiled import compiled, inlined
 
-#: Samples of signals whose segments are worked on together.
-_SAMPLES_IN_CACHE = 20_000
+#: Samples of a segment for which the transform is compiled. Two samples make one complex number.
+LENGTH = 128
+_HALF = LENGTH // 2
+#: Segments that are transformed together.
+_LANES = 80
+#: Distances in a block of complex numbers: real to imaginary parts, and a quarter of either.
+_IMAGINARY, _STEP = _HALF * _LANES, _HALF // 4 * _LANES
 
 
 def band_levels(
@@ -42,20 +48,28 @@ def band_levels(
     >>> tone = np.cos(np.pi / 8 * np.arange(64.0))[np.newaxis]
     >>> mean, median = band_levels(tone, np.ones(16), 4, np.array([1e-12]))
     >>> median.round(3)
-    array([[64.,  0.,  0.,  0.,  0.,  0.,  0.]], dtype=float32)
+    array([[64.,  0.,  0.,  0.,  0.,  0.,  0.]])
     """
-    signals = np.ascontiguousarray(signals, dtype=np.float32)
-    window, floor = window.astype(np.float32), floor.astype(np.float32)
     n_segments = (signals.shape[1] - len(window)) // hop + 1
-    n_bands = len(window) // 2 - 1
-    levels = np.empty((2, len(signals), n_bands), dtype=np.float32)
-    power = np.empty((n_segments, n_bands), dtype=np.float32)
-    n_together = max(_SAMPLES_IN_CACHE // signals.shape[1], 1)
-    for first in range(0, len(signals), n_together):
-        some = slice(first, first + n_together)
-        spectra = fft.rfft(windowed_segments(signals[some], window, hop))
-        _fill_levels(spectra, floor[some], power, levels[:, some])
-    return levels[0], levels[1]
+    if len(window) != LENGTH:
+        bands = fft.rfft(windowed_segments(signals, window, hop))[..., 1 : len(window) // 2]
+        power = bands.real**2 + bands.imag**2 + floor[:, np.newaxis, np.newaxis]
+        return power.mean(axis=1), np.median(power, axis=1)
+    n_columns = -(-n_segments // _LANES) * _LANES + -(-LENGTH // hop)
+    turns = np.exp(-2j * np.pi * np.arange(_HALF) / LENGTH)
+    levels = np.empty((2, len(signals), _HALF), dtype=np.float32)
+    _fill_levels(
+        np.ascontiguousarray(signals, dtype=np.float32),
+        # The join of the spectra of even and odd samples doubles them.
+        (window / 2).astype(np.float32),
+        floor.astype(np.float32),
+        np.array([turns.real, turns.imag], dtype=np.float32),
+        np.zeros((hop, n_columns), dtype=np.float32),
+        np.empty((2, 2 * _IMAGINARY), dtype=np.float32),
+        np.zeros((n_segments, _HALF), dtype=np.float32),
+        levels,
+    )
+    return levels[0, :, 1:], levels[1, :, 1:]
 
 
 def windowed_segments(signals: NDArray[Any], window: NDArray[Any], hop: int) -> NDArray[Any]:
@@ -80,23 +94,92 @@ def windowed_segments(signals: NDArray[Any], window: NDArray[Any], hop: int) -> 
 
 
 @compiled
-def _fill_levels(spectra, floor, power, levels):
-    """Fill mean and median; `power` is working memory of shape (n_segments, n_bands)."""
-    n_segments, n_bands = power.shape
-    lower, upper = power[(n_segments - 1) // 2], power[n_segments // 2]
-    for w in range(len(spectra)):
+def _fill_levels(signals, window, floor, turns, phases, blocks, rows, levels):
+    """Fill mean and median; the arrays from `phases` to `rows` are working memory."""
+    hop, n_segments = len(phases), len(rows)
+    lower, upper = rows[(n_segments - 1) // 2], rows[n_segments // 2]
+    for w in range(len(signals)):
+        # Row k of the phases holds the samples k, k + hop, k + 2 hop ...
+        for k in range(hop):
+            phase, samples = phases[k], signals[w, k::hop]
+            for column in range(len(samples)):
+                phase[column] = samples[column]
+        for first in range(0, n_segments, _LANES):
+            # Even samples are real parts, and odd ones are imaginary parts.
+            for k in range(LENGTH):
+                samples = phases[k % hop, first + k // hop :]
+                part = blocks[0, k // 2 * _LANES + k % 2 * _IMAGINARY :]
+                for lane in range(_LANES):
+                    part[lane] = window[k] * samples[lane]
+            stride = _HALF // 4
+            source, target = blocks[0], blocks[1]
+            while stride > 0:
+                _quarters(source, target, turns, stride)
+                source, target = target, source
+                stride //= 4
+            _fill_power(source, turns, floor[w], target)
+            for lane in range(min(_LANES, n_segments - first)):
+                row = rows[first + lane]
+                for band in range(_HALF):
+                    row[band] = target[band * _LANES + lane]
         mean, median = levels[0, w], levels[1, w]
         mean[:] = np.float32(0.0)
         for s in range(n_segments):
-            row, spectrum = power[s], spectra[w, s, 1:]
-            for band in range(n_bands):
-                value = spectrum[band]
-                row[band] = value.real * value.real + value.imag * value.imag + floor[w]
+            row = rows[s]
+            for band in range(_HALF):
                 mean[band] += row[band]
-        sort_columns(power)
-        for band in range(n_bands):
+        sort_columns(rows)
+        for band in range(_HALF):
             mean[band] *= np.float32(1.0 / n_segments)
             median[band] = (lower[band] + upper[band]) * np.float32(0.5)
+
+
+@inlined
+def _quarters(source, target, turns, stride):
+    """Run one pass of Stockham's transform with four-point butterflies.
+
+    All writes are at constant distances, as vector instructions need them.
+    """
+    n = stride * _LANES
+    for p in range(_HALF // 4 // stride):
+        c1, s1 = turns[0, 2 * p * stride], turns[1, 2 * p * stride]
+        c2, s2 = c1 * c1 - s1 * s1, np.float32(2.0) * c1 * s1
+        c3, s3 = c1 * c2 - s1 * s2, c1 * s2 + s1 * c2
+        a, b = source[4 * p * n :], source[(4 * p + 1) * n :]
+        c, d = source[(4 * p + 2) * n :], source[(4 * p + 3) * n :]
+        out = target[p * n :]
+        for i in range(n):
+            br, bi = b[i] * c1 - b[i + _IMAGINARY] * s1, b[i] * s1 + b[i + _IMAGINARY] * c1
+            cr, ci = c[i] * c2 - c[i + _IMAGINARY] * s2, c[i] * s2 + c[i + _IMAGINARY] * c2
+            dr, di = d[i] * c3 - d[i + _IMAGINARY] * s3, d[i] * s3 + d[i + _IMAGINARY] * c3
+            er, ei = a[i] + cr, a[i + _IMAGINARY] + ci
+            fr, fi = a[i] - cr, a[i + _IMAGINARY] - ci
+            gr, gi = br + dr, bi + di
+            hr, hi = br - dr, bi - di
+            out[i] = er + gr
+            out[i + _IMAGINARY] = ei + gi
+            out[i + _STEP] = fr + hi
+            out[i + _STEP + _IMAGINARY] = fi - hr
+            out[i + 2 * _STEP] = er - gr
+            out[i + 2 * _STEP + _IMAGINARY] = ei - gi
+            out[i + 3 * _STEP] = fr - hi
+            out[i + 3 * _STEP + _IMAGINARY] = fi + hr
+
+
+@inlined
+def _fill_power(block, turns, floor, power):
+    """Separate the spectra of even and odd samples, join them, and write the power of each band."""
+    for band in range(1, _HALF):
+        cosine, sine = turns[0, band], turns[1, band]
+        z, mirror = block[band * _LANES :], block[(_HALF - band) * _LANES :]
+        row = power[band * _LANES :]
+        for lane in range(_LANES):
+            i = lane + _IMAGINARY
+            even_r, even_i = z[lane] + mirror[lane], z[i] - mirror[i]
+            odd_r, odd_i = z[i] + mirror[i], mirror[lane] - z[lane]
+            real = even_r + odd_r * cosine - odd_i * sine
+            imag = even_i + odd_r * sine + odd_i * cosine
+            row[lane] = real * real + imag * imag + floor
 
 
 @inlined

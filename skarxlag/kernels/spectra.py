@@ -16,8 +16,8 @@ from .short_time import band_levels
 
 #: Cells of (0, pi) on which the log spectrum of a window is taken.
 LOG_SPECTRUM_CELLS = 256
-#: Complex numbers of a spectrum that are worked on together: they fit the second cache.
-_NUMBERS_IN_CACHE = 2**13
+#: Least power of which the logarithm is taken.
+_TINY = np.finfo(np.float64).tiny
 #: Share of the power of a segment that stays in an empty band in single precision.
 _ROUNDING = 1e-12
 #: Least number of samples for each coefficient of a signal's own model: with fewer it describes the
@@ -61,14 +61,23 @@ def autoregressive_log_spectrum(
         return np.zeros((len(signals), n_frequencies))
     whitening = np.ones((len(signals), order + 1))
     whitening[:, 1:] = -predictors(_unit_peak(signals), order, _RIDGE)
-    power = np.empty((len(signals), n_frequencies))
-    n_together = max(_NUMBERS_IN_CACHE // n_frequencies, 1)
-    for first in range(0, len(signals), n_together):
-        some = slice(first, first + n_together)
-        # Midpoints of n cells are the odd frequencies of a transform of 4 n points.
-        response = fft.rfft(whitening[some], 4 * n_frequencies)[:, 1 : 2 * n_frequencies : 2]
-        power[some] = response.real**2 + response.imag**2
-    return -np.log(np.maximum(power, np.finfo(np.float64).tiny))
+    return -np.log(np.maximum(_midpoint_power(whitening, n_frequencies), _TINY))
+
+
+def _midpoint_power(coefficients, n):
+    """Compute the power of the transform of real rows at the midpoints of n cells on (0, pi)."""
+    n_coefficients = coefficients.shape[1]
+    # Half a cell further, coefficients that are n places apart meet at every second midpoint. The
+    # midpoints between are the mirror images of those above pi.
+    turned = np.zeros((len(coefficients), -(-n_coefficients // n) * n), dtype=np.complex128)
+    turns = np.exp(-0.5j * np.pi / n * np.arange(n_coefficients))
+    np.multiply(coefficients, turns, out=turned[:, :n_coefficients])
+    response = fft.fft(turned.reshape(len(turned), -1, n).sum(axis=1))
+    every_second = response.real**2 + response.imag**2
+    power = np.empty((len(response), n))
+    power[:, ::2] = every_second[:, : (n + 1) // 2]
+    power[:, 1::2] = every_second[:, : (n - 1) // 2 : -1]
+    return power
 
 
 def short_time_log_spectra(

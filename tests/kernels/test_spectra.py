@@ -133,7 +133,7 @@ def test_each_signal_is_worked_on_by_itself():
 def test_transforms_of_many_signals_are_those_of_each(n_signals):
     # What independence of the batch rests on: SciPy transforms rows alike, whatever their number.
     rows = np.random.default_rng(5).normal(size=(n_signals, 68, 128))
-    for transform in (fft.rfft, fft.dct):
+    for transform in (fft.rfft, fft.irfft, fft.fft, fft.dct):
         alone = np.stack([[transform(row) for row in signal] for signal in rows])
         np.testing.assert_array_equal(transform(rows), alone)
 
@@ -167,6 +167,20 @@ def test_a_short_signal_gets_a_model_of_fewer_coefficients():
         np.log(np.abs(response) ** 2),
         rtol=1e-9,
         atol=1e-12,
+    )
+
+
+@pytest.mark.parametrize("n_frequencies", [1, 7, 32])
+@pytest.mark.parametrize("order", [1, 32, 33, 64, 150])
+def test_more_coefficients_than_frequencies(order, n_frequencies):
+    samples = ar2(1, 1200)
+    coef = predictors(samples / np.abs(samples).max(), order, 1e-9)[0]
+    _, response = signal.freqz([1], np.r_[1, -coef], worN=spectra.frequency_grid(n_frequencies))
+    np.testing.assert_allclose(
+        spectra.autoregressive_log_spectrum(samples, order, n_frequencies)[0],
+        np.log(np.abs(response) ** 2),
+        rtol=1e-9,
+        atol=1e-10,
     )
 
 
