@@ -200,8 +200,8 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
 
     def _log_speeds(self, rpm, X, known):
         """Return log speeds, or None if `fit` had none, and which of them are plausible."""
-        rpm, is_plausible = with_plausible_speeds(rpm if len(known) > 0 else None, len(X), known)
-        return log_speeds(rpm, len(X), X.shape[-1]), is_plausible
+        rpm, is_plausible = with_plausible_speeds(rpm, len(X), known)
+        return log_speeds(rpm if len(known) > 0 else None, len(X), X.shape[-1]), is_plausible
 
     def _answers(self):
         detectors = self._detectors()

@@ -19,6 +19,8 @@ LEAST_TURNS = 3
 #: A stated speed counts as an error if it lies farther than this factor outside the training
 #: speeds. Hertz instead of revolutions per minute are a factor of 60.
 SPEED_FACTOR = 5.0
+#: Speeds in rev/min between which one is plausible if there are no training speeds.
+_ANY_SPEED = (0.1, 1e6)
 
 
 def speeds_of_rows(rpm: ArrayLike, n_rows: int) -> NDArray[np.float64]:
@@ -63,7 +65,7 @@ def speed_errors(rpm: ArrayLike, n_rows: int, train_rpm: Sequence[float] = ()) -
     n_rows : int
         Number of rows.
     train_rpm : sequence of float, default=()
-        Training speeds. If there are none, every finite speed above 0 is accepted.
+        Training speeds. If there are none, speeds from 0.1 to 1e6 rev/min are accepted.
 
     Returns
     -------
@@ -85,8 +87,9 @@ def speed_errors(rpm: ArrayLike, n_rows: int, train_rpm: Sequence[float] = ()) -
         raise ValueError(
             f"rpm has shape {speeds.shape}, expected one speed for each of {n_rows} rows."
         )
-    lowest = min(train_rpm, default=0) / SPEED_FACTOR
-    highest = max(train_rpm, default=np.inf) * SPEED_FACTOR
+    lowest, highest = _ANY_SPEED
+    if len(train_rpm) > 0:
+        lowest, highest = min(train_rpm) / SPEED_FACTOR, max(train_rpm) * SPEED_FACTOR
     speeds = speeds.reshape(n_rows, -1)
     is_speed = np.isfinite(speeds) & (speeds > 0)
     is_plausible = is_speed & (speeds >= lowest) & (speeds <= highest)
