@@ -19,7 +19,14 @@ from sklearn.utils.metadata_routing import get_routing_for_object
 from ._state import CheckedEstimator, as_fitted, estimators_within, is_fitted
 
 #: Fields that describe the last step; other fields may come from any step.
-_OF_THE_DECISION = {"alarm", "gathers_combs", "healthy_p_value", "none_of_these", "stated_rate"}
+_OF_THE_DECISION = {
+    "alarm",
+    "gathers_combs",
+    "healthy_p_value",
+    "learned",
+    "none_of_these",
+    "stated_rate",
+}
 
 
 @dataclass(frozen=True)
@@ -60,6 +67,8 @@ class Answers:
         In Hz. None if it is not known.
     gathers_combs : bool, default=False
         Whether the last step judges the mean contrast of many rows by `diagnose_gathered`.
+    learned : Pipeline or None, default=None
+        Fitted comparison and decision within the last step, which combs decide together with.
     """
 
     conditions: tuple[Any, ...] | None = None
@@ -78,6 +87,7 @@ class Answers:
     is_stretch: bool = False
     sampling_rate: float | None = None
     gathers_combs: bool = False
+    learned: Any = None
 
 
 def answers(model: Any) -> Answers:

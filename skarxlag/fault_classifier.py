@@ -37,10 +37,10 @@ from .fault_places import (
     PLACES,
     WITHOUT_COMB,
     comb_evidence,
+    discounted,
     evidence_sentence,
     gumbel_p_value,
     gumbel_quantile,
-    joint_scores,
     least_margin,
     limit_of_healthy,
     p_values_of_healthy,
@@ -57,9 +57,9 @@ _SAME_SPEED = 0.05
 class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     r"""Classifier that names the place of a bearing fault without recordings of faults.
 
-    A fault of a race or a rolling element is struck at orders of the shaft that follow from the
-    bearing's geometry [1]_. The score of a place is the mean contrast of the envelope spectra at
-    the multiples of its order, see :func:`skarxlag.kernels.fault_orders.order_contrast` and
+    A fault of a race or a rolling element causes impacts at orders of the shaft that follow from
+    the bearing's geometry [1]_. The score of a place is the mean contrast of the envelope spectra
+    at the multiples of its order, see :func:`skarxlag.kernels.fault_orders.order_contrast` and
     :func:`skarxlag.kernels.fault_orders.fault_comb`. The place with the largest score is named if
     the score exceeds a limit; otherwise the row is healthy.
 
@@ -155,7 +155,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
     Examples
     --------
-    A bearing 6205 at 900 rpm, and a fault of its inner race that is struck 5.415 times a turn:
+    A bearing 6205 at 900 rpm, and a fault of its inner race with 5.415 impacts a turn:
 
     >>> import numpy as np
     >>> rng = np.random.default_rng(0)
@@ -299,11 +299,11 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         )
 
     def _is_far(self, rpm):
-        """Whether no healthy row had about the speed of each row."""
+        """Whether no healthy row had about the speed of each row, or the speed is not known."""
         if len(self.healthy_speeds_) == 0:
             return np.zeros(len(rpm), dtype=bool)
         distances = np.abs(np.log(rpm[:, np.newaxis] / self.healthy_speeds_))
-        return distances.min(axis=1) > _SAME_SPEED
+        return ~(distances.min(axis=1) <= _SAME_SPEED)
 
     def _limits(self, rpm):
         """Limit of each row."""
@@ -358,24 +358,37 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             verdict, or "not identifiable" if a comb exceeds the limit, but the second place is too
             close, see `wrong_name_rate`. ``evidence``: a sentence with the order and the place of
             the best comb, its contrast in dB, and the difference from the nominal order, which slip
-            and an error of the speed cause together. With `conditions`, ``comb`` is the probability
-            of a fault by combs alone, NaN for rows whose combs are not used. ``contrasts``: as in
-            `match`.
+            and an error of the speed cause together. ``contrasts`` and ``rpm``: as in `match`. With
+            `conditions`, ``spectra`` are the log probabilities by spectra alone, as they count, and
+            ``comb`` is the probability of a fault by combs alone, NaN for rows whose combs are not
+            used.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
         found = self._match(X, rpm)
-        learned = None
-        if self.conditions_ is not None:
-            learned = self.conditions_.diagnose(X, **({} if rpm is None else {"rpm": rpm}))
-        return Bunch(**self._judge(found, learned), contrasts=found.contrasts)
+        own = {"contrasts": found.contrasts, "rpm": found.rpm}
+        if self.conditions_ is None:
+            return Bunch(**self._judge(found), **own)
+        learned = self.conditions_.diagnose(X, **({} if rpm is None else {"rpm": rpm}))
+        # Spectra that decide alone need not count less.
+        levels = np.where(np.isnan(found.rpm)[:, np.newaxis], 1.0, learned.levels)
+        spectra = discounted(np.log(np.maximum(learned.probability, LEAST_P)), levels)
+        judged = self._judge(found, spectra)
+        return Bunch(**judged | {"alarm": learned.alarm}, **own, spectra=spectra)
 
     @uses_fitted
-    def diagnose_gathered(self, contrast: NDArray[Any], n_rows: float, rpm: float) -> Bunch:
+    def diagnose_gathered(
+        self,
+        contrast: NDArray[Any],
+        n_rows: float,
+        rpm: float,
+        spectra: NDArray[Any] | None = None,
+    ) -> Bunch:
         """Diagnose the mean contrast of several rows of a machine.
 
         The mean has less noise than one contrast, so fainter combs stand out. At the speeds of the
         healthy rows of `fit`, its limit is that of one row divided by the root of the effective
-        number of rows (`skarxlag.evidence.effective_number`), otherwise that of one row.
+        number of rows (`skarxlag.evidence.effective_number`), otherwise that of one row. Scores
+        that join spectra are multiplied by that root at all speeds.
 
         Parameters
         ----------
@@ -384,18 +397,22 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         n_rows : float
             Number of rows, or the sum of their weights.
         rpm : float
-            Their speed.
+            Their speed. NaN: combs are not used.
+        spectra : ndarray of shape (n_classes,) or None, default=None
+            Mean of ``spectra`` times the effective number of rows. Required with `conditions`, and
+            not used without them.
 
         Returns
         -------
         Bunch
-            As `diagnose` returns it without `conditions`, for one row.
+            As `diagnose` returns it, for one row, without what only a row has.
         """
         n_turns = self.window_shape_[-1] * rpm / (60 * self.sampling_rate)
         combs = best_combs(contrast, n_turns, self.orders_, self.speed_tolerance, self.slip)
         names = ("scores", "factors", "bearings")
         found = {name: each[np.newaxis] for name, each in zip(names, combs, strict=True)}
-        return self._judge(Bunch(**found, rpm=np.array([rpm])), n_rows=n_rows)
+        spectra = None if self.conditions_ is None else spectra
+        return self._judge(Bunch(**found, rpm=np.array([rpm])), spectra, n_rows)
 
     @available_if(lambda self: self.conditions is not None)
     def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
@@ -417,20 +434,26 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         self.conditions_.adapt(X, y)
         return self
 
-    def _judge(self, found, learned=None, n_rows=1):
-        """Judge matched rows, with the answers of the learned conditions if there are any."""
+    def _judge(self, found, spectra=None, n_rows=1):
+        """Judge matched rows, with the log probabilities by spectra if conditions were learned."""
         limits, is_known = self._limits(found.rpm), ~self._is_far(found.rpm)
         # Means scatter less about the reference, which is known at the speeds of healthy rows.
         is_known &= len(self.healthy_scores_) > 0
-        certainty = np.where(is_known, np.sqrt(effective_number(n_rows, COMB_CORRELATION)), 1.0)
+        gain = np.sqrt(effective_number(n_rows, COMB_CORRELATION))
+        certainty = np.where(is_known, gain, 1.0)
         above = (found.scores - self.reference_) * certainty[:, np.newaxis]
         second, best = np.sort(above, axis=1)[:, -2:].T
         judged = Bunch(alarm=best > limits, p_value=self._p_values(best, found.rpm))
         is_close = judged.alarm & (best - second < least_margin(self.wrong_name_rate))
         scores = CONFIDENCE * np.column_stack([above, limits])[:, self.class_places_]
-        if learned is not None:
-            judged.alarm, is_close = learned.alarm, False
-            scores, judged.comb = self._joined(found, learned)
+        if spectra is not None:
+            without = self.reference_ if len(self.healthy_scores_) > 0 else WITHOUT_COMB
+            evidence = comb_evidence((found.scores - without) * gain, self.class_places_)
+            is_unused, is_close = np.isnan(found.rpm), False
+            scores = spectra + np.where(is_unused[:, np.newaxis], 0.0, evidence)
+            is_fault = self.class_places_ != PLACES.index(HEALTHY)
+            comb = np.exp(evidence).max(axis=1, where=is_fault, initial=0.0)
+            judged.comb = np.where(is_unused, np.nan, comb)
         judged.verdict = self.classes_[scores.argmax(axis=1)]
         judged.named = np.where(is_close, NOT_IDENTIFIABLE, judged.verdict.astype(object))
         judged.score = scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
@@ -440,18 +463,6 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         known = listed(self.bearing), self.orders_, least_margin(self.wrong_name_rate)
         judged.evidence = np.array([evidence_sentence(*row, *known) for row in rows], dtype=object)
         return judged
-
-    def _joined(self, found, learned):
-        """Scores by spectra and combs together, and the probability of a fault by combs."""
-        without = self.reference_ if len(self.healthy_scores_) > 0 else WITHOUT_COMB
-        evidence = comb_evidence(found.scores - without, self.class_places_)
-        log_probability = np.log(np.maximum(learned.probability, LEAST_P))
-        joint = joint_scores(log_probability, learned.levels, evidence)
-        is_fault = self.class_places_ != PLACES.index(HEALTHY)
-        comb = np.exp(evidence).max(axis=1, where=is_fault, initial=0.0)
-        unused = np.isnan(found.rpm)
-        scores = np.where(unused[:, np.newaxis], log_probability, joint)
-        return scores, np.where(unused, np.nan, comb)
 
     def _p_values(self, best, rpm):
         p_values = p_values_of_healthy(best, self.healthy_scores_, self.tail_scale_)
@@ -572,7 +583,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             "needs_rpm": self.speed_range is None,
             "is_stretch": True,
             "sampling_rate": self.sampling_rate,
-            "gathers_combs": self.conditions_ is None,
+            "gathers_combs": True,
+            "learned": self.conditions_,
         }
         if self.conditions_ is not None:
             learned = vars(answers(self.conditions_)) | {"needs_rpm": False}

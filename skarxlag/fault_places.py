@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
+from scipy.special import log_softmax, logsumexp
 
 from .kernels.fault_orders import NEPER_IN_DB
 from .kernels.fault_orders import PLACES as FAULTS
@@ -27,7 +27,7 @@ CONFIDENCE, _CONFIDENCE_NAMED, _MEAN_MARGIN = 5.0, 10.0, 1.6
 HEALTHY_LOCATION, OTHER_SPEED_LOCATION, HEALTHY_SCALE = 0.94, 0.11, 0.29
 #: Rows that `HEALTHY_SCALE` counts for when healthy rows of the machine are at hand.
 _PRIOR_ROWS = 10
-#: Settings of `comb_evidence` and `joint_scores`, chosen by leaving rigs out, by
+#: Settings of `comb_evidence` and `discounted`, chosen by leaving rigs out, by
 #: `python -m benchmarks.fault_orders joint`: log odds for each neper, probability that a fault
 #: shows its comb, and distrust of spectra that are far from all conditions.
 ODDS, VISIBLE, DISTRUST = 8.0, 0.1, 2.0
@@ -145,13 +145,10 @@ def comb_evidence(
     return (log_odds - every)[:, class_places]
 
 
-def joint_scores(
-    log_probability: NDArray[Any],
-    residuals: NDArray[Any],
-    evidence: NDArray[Any],
-    distrust: float = DISTRUST,
+def discounted(
+    log_probability: NDArray[Any], residuals: NDArray[Any], distrust: float = DISTRUST
 ) -> NDArray[Any]:
-    """Join spectra and combs to one score of each condition, see `FaultOrderClassifier`.
+    """Compute log probabilities by spectra that count less if all conditions are far.
 
     Parameters
     ----------
@@ -159,18 +156,21 @@ def joint_scores(
         By spectra.
     residuals : ndarray of shape (n_rows, n_classes)
         Of the spectra, in units of the variation that is expected.
-    evidence : ndarray of shape (n_rows, n_classes)
-        Of the combs, as `comb_evidence` returns it.
     distrust : float, default=2.0
         Power of the nearest residual by which spectra count less.
 
     Returns
     -------
     ndarray of shape (n_rows, n_classes)
-        Log probabilities, up to a constant in each row.
+        Log probabilities.
+
+    Examples
+    --------
+    >>> np.exp(discounted(np.log([[0.1, 0.9]]), np.array([[2.0, 3.0]]))).round(3)
+    array([[0.366, 0.634]])
     """
     nearest = np.maximum(residuals.min(axis=1, keepdims=True), 1.0)
-    return nearest**-distrust * log_probability + evidence
+    return log_softmax(nearest**-distrust * log_probability, axis=1)
 
 
 def gumbel_quantile(rate: float, location: float) -> float:

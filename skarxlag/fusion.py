@@ -324,8 +324,9 @@ class SensorFusion(SignalEstimator, BaseEstimator):
             "stated_rate": None if rate is None else n * rate,
             "n_channels": int(shape[0]) if len(shape) == 2 else 1,
             "n_outputs": n,
-            # One output gathers its combs by itself.
+            # One output gathers its combs by itself, and has learned conditions of its own.
             "gathers_combs": False,
+            "learned": None,
         }
 
     def _check_parameters(self):

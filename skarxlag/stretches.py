@@ -12,12 +12,11 @@ from sklearn.base import clone
 from sklearn.pipeline import Pipeline
 from sklearn.utils import check_scalar
 
-from ._answers import requests
+from ._answers import answers, requests
 from ._base import StretchTransformer
 from ._state import INNOVATIONS, SPEEDS, Labels
 from ._validation import check_real
 from .comparison import SpectralDistance
-from .fault_classifier import FaultOrderClassifier
 from .orders import OrderResidual
 from .pipelines import DiagnosisPipeline
 from .spectra import LogSpectra
@@ -77,9 +76,10 @@ def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidua
     ValueError
         If no step compares order spectra.
     """
-    for place, (_, step) in enumerate(diagnoser.steps):
-        is_joint = isinstance(step, FaultOrderClassifier) and step.conditions_ is not None
-        residual = step.conditions_[0] if is_joint else step
+    steps, learned = [step for _, step in diagnoser.steps], answers(diagnoser).learned
+    if learned is not None:
+        steps[-1] = learned[0]
+    for place, residual in enumerate(steps):
         if isinstance(residual, StretchResidual):
             residual = residual.order_residual_
         if isinstance(residual, OrderResidual):

@@ -216,8 +216,8 @@ class Judge:
             exceeded, else 0; ``score``, ``p_value`` (healthy) and ``nearest`` (p-value of the
             nearest condition); ``comb``, the probability of a fault by combs alone. Numbers are NaN
             if they are not known. With a bearing also ``contrasts`` over orders, of shape
-            (n_windows, 4001), and ``named`` and ``evidence``, as `FaultOrderClassifier.diagnose`
-            returns them.
+            (n_windows, 4001), ``rpm``, ``named`` and ``evidence``, and with learned conditions
+            ``spectra``, as `FaultOrderClassifier.diagnose` returns them.
         """
         n = len(X)
         refusal = np.full(n, "", dtype=object)
@@ -240,7 +240,8 @@ class Judge:
             classes = self._can["diagnoser"].conditions
             order = [classes.index(name) for name in self.conditions]
             found.probability[usable] = said.probability[:, order]
-            further = {"comb", "contrasts", "named", "evidence", "verdict_of_outputs"} & said.keys()
+            further = {"comb", "contrasts", "rpm", "spectra", "named", "evidence"}
+            further = (further | {"verdict_of_outputs"}) & said.keys()
             found |= {name: _of_all_rows(said[name], usable) for name in further}
             if self.detects and "detector" not in self._can:
                 found.exceeds[within] = said.alarm[within[usable]]

@@ -31,7 +31,7 @@ from skarxlag.fault_places import (
     VISIBLE,
     WITHOUT_COMB,
     comb_evidence,
-    joint_scores,
+    discounted,
 )
 
 #: Log odds for each neper, probability of a visible comb, and distrust of far spectra.
@@ -166,12 +166,13 @@ def accuracies(part, setting):
     odds, visible, distrust = setting
     evidence = comb_evidence(part.scores, part.class_places, odds, visible)
     log_probability = np.log(np.maximum(part.probability, LEAST_P))
-    both = joint_scores(log_probability, part.residuals, evidence, distrust).argmax(axis=1)
-    spectra = part.probability.argmax(axis=1)
+    spectra = discounted(log_probability, part.residuals, distrust)
+    both = (spectra + evidence).argmax(axis=1)
+    nearest = part.probability.argmax(axis=1)
     return {
-        "condition, spectra": np.mean(spectra == part.truth),
+        "condition, spectra": np.mean(nearest == part.truth),
         "condition, both": np.mean(both == part.truth),
-        "place, spectra": np.mean(part.class_places[spectra] == part.true_place),
+        "place, spectra": np.mean(part.class_places[nearest] == part.true_place),
         "place, combs": np.mean(part.by_combs == part.true_place),
         "place, both": np.mean(part.class_places[both] == part.true_place),
     }

@@ -125,8 +125,8 @@ def limits_basis(model: Any, rows: str) -> str:
     decide = unfolded_steps(model)[-1][1]
     if isinstance(decide, SensorFusion):
         return f"{limits_basis(decide.estimators_[0], rows)}, for the first output"
-    if isinstance(decide, FaultOrderClassifier) and decide.conditions_ is not None:
-        decide = decide.conditions_[-1]
+    if (learned := answers(decide).learned) is not None:
+        decide = learned[-1]
     if isinstance(decide, FaultOrderClassifier):
         return f"combs {decide.limit_:.2f} nepers above the healthy {rows}"
     if not answers(decide).healthy_p_value:

@@ -92,11 +92,12 @@ class ConditionMonitor:
 
     Blocks of any length are cut into windows across their borders. Each window that carries a
     signal is diagnosed by itself. Fading evidence turns the probabilities of the windows into a
-    verdict. With a bearing and a model of healthy rows alone, the contrasts of the windows are
-    gathered instead, and combs of the mean decide. Page's cumulative sum turns windows that
-    exceed the healthy limits into an alarm with a stated rate of false alarms. Windows without
-    a signal (NaN, a dead channel, dropouts), windows at an implausible speed and gaps between
-    blocks are counted. Meanwhile the evidence grows older, and the cumulative sum stays.
+    verdict. With a bearing, the contrasts of the windows are gathered: combs of their mean decide,
+    together with the probabilities by spectra if the model learned several conditions. Page's
+    cumulative sum turns windows that exceed the healthy limits into an alarm with a stated rate of
+    false alarms. Windows without a signal (NaN, a dead channel, dropouts), windows at an
+    implausible speed and gaps between blocks are counted. Meanwhile the evidence grows older, and
+    the cumulative sum stays.
 
     The same samples in other blocks give the same verdicts, to the last bit. The monitor keeps less
     than one window of samples and a few numbers, for any time.
@@ -236,8 +237,9 @@ class ConditionMonitor:
 
     def _start_afresh(self):
         self._stream = WindowStream(**self._windowing)
-        n_values = len(self.conditions) if self._combs is None else N_ORDERS
-        self._evidence = FadingEvidence(n_values, self._half_life)
+        self._evidence = FadingEvidence(len(self.conditions), self._half_life)
+        # The speed of the windows is one more value.
+        self._contrasts = FadingEvidence(N_ORDERS + 1, self._half_life)
         self._p_values = FadingEvidence(1, self._half_life)
         self._alarm = self._new_alarm(self._seen) if self._judge.detects else None
         self._qualities, self._rpm = Counter(), None
@@ -371,8 +373,8 @@ class ConditionMonitor:
 
     def _verdict(self, found, i, start, rpm):
         end = self._stream.time_of(start + self._length)
-        self._evidence.move_to(end)
-        self._p_values.move_to(end)
+        for evidence in (self._evidence, self._contrasts, self._p_values):
+            evidence.move_to(end)
         if not np.isnan(found.p_value[i]):
             self._p_values.add(p_value_score(found.p_value[i]))
         exceeds = None if np.isnan(found.exceeds[i]) else bool(found.exceeds[i])
@@ -388,7 +390,7 @@ class ConditionMonitor:
         else:
             if quality == "good":
                 window_verdict = self._add(found, i)
-            verdict, probability = self._condition(alarm, rpm)
+            verdict, probability = self._condition(alarm)
         self._qualities[quality] += 1
         return MonitorVerdict(
             *(start, end, rpm, quality, float(found.quality_share[i])),
@@ -399,22 +401,29 @@ class ConditionMonitor:
     def _add(self, found, i):
         """Add the evidence of a window, and return its condition."""
         probabilities = found.probability[i, : len(self.conditions)]
-        logs = np.log(np.maximum(probabilities, SMALLEST_PROBABILITY))
-        self._evidence.add(logs if self._combs is None else found.contrasts[i])
+        kept = np.exp(found.spectra[i]) if "spectra" in found else probabilities
+        self._evidence.add(np.log(np.maximum(kept, SMALLEST_PROBABILITY)))
+        if self._combs is not None and not np.isnan(found.rpm[i]):
+            self._contrasts.add([*found.contrasts[i], found.rpm[i]])
         return self.conditions[int(probabilities.argmax())] if self.conditions else None
 
-    def _condition(self, alarm, rpm):
+    def _condition(self, alarm):
         """Verdict by the evidence of all recent windows, and its probability."""
         mean = self._evidence.mean()
         if mean is None:
             return None, np.nan
         verdict, probability = self.healthy, np.nan
+        logs = effective_number(self._evidence.weight) * mean
         if self._combs is not None:
-            found = self._combs.diagnose_gathered(mean, self._evidence.weight, rpm)
+            gathered = self._contrasts.mean()
+            if gathered is None:
+                gathered = np.append(np.zeros(N_ORDERS), np.nan)
+            *contrast, rpm = gathered
+            found = self._combs.diagnose_gathered(contrast, self._contrasts.weight, rpm, logs)
             verdict, probability = found.named[0], float(found.probability.max())
             probability = probability if verdict in self.conditions else np.nan
         elif self.conditions:
-            every = softmax(effective_number(self._evidence.weight) * mean)
+            every = softmax(logs)
             verdict, probability = self.conditions[int(every.argmax())], float(every.max())
         return (CHANGED, np.nan) if alarm and verdict == self.healthy else (verdict, probability)
 
@@ -439,6 +448,7 @@ class ConditionMonitor:
 
     def _parts(self):
         parts = {"stream": self._stream, "evidence": self._evidence, "p_values": self._p_values}
+        parts |= {} if self._combs is None else {"contrasts": self._contrasts}
         return parts if self._alarm is None else parts | {"alarm": self._alarm}
 
     def _settings(self):

@@ -12,7 +12,7 @@ from .._files import write_atomically
 if TYPE_CHECKING:
     from .monitor import ConditionMonitor
 
-_FORMAT = "skarxlag monitor 4"
+_FORMAT = "skarxlag monitor 5"
 #: The state of one window of a million samples is smaller.
 _MOST_BYTES = 100 * 2**20
 

@@ -15,7 +15,7 @@ from benchmarks.fault_orders.joint import (
 from benchmarks.fault_orders.rigs import Recording
 from skarxlag import make_diagnoser
 from skarxlag.bearings import SKF_6205
-from skarxlag.fault_places import comb_evidence, joint_scores
+from skarxlag.fault_places import comb_evidence, discounted
 
 from ..test_orders import ORDERS, RATE, strikes
 
@@ -71,8 +71,8 @@ def test_verdict_is_that_of_the_diagnoser(rigs):
     part = compare(diagnoser, tested, SKF_6205)
     odds, visible, distrust = SETTINGS[IN_USE]
     evidence = comb_evidence(part.scores, part.class_places, odds, visible)
-    scores = joint_scores(np.log(part.probability), part.residuals, evidence, distrust)
-    np.testing.assert_allclose(softmax(scores, axis=1), expected)
+    spectra = discounted(np.log(part.probability), part.residuals, distrust)
+    np.testing.assert_allclose(softmax(spectra + evidence, axis=1), expected)
 
 
 def test_rows_of_one_speed_are_campaigns_by_load():

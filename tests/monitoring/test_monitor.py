@@ -4,6 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from scipy.special import softmax
 from scipy.stats import norm
 from sklearn.calibration import CalibratedClassifierCV
@@ -20,7 +21,9 @@ from skarxlag import (
     save_monitor_state,
     window_verdicts,
 )
+from skarxlag.envelope_spectra import best_combs
 from skarxlag.evidence import P_VALUE_CORRELATION, effective_number
+from skarxlag.fault_places import comb_evidence
 
 from .conftest import RATE, WINDOW, sound
 
@@ -333,8 +336,8 @@ def test_what_is_no_state_is_refused(make, state):
         b"\xff\xfe",
         pickle.dumps({}),
         b'{"format": "another", "facts": {}, "state": {}}',
-        b'{"format": "skarxlag monitor 4", "facts": 3, "state": {}}',
-        b'{"format": "skarxlag monitor 4", "facts": {}}',
+        b'{"format": "skarxlag monitor 5", "facts": 3, "state": {}}',
+        b'{"format": "skarxlag monitor 5", "facts": {}}',
     ],
     ids=range(8),
 )
@@ -584,6 +587,42 @@ def test_combs_of_another_speed_have_a_wider_limit(by_orders):
     one = by_orders.diagnose_gathered(contrast, 1, 900.0)
     many = by_orders.diagnose_gathered(contrast, 40, 900.0)
     assert many.p_value < one.p_value and many.probability.max() > one.probability.max()
+
+
+@pytest.fixture(scope="module")
+def joint():
+    X = np.concatenate([turning(20, 0, 0), turning(20, 9, 1)])
+    diagnoser = make_diagnoser(bearing="6205", sampling_rate=1e4, healthy="healthy")
+    return diagnoser.fit(X, np.repeat(["healthy", "worn outer"], 20), rpm=900)
+
+
+def test_combs_are_gathered_beside_learned_spectra(joint):
+    remounted = lfilter([1], [1, -0.5], turning(40, 4, 2).ravel())
+    found = joint.diagnose(remounted.reshape(40, -1), rpm=900)
+    # One by one, combs leave the rows in doubt, and so does the mean of their probabilities.
+    logs = np.log(found.probability).mean(axis=0)
+    doubt = softmax(effective_number(40) * logs).max()
+    monitor = ConditionMonitor(joint, 1e4, window_length=2000, half_life=np.inf)
+    last = monitor.update(remounted, rpm=900)[-1]
+    assert last.verdict == "worn outer" and last.probability > 0.9 > doubt
+    # The last verdict, from all that the rows show.
+    spectra = effective_number(40) * found.spectra.mean(axis=0)
+    contrast, decide = found.contrasts.mean(axis=0), joint["decide"]
+    orders, places = decide.orders_, decide.class_places_
+    scores = best_combs(contrast, 3, orders, 0.1, 0.03)[0] - decide.reference_
+    combs = comb_evidence(np.sqrt(effective_number(40, 0.2)) * scores[np.newaxis], places)[0]
+    assert last.probability == pytest.approx(softmax(spectra + combs).max())
+
+
+def test_spectra_decide_alone_while_the_speed_is_not_known(joint):
+    rows = turning(8, 9, 3)
+    monitor = ConditionMonitor(joint, 1e4, window_length=2000, half_life=np.inf)
+    blind = monitor.update(rows[:4].ravel())[-1]
+    logs = np.log(joint.predict_proba(rows[:4])).mean(axis=0)
+    assert blind.probability == pytest.approx(softmax(effective_number(4) * logs).max())
+    seen = monitor.update(rows[4:].ravel(), rpm=900)[-1]
+    assert monitor.state()["contrasts"]["weight"] == 4
+    assert seen.verdict == blind.verdict == "worn outer" and seen.probability > blind.probability
 
 
 def test_gathered_combs_survive_a_restart(by_orders, tmp_path):
