@@ -158,7 +158,7 @@ def make_diagnoser(
     >>> make_diagnoser().fit(X, y).predict(1e6 * X[[0, 39]])
     array(['healthy', 'worn'], dtype='<U7')
 
-    Stretches of two seconds, in which order 3.6 of the shaft strikes:
+    Stretches of two seconds, with impacts at order 3.6 of the shaft:
 
     >>> rng = np.random.default_rng(0)
     >>> X = rng.normal(size=(12, 20_000))
@@ -314,8 +314,8 @@ def make_fault_order_classifier(
     >>> import numpy as np
     >>> rng = np.random.default_rng(0)
     >>> X = rng.normal(size=(2, 20_000))
-    >>> strikes = np.cumsum(20_000 / (15 * 3.585) * rng.normal(1, 0.01, size=53)).astype(int)
-    >>> X[1, strikes] += 10                          # the outer race of a bearing 6205 at 900 rpm
+    >>> impacts = np.cumsum(20_000 / (15 * 3.585) * rng.normal(1, 0.01, size=53)).astype(int)
+    >>> X[1, impacts] += 10                          # the outer race of a bearing 6205 at 900 rpm
     >>> classifier = make_fault_order_classifier(bearing="6205", sampling_rate=20_000)
     >>> classifier.fit(X).predict(X, rpm=900)
     array(['healthy', 'outer'], dtype='<U7')
