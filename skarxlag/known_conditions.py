@@ -59,7 +59,7 @@ class KnownConditions(RowOutlierDetector):
     classes_ : ndarray of shape (n_conditions,)
         The conditions, sorted. Without y there is one, "known".
     detectors_ : list of FaultDetector
-        The limits of each condition.
+        The limits of each condition. With rows at one speed, their drift scale is 3.
     offset_ : float
         Logarithm of the rate of false rejections: rows of a lower score are rejected.
     n_models_ : int

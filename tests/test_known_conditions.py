@@ -175,6 +175,39 @@ def test_weak_calibrations_are_said():
         KnownConditions().fit(X[:2], rpm=[800, 1200])
 
 
+def test_a_condition_with_two_rows_of_one_of_its_speeds_is_known():
+    X, y, _ = rig(("good", "inner"), (800,), 3)
+    known = fit(KnownConditions(), X, y, rpm=[800, 800, 1200] * 2)
+    assert known.classes_.tolist() == ["good", "inner"]
+    for detector in known.detectors_:
+        np.testing.assert_allclose(detector.speeds_, [800, 1200])
+
+
+def test_a_condition_of_one_speed_drifts_as_experience_says(fitted):
+    X, y, _ = rig(("good", "inner"), (800,), 4)
+    for rpm in (None, 800):
+        known = fit(KnownConditions(), X, y, rpm=rpm)
+        assert [detector.drift_scale_ for detector in known.detectors_] == [3.0, 3.0]
+    # With several speeds it is that of a detector.
+    X, y, rpm = rig(("good", "inner"), (800, 1200), 30)
+    own = y == "good"
+    alone = fit(FaultDetector(false_alarm_rate=RATE), X[own], rpm=rpm[own])
+    assert fitted.detectors_[0].drift_scale_ == alone.drift_scale_
+
+
+def test_rows_are_cut_into_windows():
+    noise = np.random.default_rng(0).normal(size=(2, 9600))
+    n_windows = {
+        length: fit(KnownConditions(**options), noise, rpm=800).detectors_[0].n_windows_
+        for length, options in {4800: {}, 1200: {"window_length": 1200}}.items()
+    }
+    assert n_windows == {4800: 2, 1200: 8}
+    # Windows of one sample have no spectrum, and their level counts.
+    single = fit(KnownConditions(window_length=1), noise[:, :7], rpm=800)
+    assert single.detectors_[0].n_windows_ == 7
+    assert np.all(single.p_values(noise[:, :7], rpm=800) > 0)
+
+
 def test_bad_input_is_named(fitted):
     X, y, _ = rig(("good", "inner"), (800,), 4)
     for rate in (0.0, 1.0):
