@@ -292,7 +292,7 @@ class Judge:
             # A detector without speeds has limits for speeds that differ by the factor 1.3.
             tolerance = SAME_LOG_SPEED if can is None else UNIT_DISTANCE
             with np.errstate(invalid="ignore", divide="ignore"):
-                ratio = np.log(rpm.reshape(n, -1).mean(axis=1, keepdims=True) / self.train_rpm)
+                ratio = np.log(np.divide.outer(rpm, self.train_rpm))
             holds = np.abs(ratio).min(axis=1) <= tolerance + 1e-9
         return np.where(holds, HOLD, reason).astype(object)
 
@@ -302,8 +302,8 @@ class Judge:
         is_usable = (found.quality == "good") & (found.refusal == "")
         if "diagnoser" in self._can:
             names = np.array([*self.conditions, None], dtype=object)[:-1]
-            known = np.nan_to_num(found.probability, nan=-1.0)
-            verdict = found.get("named", names[known.argmax(axis=1)])
+            most_probable = np.nan_to_num(found.probability).argmax(axis=1)
+            verdict = found.get("named", names[most_probable])
         else:
             verdict = np.where(found.exceeds == 1, CHANGED, self.healthy).astype(object)
         verdict[~is_usable] = NO_SIGNAL
@@ -384,8 +384,9 @@ class Judge:
 
     def _recording_condition(self, usable, answer):
         """Verdict and its probability."""
-        nearest = answer.get("p-value of nearest", 1.0)
-        is_unknown = "known" in self._can and nearest < self._can["known"].stated_rate
+        is_unknown = (
+            "known" in self._can and answer["p-value of nearest"] < self._can["known"].stated_rate
+        )
         verdict, probability = self.healthy, np.nan
         if "diagnoser" in self._can:
             columns = [f"probability of {name}" for name in self.conditions]

@@ -17,6 +17,7 @@ from skarxlag import (
     make_detector,
     save_diagnoser,
 )
+from skarxlag._answers import Answers, answers
 from skarxlag._state import check_state
 
 LENGTH = 1200
@@ -195,7 +196,7 @@ def test_without_speeds_limits_are_those_of_another_speed():
     faulty = healthy(10, 1000, 5, strikes=15.0)
     scores = unknown.score_samples(faulty)
     np.testing.assert_allclose(scores, known.score_samples(faulty, rpm=1300))
-    assert np.all(scores >= known.score_samples(faulty, rpm=1000))
+    assert np.all(scores > known.score_samples(faulty, rpm=1000))
     np.testing.assert_array_equal(unknown.score_samples(faulty, rpm=1000), scores)
 
 
@@ -274,10 +275,88 @@ def test_two_rows_are_the_least():
         FaultDetector().fit(X, rpm=[800, 1200])
 
 
-def test_far_speeds_are_said(fitted):
-    X = healthy(3, 1000, 0)
-    with pytest.warns(UserWarning, match="2 of 3 rows at 400 to 2000 rpm lie more than the factor"):
-        fitted.predict(X, rpm=[400, 1000, 2000])
+def few_at_three_speeds():
+    X, rpm = rig((700, 800, 1200), 2, seed=0)
+    with warnings.catch_warnings():
+        # Two rows at each speed: what they are is not of interest here.
+        warnings.simplefilter("ignore", UserWarning)
+        return FaultDetector().fit(X, rpm=rpm)
+
+
+def test_far_speeds_are_said():
+    X, fitted = healthy(3, 1000, 0), few_at_three_speeds()
+    message = "2 of 3 rows at 400 to 2000 rpm .* outside the speeds of fit, 700 to 1200 rpm: limits"
+    with pytest.warns(UserWarning, match=message) as said:
+        fitted.score_samples(X, rpm=[400, 1000, 2000])
+    assert said[0].filename == __file__
+    with pytest.warns(UserWarning, match="1 of 3 rows at 2000 to 2000 rpm"):
+        fitted.predict(X, rpm=[1000, 1000, 2000])
+    with warnings.catch_warnings(action="error"):
+        fitted.predict(X, rpm=[700 / 1.3, 1000, 1200 * 1.3])
+
+
+def test_mean_of_the_speeds_of_the_samples_counts():
+    X, rpm = rig((800, 1200), 4, seed=0)
+    ramps = rpm[:, np.newaxis] + np.linspace(-50, 50, LENGTH)
+    with warnings.catch_warnings(action="ignore"):
+        detector = FaultDetector().fit(X, rpm=ramps)
+    np.testing.assert_allclose(detector.speeds_, [800, 1200])
+    found = detector.score_samples(X, rpm=ramps)
+    np.testing.assert_allclose(found, detector.score_samples(X, rpm=rpm))
+
+
+def test_defaults_and_ranges_are_as_stated():
+    noise = np.random.default_rng(0).normal(size=(4, 9600))
+    with warnings.catch_warnings(action="ignore"):
+        detector = FaultDetector().fit(noise, rpm=1000)
+        single = FaultDetector(window_length=1).fit(noise[:, :7], rpm=1000)
+        # A row of fewer than 8 samples has no spectrum, so its level counts.
+        n_values = [FaultDetector().fit(noise[:, :n]).means_.shape[1] for n in (7, 8)]
+    assert detector.offset_ == np.log(0.01)
+    assert (detector.n_windows_, detector.drift_scale_, single.n_windows_) == (2, 1.0, 7)
+    assert n_values == [2, 1]
+
+
+def test_two_rows_of_one_of_the_speeds_are_enough():
+    with warnings.catch_warnings(action="ignore"):
+        detector = FaultDetector().fit(healthy(3, 1000, 0), rpm=[800, 800, 1200])
+    np.testing.assert_allclose(detector.speeds_, [800, 1200])
+
+
+def test_a_row_at_the_limit_is_not_flagged(fitted):
+    at_limit = clone(fitted)
+    vars(at_limit).update(vars(fitted))
+    row = healthy(1, 1000, 2, strikes=30.0)
+    at_limit.offset_ = float(fitted.score_samples(row, rpm=1000)[0])
+    assert at_limit.offset_ < np.log(RATE)
+    assert at_limit.predict(row, rpm=1000).tolist() == [1]
+
+
+def test_left_out_speeds_that_hold_the_rate_are_not_warned_of(fitted):
+    vars_of = vars(fitted) | {"left_out_rates_": np.array([RATE, 0.0])}
+    held = clone(fitted)
+    vars(held).update(vars_of)
+    assert not any("No drift scale" in sentence for sentence in held.weak_points())
+
+
+def test_what_it_can_answer(fitted):
+    asked = {"alarm": True, "healthy_p_value": True, "stated_rate": RATE, "window_length": LENGTH}
+    two = Answers(takes_rpm=True, needs_rpm=True, speeds=(800.0, 1200.0), **asked)
+    assert answers(fitted) == two
+    X = healthy(4, 1000, 0)
+    with warnings.catch_warnings(action="ignore"):
+        one = FaultDetector(false_alarm_rate=RATE, window_length=LENGTH // 2).fit(X, rpm=1000)
+        none = FaultDetector(false_alarm_rate=RATE).fit(X)
+    of_one_speed = Answers(
+        takes_rpm=True, needs_rpm=True, speeds=(1000.0,), is_stretch=True, **asked
+    )
+    assert answers(one) == of_one_speed
+    assert answers(none) == Answers(**asked)
+    with pytest.raises(ValueError, match="rpm is None, expected the speed of each row"):
+        one.predict(X)
+    # Without speeds in `fit`, none is looked at.
+    with warnings.catch_warnings(action="error"):
+        np.testing.assert_array_equal(none.score_samples(X, rpm=0), none.score_samples(X))
 
 
 def test_drift_that_no_scale_covers_is_said():
@@ -352,6 +431,9 @@ def test_measured_inputs_are_explained_first():
     ],
 )
 def test_inconsistent_states_are_refused(fitted, name, value):
+    certain = clone(fitted)
+    vars(certain).update(vars(fitted) | {"slopes_": fitted.slopes_ * [1.0, 0.0]})
+    check_state(certain)
     check_state(fitted)
     broken = clone(fitted)
     vars(broken).update(vars(fitted) | {name: value})

@@ -6,6 +6,7 @@ import pytest
 from scipy.signal import lfilter
 from scipy.special import softmax
 from scipy.stats import norm
+from sklearn.linear_model import LogisticRegression, RidgeClassifier
 
 from skarxlag import (
     make_alpio,
@@ -147,8 +148,6 @@ def test_alarm_where_the_detection_threshold_holds(arguments, alarm, limits, dia
 
 
 def test_classifier_without_healthy_limits_raises_no_alarm(windows):
-    from sklearn.linear_model import LogisticRegression
-
     model = LogisticRegression().fit(windows[0], windows[1])
     row = recording_verdicts(model, windows[0][:20], np.zeros(20)).iloc[0]
     assert (row["alarm"], row["limits"]) == ("-", "no healthy limits were learned")
@@ -285,6 +284,103 @@ def test_healthy_condition_is_the_first_of_the_stated_ones_or_known(diagnoser, w
         Judge(None)
     with pytest.raises(ValueError, match="flags no rows"):
         Judge(diagnoser, detector=make_known_conditions().fit(*windows))
+
+
+@pytest.mark.parametrize(("n_windows", "n_exceed", "alarm"), [(20, 10, "no"), (25, 13, "yes")])
+def test_most_windows_must_exceed_the_limits_of_a_recording(diagnoser, n_windows, n_exceed, alarm):
+    columns = {"verdict": "white", "quality": "good", "limits": "hold", "alarm": False}
+    windows = pd.DataFrame(columns, index=range(n_windows))
+    windows[["probability of white", "probability of coloured"]] = [0.9, 0.1]
+    windows.loc[: n_exceed - 1, "alarm"] = True
+    answer = Judge(diagnoser).recording(windows)
+    assert answer["alarm"] == alarm
+    assert answer["verdict"] == ("changed" if alarm == "yes" else "white")
+
+
+def test_recording_whose_p_value_is_the_stated_rate_is_healthy(detector, healthy):
+    judge = Judge(detector)
+    windows = judge.windows(healthy[:2], rpm=900.0)
+    judge.alarm_rate = combined_p_value(windows["p-value"])
+    assert judge.recording(windows)["alarm"] == "no"
+    judge.alarm_rate = np.nextafter(judge.alarm_rate, 1)
+    assert judge.recording(windows)["alarm"] == "yes"
+
+
+@pytest.mark.parametrize(
+    ("p_value", "combs", "verdict"),
+    [
+        (0.05, None, "white"),
+        (0.0499, None, "none of these"),
+        (0.0499, [0.2, 0.9, 0.95], "none of these"),
+        (0.0499, [0.2, 0.95, 0.95], "white"),
+    ],
+)
+def test_rows_unlike_all_conditions_need_a_clear_comb(diagnoser, windows, p_value, combs, verdict):
+    rate = combined_p_value([0.05] * 3, NEAREST_CORRELATION)
+    known = make_known_conditions(false_rejection_rate=rate).fit(*windows)
+    columns = {"verdict": "white", "quality": "good", "limits": "no", "alarm": np.nan}
+    table = pd.DataFrame(columns, index=range(3))
+    table[["probability of white", "probability of coloured"]] = [0.9, 0.1]
+    table["p-value of nearest"] = p_value
+    if combs is not None:
+        table["probability of a comb"] = combs
+    answer = Judge(diagnoser, known=known).recording(table)
+    assert (answer["verdict"], answer["alarm"]) == (verdict, "-")
+    assert (answer["share of white"], answer["share of coloured"]) == (1, 0)
+
+
+def test_half_of_the_windows_do_not_make_a_recording_unidentifiable(diagnoser):
+    columns = {"quality": "good", "limits": "no", "alarm": np.nan}
+    table = pd.DataFrame(columns, index=range(4))
+    table[["probability of white", "probability of coloured"]] = [0.2, 0.8]
+    for verdicts, expected in (("uuww", "coloured"), ("uuuw", NOT_IDENTIFIABLE)):
+        table["verdict"] = [{"u": NOT_IDENTIFIABLE, "w": "white"}[each] for each in verdicts]
+        answer = Judge(diagnoser).recording(table)
+        assert answer["verdict"] == expected
+        assert answer["share of white"] == verdicts.count("w") / 4
+
+
+@pytest.mark.parametrize(
+    ("with_detector", "rpm", "limits"),
+    [
+        (False, 900 * np.exp(0.02), "hold"),
+        (False, 600 / np.exp(0.02), "hold"),
+        (False, 900 * np.exp(0.021), "healthy limits hold at 600, 900 rpm only"),
+        (True, 900 * 1.3, "hold"),
+        (True, 600 / 1.3, "hold"),
+        (True, 900 * 1.31, "healthy limits hold at 600, 900 rpm only"),
+    ],
+)
+def test_limits_without_speeds_hold_near_the_stated_training_speeds(
+    with_detector, rpm, limits, diagnoser, windows
+):
+    X = windows[0][:1]
+    detector = make_detector().fit(windows[0][:20]) if with_detector else None
+    judge = Judge(diagnoser, detector=detector, train_rpm=[600.0, 900.0])
+    assert judge.opinions(X, rpm).limits.tolist() == [limits]
+
+
+def test_known_conditions_are_not_asked_about_a_dead_sensor(diagnoser, windows):
+    known = make_known_conditions().fit(*windows)
+    row = recording_verdicts(diagnoser, np.zeros((2, 400)), [0, 0], known=known).iloc[0]
+    assert row["verdict"] == "no signal" and np.isnan(row["p-value of nearest"])
+
+
+def test_combinations_of_models_that_make_no_sense_are_refused(detector, diagnoser, healthy):
+    with pytest.raises(ValueError, match="diagnoser is no classifier, expected None beside a det"):
+        Judge(detector, detector=detector)
+    with pytest.raises(ValueError, match=r"conditions=\['a', 'b'\], expected the healthy one only"):
+        window_verdicts(detector, healthy, ["a", "b"], rpm=900)
+    with pytest.raises(ValueError, match="diagnoser states no probabilities"):
+        Judge(RidgeClassifier().fit(healthy, np.repeat([0, 1], 100)))
+
+
+def test_p_value_of_combs_is_no_healthy_p_value_of_learned_conditions():
+    X, y = stretches(900)
+    model = make_diagnoser(sampling_rate=RATE, bearing=ORDERS, healthy=y[0]).fit(X, y, rpm=900)
+    found = window_verdicts(model, X[:2], rpm=900)
+    assert found["limits"].tolist() == ["hold", "hold"] and "p-value" not in found
+    assert found["alarm"].tolist() == model.diagnose(X[:2], rpm=900).alarm.tolist()
 
 
 def test_reasons_are_one_line():
