@@ -172,21 +172,24 @@ def table_text(cells):
     )
 
 
-def blocks(outcomes):
+def blocks(reports, sizes, comparison):
     """Return the Markdown blocks of the page by name: one for each run, and the comparison.
 
     Parameters
     ----------
-    outcomes : dict of str to Bunch
-        What ``run_protocol`` returned for each of the ``runs``.
+    reports : dict of str to list of Table
+        Tables of each run.
+    sizes : dict of str to str
+        Number and length of the windows of each run.
+    comparison : dict of str to (str, DataFrame)
+        Result of `compared`.
     """
-    reports = {run: paper_report(outcome) for run, outcome in outcomes.items()}
     parts = []
-    for title, cells in compared(reports).values():
+    for title, cells in comparison.values():
         parts += [f"**{title}**", table_text(cells)]
     named = {"paper tables compared": "\n\n".join(parts)}
     for place, run in enumerate(SHOWN):
-        parts = [f"Simulated rig, {_size(outcomes[run].verdicts)}."]
+        parts = [f"Simulated rig, {sizes[run]}."]
         parts += [folded(table, with_paper=place == 0) for table in reports[run]]
         named[f"paper tables {run}"] = "\n\n".join(filter(None, parts))
     return named
@@ -224,7 +227,7 @@ def main(arguments=None):
     options = parser.parse_args(arguments)
     long_length = window_of_impacts(IMPACTS)
     options.output.mkdir(parents=True, exist_ok=True)
-    outcomes = {}
+    reports, sizes = {}, {}
     stretch_length = int(STRETCH_SECONDS * PAPER["sampling_rate_hz"])
     lengths = (
         *(PAPER_WINDOW, PAPER_SAMPLES),
@@ -235,16 +238,16 @@ def main(arguments=None):
         started = perf_counter()
         print(run, file=sys.stderr)
         outcome = run_protocol(load, makers, progress=_progress)
-        outcomes[run] = Bunch(verdicts=outcome.verdicts, halves=outcome.halves)
+        reports[run], sizes[run] = paper_report(outcome), _size(outcome.verdicts)
         print(f"{perf_counter() - started:.0f} s", file=sys.stderr)
         stem = run.replace(", ", "_").replace(" ", "-")
-        for table in paper_report(outcome):
+        for table in reports[run]:
             table.frame.to_csv(options.output / f"{stem}_{table.stem}.csv", float_format="%.6g")
-    reports = {run: paper_report(outcome) for run, outcome in outcomes.items()}
-    _, averages = compared(reports)["averages"]
+    comparison = compared(reports)
+    _, averages = comparison["averages"]
     images = (options.write.parent if options.write else options.output) / "images"
     averages_figure(averages, images / "tables_averages.svg")
-    publish(options, blocks(outcomes))
+    publish(options, blocks(reports, sizes, comparison))
 
 
 def _progress(text):

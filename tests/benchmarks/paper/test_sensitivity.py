@@ -39,7 +39,12 @@ class Remembers(BaseEstimator):
 
 @pytest.fixture
 def small(monkeypatch):
-    """Grids of two values, short recordings."""
+    """Grids of two values, and models of few terms, for which a pole is found soon."""
+    makers = {
+        name: lambda healthy, make=make: make(healthy=healthy).set_params(identify__order=4)
+        for name, make in studies.DIAGNOSERS.items()
+    }
+    monkeypatch.setattr(studies, "DIAGNOSERS", makers)
     monkeypatch.setattr(studies, "NOISE_MV", (0.5, 5.0))
     monkeypatch.setattr(studies, "WINDOW_LENGTHS", (600, 1000))
     monkeypatch.setattr(studies, "ORDERS", (4, 8))

@@ -1,5 +1,6 @@
 import doctest
 import re
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +77,8 @@ def written(tmp_path_factory):
         patch.setattr(paper_tables, "PAPER_SAMPLES", 1600)
         patch.setattr(paper_tables, "LONG_WINDOWS", 2)
         patch.setattr(paper_tables, "window_of_impacts", lambda n: 800)
+        # The runs share most rigs.
+        patch.setattr(paper_tables, "_simulate", cache(paper_tables._simulate))
         # Stretches of several turns would take long.
         patch.setattr(paper_tables, "STRETCHES", 2)
         patch.setattr(paper_tables, "STRETCH_SECONDS", 1000 / 250_000)
