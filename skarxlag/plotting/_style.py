@@ -6,6 +6,7 @@ matplotlib is imported only when a figure is drawn.
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
@@ -76,14 +77,26 @@ def ink() -> str:
     return rcParams["text.color"]
 
 
-def new_axes(n_rows: int) -> NDArray[Any]:
-    """Create a pyplot figure with axes one above the other, which share their horizontal axis."""
-    try:
-        from matplotlib import pyplot
-    except ImportError as error:
-        raise ImportError("Plotting needs matplotlib: pip install 'skarxlag[plot]'") from error
-    _, axes = pyplot.subplots(n_rows, sharex=True, squeeze=False, layout="constrained")
-    return axes[:, 0]
+class Display:
+    """Base of the displays: a figure with one or more axes one above the other."""
+
+    ax_: Any
+    axes_: NDArray[Any]
+    figure_: Any
+
+    def _set_axes(self, axes: Any, n_rows: int = 1) -> NDArray[Any]:
+        """Use these axes, or those of a new pyplot figure if None, and return them."""
+        if axes is None:
+            try:
+                from matplotlib import pyplot
+            except ImportError as error:
+                fix = "pip install 'skarxlag[plot]'"
+                raise ImportError(f"Plotting needs matplotlib: {fix}") from error
+            _, axes = pyplot.subplots(n_rows, sharex=True, squeeze=False, layout="constrained")
+        self.axes_ = np.asarray(axes, dtype=object).reshape(n_rows)
+        self.ax_ = self.axes_[0]
+        self.figure_ = self.ax_.figure
+        return self.axes_
 
 
 def legend_beside(ax: "Axes", lines: "Sequence[Line2D]") -> None:

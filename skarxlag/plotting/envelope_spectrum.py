@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,14 +12,17 @@ from sklearn.pipeline import Pipeline
 from .._answers import unfolded_steps
 from ..fault_classifier import FaultOrderClassifier
 from ..kernels.fault_orders import NEPER_IN_DB, ORDER_STEP, PLACES, RACE_MULTIPLES
-from ._style import NEUTRAL, condition_styles, ink, legend_beside, new_axes
+from ._style import NEUTRAL, Display, condition_styles, ink, legend_beside
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: Highest order that is shown: three multiples of the inner ring of common bearings.
 _HIGHEST_ORDER = 20.0
 
 
 @dataclass(repr=False, eq=False)
-class EnvelopeSpectrumDisplay:
+class EnvelopeSpectrumDisplay(Display):
     """Plot the contrast of envelope spectra over orders, with the combs of the faults.
 
     The line shows how far the envelope spectra rise above their surroundings. The first three
@@ -42,8 +45,6 @@ class EnvelopeSpectrumDisplay:
         Largest score of a healthy row in dB.
     evidence : str
         Sentence above the plot.
-    rpm : float
-        Nominal speed in revolutions per minute.
 
     Attributes
     ----------
@@ -77,7 +78,6 @@ class EnvelopeSpectrumDisplay:
     factors: dict[str, float]
     limit: float
     evidence: str
-    rpm: float
 
     @classmethod
     def from_estimator(
@@ -86,7 +86,7 @@ class EnvelopeSpectrumDisplay:
         row: ArrayLike,
         *,
         rpm: ArrayLike | None = None,
-        unit: str = "orders",
+        ax: Axes | None = None,
     ) -> Self:
         """Compute the combs of one row and plot them.
 
@@ -97,9 +97,10 @@ class EnvelopeSpectrumDisplay:
         row : array-like of shape (n_samples,) or (n_channels, n_samples)
             The row.
         rpm : float, array-like of shape (n_samples,) or None, default=None
-            Nominal speed; None only if the classifier searches the speed.
-        unit : {"orders", "Hz"}, default="orders"
-            Unit of the horizontal axis.
+            Nominal speed in revolutions per minute; None only if the classifier searches the
+            speed.
+        ax : matplotlib Axes or None, default=None
+            Axes to plot into. If None, new axes are created.
 
         Returns
         -------
@@ -109,7 +110,7 @@ class EnvelopeSpectrumDisplay:
         Raises
         ------
         ValueError
-            If the last step is no FaultOrderClassifier, or the unit is another one.
+            If the last step is no FaultOrderClassifier.
         """
         *before, classifier = [step for _, step in unfolded_steps(estimator)]
         if not isinstance(classifier, FaultOrderClassifier):
@@ -134,51 +135,42 @@ class EnvelopeSpectrumDisplay:
             factors=factors,
             limit=NEPER_IN_DB * float(classifier.limit_ + classifier.reference_.max()),
             evidence=classifier._judge(found).evidence[0],
-            rpm=float(found.rpm[0]),
         )
-        return display.plot(unit=unit)
+        return display.plot(ax)
 
-    def plot(self, *, unit: str = "orders") -> Self:
-        """Draw the plot into a new figure.
+    def plot(self, ax: Axes | None = None) -> Self:
+        """Draw the plot.
 
         Parameters
         ----------
-        unit : {"orders", "Hz"}, default="orders"
-            Unit of the horizontal axis.
+        ax : matplotlib Axes or None, default=None
+            Axes to plot into. If None, new axes are created.
 
         Returns
         -------
         EnvelopeSpectrumDisplay
             The display, after drawing.
         """
-        labels = {"orders": "Order of the shaft", "Hz": "Frequency (Hz)"}
-        if unit not in labels:
-            raise ValueError(f"unit == {unit!r}, expected 'orders' or 'Hz'.")
-        factor = 1.0 if unit == "orders" else self.rpm / 60
-        (ax,) = new_axes(1)
-        self.ax_: Any = ax
-        self.figure_: Any = ax.figure
+        (ax,) = self._set_axes(ax)
         style = {"color": ink(), "linewidth": 0.8, "label": "contrast"}
-        self.line_: Any = ax.plot(factor * self.orders, self.contrast, **style)[0]
+        self.line_: Any = ax.plot(self.orders, self.contrast, **style)[0]
         styles = condition_styles(["healthy", *PLACES])
         self.comb_lines_: dict[str, Any] = {}
         for name, lines in self.combs.items():
             label = f"{name}: {self.scores[name]:.0f} dB, {100 * (self.factors[name] - 1):+.1f} %"
             style = {"color": styles[name]["color"], "linestyle": ":", "zorder": 0, "label": label}
             for order in lines:
-                self.comb_lines_.setdefault(name, ax.axvline(factor * order, **style))
+                self.comb_lines_.setdefault(name, ax.axvline(order, **style))
         best = max(self.scores, key=self.scores.get)
-        lines = self.combs[best]
-        heights = np.interp(lines, self.orders, self.contrast)
-        color = styles[best]["color"]
-        self.dots_: Any = ax.plot(factor * lines, heights, "o", color=color)[0]
+        heights = np.interp(self.combs[best], self.orders, self.contrast)
+        self.dots_: Any = ax.plot(self.combs[best], heights, "o", color=styles[best]["color"])[0]
         style = {"color": NEUTRAL, "linewidth": 1, "label": f"limit {self.limit:.0f} dB"}
         limit = ax.axhline(self.limit, **style)
         ax.set(
-            xlabel=labels[unit],
+            xlabel="Order of the shaft",
             ylabel="Contrast (dB)",
             title=self.evidence,
-            xlim=(0, factor * self.orders[-1]),
+            xlim=(0, self.orders[-1]),
             ylim=(0, None),
         )
         legend_beside(ax, [self.line_, *self.comb_lines_.values(), limit])

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from .._answers import unfolded_steps
 from ..kernels.scaling import fit_percentage
 from ._fitted import chosen_model, known_conditions, ordered_conditions
-from ._style import color_of, ink, new_axes
+from ._style import Display, color_of, ink
 
 
 @dataclass(repr=False, eq=False)
-class IdentificationDisplay:
+class IdentificationDisplay(Display):
     r"""Plot the measured and the predicted output of one window, and the prediction error.
 
     Figures 7 and 8 of the paper are of this kind.
@@ -64,11 +64,6 @@ class IdentificationDisplay:
 
     def __post_init__(self) -> None:
         self.output, self.prediction = np.asarray(self.output), np.asarray(self.prediction)
-        if self.output.ndim != 1 or self.output.shape != self.prediction.shape:
-            raise ValueError(
-                f"prediction has the shape {self.prediction.shape} and output "
-                f"{self.output.shape}, expected one shape for both: (n_samples,)."
-            )
         self.conditions = ordered_conditions([self.condition], self.conditions)
 
     @property
@@ -83,7 +78,6 @@ class IdentificationDisplay:
         window: ArrayLike,
         *,
         model: Any = None,
-        free_run: bool = False,
         condition: Any = None,
         conditions: Sequence[Any] | None = None,
         sampling_rate: float | None = None,
@@ -100,10 +94,6 @@ class IdentificationDisplay:
         model : label or None, default=None
             Condition whose model predicts. If None, the healthy condition if it has a model, and
             otherwise the first model.
-        free_run : bool, default=False
-            If True, the model simulates the output from the inputs and the first samples of the
-            output (the transient). If False, it predicts each sample one step ahead from all
-            measured samples before it.
         condition : label or None, default=None
             True condition of the window. It determines the colour of the lines.
         conditions : sequence of label or None, default=None
@@ -126,7 +116,7 @@ class IdentificationDisplay:
         """
         m, names = chosen_model(estimator, model)
         identify = unfolded_steps(estimator)[0][1]
-        prediction = identify.predict_output(np.asarray(window)[np.newaxis], free_run=free_run)
+        prediction = identify.predict_output(np.asarray(window)[np.newaxis])
         known = known_conditions(estimator) or (names if len(names) > 1 else [])
         display = cls(
             np.atleast_2d(window)[0, -prediction.shape[-1] :],
@@ -151,9 +141,7 @@ class IdentificationDisplay:
         IdentificationDisplay
             The display, after drawing.
         """
-        self.axes_: NDArray[Any] = new_axes(2) if axes is None else np.asarray(axes, dtype=object)
-        upper, lower = self.axes_
-        self.figure_: Any = upper.figure
+        upper, lower = self._set_axes(axes, 2)
         time = np.arange(len(self.output))
         if self.sampling_rate is not None:
             time = 1e3 / self.sampling_rate * time

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, Self
 
@@ -11,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.pipeline import Pipeline
 
 from ..stretches import order_comparison
-from ._fitted import known_conditions, ordered_conditions
-from ._style import LINE, NEUTRAL, condition_styles, ink, legend_beside, new_axes
+from ._fitted import known_conditions
+from ._style import LINE, NEUTRAL, Display, condition_styles, ink, legend_beside
 
 #: Multiples of the order of each fault that are marked. Repeated impacts of a fault show at
 #: multiples of its order; those of the rings are the strongest.
@@ -23,7 +22,7 @@ _N_SHOWN = 2
 
 
 @dataclass(repr=False, eq=False)
-class OrderSpectrumDisplay:
+class OrderSpectrumDisplay(Display):
     r"""Plot the order spectrum of a stretch, with the references of the two nearest conditions.
 
     There is one panel for each of these conditions. A panel shows the spectrum of the envelope,
@@ -44,12 +43,12 @@ class OrderSpectrumDisplay:
         Factor on the speed for each condition.
     residuals : dict of str to float
         Residual of the order spectrum for each condition.
+    conditions : list of str
+        All conditions. Their order determines their colours.
     rpm : float or None, default=None
         Nominal speed in revolutions per minute.
     fault_orders : dict of str to float or None, default=None
         Orders of the faults, as `skarxlag.bearing_orders` returns them.
-    conditions : list of str or None, default=None
-        All conditions. Their order determines their colours.
 
     Attributes
     ----------
@@ -82,9 +81,9 @@ class OrderSpectrumDisplay:
     _: KW_ONLY
     factors: dict[str, float]
     residuals: dict[str, float]
+    conditions: list[str]
     rpm: float | None = None
     fault_orders: dict[str, float] | None = None
-    conditions: list[str] | None = None
 
     @classmethod
     def from_estimator(
@@ -94,7 +93,6 @@ class OrderSpectrumDisplay:
         *,
         rpm: ArrayLike | None = None,
         fault_orders: dict[str, float] | None = None,
-        conditions: Sequence[Any] | None = None,
     ) -> Self:
         """Compare one stretch with the references of a fitted diagnoser, and plot the spectra.
 
@@ -109,9 +107,6 @@ class OrderSpectrumDisplay:
             Nominal shaft speed of the stretch, in revolutions per minute.
         fault_orders : dict of str to float or None, default=None
             Orders to mark, as `skarxlag.bearing_orders` returns them.
-        conditions : sequence of label or None, default=None
-            All conditions. Their order determines their colours. If None, the healthy condition
-            comes first and the others are sorted.
 
         Returns
         -------
@@ -141,7 +136,7 @@ class OrderSpectrumDisplay:
             residuals=by_name(found.residuals[0].astype(float)),
             rpm=None if rpm is None else float(np.mean(rpm)),
             fault_orders=fault_orders,
-            conditions=ordered_conditions(known_conditions(estimator), conditions),
+            conditions=known_conditions(estimator),
         )
         return display.plot()
 
@@ -153,9 +148,8 @@ class OrderSpectrumDisplay:
         OrderSpectrumDisplay
             The display, after drawing.
         """
-        self.axes_: NDArray[Any] = new_axes(len(self.spectra))
-        self.figure_: Any = self.axes_[0].figure
-        styles = condition_styles(self.conditions or list(self.spectra))
+        self._set_axes(None, len(self.spectra))
+        styles = condition_styles(self.conditions)
         known = self.fault_orders or {}
         faults = [fault for fault in _MULTIPLES if fault in known]
         self.lines_: dict[str, Any] = {}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -13,14 +14,14 @@ from sklearn.pipeline import Pipeline
 from ..kernels.ladder import log_level
 from ..observers import RESIDUAL_EVALUATIONS, Observer
 from ._fitted import chosen_model, isolation_thresholds, known_conditions, ordered_conditions
-from ._style import LINE, color_of, condition_styles, ink, legend_beside, new_axes
+from ._style import LINE, Display, color_of, condition_styles, ink, legend_beside
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
 @dataclass(repr=False, eq=False)
-class ResidualDisplay:
+class ResidualDisplay(Display):
     r"""Plot the residual of one window, with the thresholds of the decision.
 
     Figures 12 to 19 of the paper are of this kind. The level of a window is one number that
@@ -86,12 +87,6 @@ class ResidualDisplay:
     conditions: Sequence[Any] | None = None
 
     def __post_init__(self) -> None:
-        self.residual = np.asarray(self.residual)
-        if self.residual.ndim != 1 or len(self.residual) == 0:
-            raise ValueError(
-                f"residual has the shape {self.residual.shape}, expected one trajectory: "
-                "(n_samples,)."
-            )
         deltas = self.isolation_thresholds or {}
         self.isolation_thresholds = {str(name): float(delta) for name, delta in deltas.items()}
         known = [*self.isolation_thresholds, self.condition]
@@ -188,7 +183,7 @@ class ResidualDisplay:
         ResidualDisplay
             The display, after drawing.
         """
-        ax = new_axes(1)[0] if ax is None else ax
+        (ax,) = self._set_axes(ax)
         styles = condition_styles(self.conditions)
         of_window = "" if self.condition is None else f", window of {self.condition}"
         of_model = "" if self.model is None else f", model of {self.model}"
@@ -214,25 +209,20 @@ class ResidualDisplay:
             label: on_both_sides(value, label, linewidth=1.4, **style)
             for label, (value, style) in thresholds.items()
         }
-        reach = 1.08 * np.max(
-            np.abs([*self.residual, *(value for value, _ in thresholds.values())])
-        )
+        reach = 1.08 * np.abs([*self.residual, *(value for value, _ in thresholds.values())]).max()
         ax.set(xlabel="Sample", ylabel="Residual r(k)", xlim=(0, len(self.residual) - 1))
         if reach > 0:
             ax.set_ylim(-reach, reach)
         level = [] if self.level_line_ is None else [self.level_line_]
         legend_beside(ax, [*level, *self.threshold_lines_.values()])
         ax.set_title(self.line_.get_label(), fontsize="medium", loc="left")
-        self.ax_: Any = ax
-        self.figure_: Any = ax.figure
         return self
 
     def _shown_deltas(self):
         """Return the isolation thresholds to draw, in ascending order."""
-        deltas = sorted(self.isolation_thresholds.items(), key=lambda each: each[1])
         deltas = [
             (name, delta)
-            for name, delta in deltas
+            for name, delta in sorted(self.isolation_thresholds.items(), key=itemgetter(1))
             if np.isfinite(delta) and delta != self.detection_threshold
         ]
         if self.level is None:

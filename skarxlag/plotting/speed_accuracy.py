@@ -10,14 +10,14 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from ..accuracy_tables import speed_accuracy
-from ._style import condition_styles, new_axes
+from ._style import Display, condition_styles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
 @dataclass(repr=False, eq=False)
-class SpeedAccuracyDisplay:
+class SpeedAccuracyDisplay(Display):
     """Plot the accuracy against the shaft speed of the test, one line for each training speed.
 
     Parameters
@@ -82,33 +82,22 @@ class SpeedAccuracyDisplay:
         SpeedAccuracyDisplay
             The display, after drawing. Hollow markers are tests at the training speed.
         """
-        ax = new_axes(1)[0] if ax is None else ax
+        (ax,) = self._set_axes(ax)
         prefix = "" if self.name is None else f"{self.name}, "
         self.lines_: list[Any] = []
         # Lines of earlier displays on these axes keep their styles; new lines take the next ones.
         n_before = len(ax.get_legend_handles_labels()[0])
         styles = list(condition_styles(range(n_before + len(self.train_rpm))).values())[n_before:]
-        for accuracy, speed, own in zip(
-            self.accuracy, np.asarray(self.train_rpm), styles, strict=True
-        ):
+        hollow = {"linestyle": "none", "markerfacecolor": ax.get_facecolor(), "zorder": 3}
+        speeds = np.asarray(self.train_rpm)
+        for accuracy, speed, style in zip(self.accuracy, speeds, styles, strict=True):
             known = np.isfinite(accuracy)
-            style = own | {"label": f"{prefix}calibrated at {speed:g} rpm"}
-            (line,) = ax.plot(self.test_rpm[known], accuracy[known], **style)
+            label = f"{prefix}calibrated at {speed:g} rpm"
+            self.lines_ += ax.plot(self.test_rpm[known], accuracy[known], **style, label=label)
             same = known & (self.test_rpm == speed)
-            ax.plot(
-                self.test_rpm[same],
-                accuracy[same],
-                linestyle="none",
-                marker=line.get_marker(),
-                color=line.get_color(),
-                markerfacecolor=ax.get_facecolor(),
-                zorder=3,
-            )
-            self.lines_.append(line)
+            ax.plot(self.test_rpm[same], accuracy[same], **style | hollow)
         ax.set(xlabel="Shaft speed of the test (rpm)", ylabel="Accuracy", ylim=(0, 1.03))
         ax.set_xticks(self.test_rpm)
         ax.grid(alpha=0.3)
         ax.legend()
-        self.ax_: Any = ax
-        self.figure_: Any = ax.figure
         return self

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.pipeline import Pipeline
-from sklearn.utils import check_consistent_length
 
 from ..kernels.ladder import relative_scores
 from ._fitted import isolation_thresholds, known_conditions, ordered_conditions
-from ._style import LINE, condition_styles, ink, legend_beside, new_axes
+from ._style import LINE, Display, condition_styles, ink, legend_beside
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +23,7 @@ _GAP = 0.02
 
 
 @dataclass(repr=False, eq=False)
-class ThresholdLadderDisplay:
+class ThresholdLadderDisplay(Display):
     r"""Plot the residual levels of many windows by condition, with the thresholds.
 
     The plot depends on the decision.
@@ -95,21 +94,9 @@ class ThresholdLadderDisplay:
 
     def __post_init__(self) -> None:
         self.y, self.levels = np.asarray(self.y).astype(str), np.asarray(self.levels)
-        if self.levels.ndim != 1:
-            raise ValueError(
-                f"levels has the shape {self.levels.shape}, expected one level a window: "
-                "(n_windows,)."
-            )
-        check_consistent_length(self.y, self.levels, self.rivals)
         deltas = self.isolation_thresholds or {}
-        deltas = {str(name): float(delta) for name, delta in deltas.items()}
-        uppers = np.array(list(deltas.values()))
-        if self.rivals is None and np.any(uppers[1:] < uppers[:-1]):
-            raise ValueError(
-                f"isolation_thresholds={deltas} must ascend: they are the upper ends of rungs."
-            )
-        self.isolation_thresholds = deltas
-        known = [*deltas, *dict.fromkeys(self.y.tolist())]
+        self.isolation_thresholds = {str(name): float(delta) for name, delta in deltas.items()}
+        known = [*self.isolation_thresholds, *self.y.tolist()]
         self.conditions = ordered_conditions(known, self.conditions)
 
     @classmethod
@@ -168,7 +155,7 @@ class ThresholdLadderDisplay:
             if decide._is_bank():
                 gamma = None
                 shown, rivals = _own_and_rival(levels, y, decide.classes_.astype(str))
-        known = [*known_conditions(estimator), *dict.fromkeys(y.tolist())]
+        known = [*known_conditions(estimator), *y.tolist()]
         display = cls(
             y,
             shown,
@@ -192,7 +179,7 @@ class ThresholdLadderDisplay:
         ThresholdLadderDisplay
             The display, after drawing.
         """
-        ax = new_axes(1)[0] if ax is None else ax
+        (ax,) = self._set_axes(ax)
         ax.set_yscale("log")
         styles = condition_styles(self.conditions)
         shown = [name for name in self.conditions if name in self.y]
@@ -202,19 +189,14 @@ class ThresholdLadderDisplay:
         own = {name: place[self.y == name] for name in shown}
         self.lines_: dict[str, Any] = {}
         for name in shown:
-            style = {"markersize": 4.5, "markeredgewidth": 0} | styles[name] | {"linestyle": "none"}
-            levels = self.levels[self.y == name]
-            (self.lines_[name],) = ax.plot(own[name], levels, **style)
+            style = styles[name] | {"markersize": 4.5, "markeredgewidth": 0, "linestyle": "none"}
+            (self.lines_[name],) = ax.plot(own[name], self.levels[self.y == name], **style)
         self.rival_line_: Any = None
         if self.rivals is not None:
-            style = {"linestyle": "none", "marker": ".", "markersize": 2.5, "alpha": 0.6}
-            (self.rival_line_,) = ax.plot(
-                place, self.rivals, color=ink(), label="best other model", **style
-            )
+            style = {"label": "best other model", "color": ink(), "markersize": 2.5, "alpha": 0.6}
+            (self.rival_line_,) = ax.plot(place, self.rivals, ".", **style)
         self.threshold_lines_: dict[str, Any] = self._draw_thresholds(ax, styles, own)
-        self.bands_: dict[str, Any] = (
-            {} if self.rivals is not None else self._draw_rungs(ax, styles)
-        )
+        self.bands_: dict[str, Any] = self._draw_rungs(ax, styles) if self.rivals is None else {}
         ax.set_xticks([at.mean() for at in own.values()], shown, rotation=30, ha="right")
         ax.set(
             xlim=(-gap, place.max() + gap),
@@ -224,8 +206,6 @@ class ThresholdLadderDisplay:
         # The legend lists the thresholds as they lie in the plot, the highest on top.
         lines = sorted(self.threshold_lines_.values(), key=lambda line: -line.get_ydata()[0])
         legend_beside(ax, lines if self.rivals is None else [self.rival_line_, *lines])
-        self.ax_: Any = ax
-        self.figure_: Any = ax.figure
         return self
 
     def _draw_thresholds(self, ax, styles, own):

@@ -27,18 +27,15 @@ def test_display_shows_the_combs_that_were_found(rows):
     assert display.limit == pytest.approx(9.0, abs=0.05)
 
 
-def test_frequencies_in_hz_and_a_pipeline(rows):
+def test_a_pipeline_draws_into_given_axes(rows, ax):
     pipeline = make_fault_order_classifier(bearing="6205", sampling_rate=RATE).fit(rows)
-    display = EnvelopeSpectrumDisplay.from_estimator(pipeline, rows[1], rpm=900, unit="Hz")
-    assert display.line_.get_xdata()[-1] == pytest.approx(300)
+    display = EnvelopeSpectrumDisplay.from_estimator(pipeline, rows[1], rpm=900, ax=ax)
+    assert display.ax_ is ax and ax.get_xlim() == (0, 20)
     assert len(display.combs["inner"]) == 3
-    assert display.comb_lines_["inner"].get_xdata()[0] == pytest.approx(15.3 * 5.415, rel=0.01)
+    assert display.comb_lines_["inner"].get_xdata()[0] == pytest.approx(1.02 * 5.415, rel=0.01)
 
 
-def test_bad_arguments_are_named(rows):
-    classifier = FaultOrderClassifier(bearing="6205", sampling_rate=RATE).fit(rows)
-    with pytest.raises(ValueError, match="unit == 'rpm'"):
-        EnvelopeSpectrumDisplay.from_estimator(classifier, rows[0], rpm=900, unit="rpm")
+def test_another_estimator_is_named(rows):
     other = make_alpio().fit(rows[:, :2000], ["a", "b"])
     with pytest.raises(ValueError, match="last step is a ThresholdLadder"):
         EnvelopeSpectrumDisplay.from_estimator(other, rows[0, :2000])

@@ -64,15 +64,6 @@ def test_model_of_the_healthy_condition_is_the_default(bank, rig, axes):
     assert display.conditions == ["good", "worn"]
 
 
-def test_free_run_is_the_simulation(rig, axes):
-    identify = ARXLaguerre(order=4).fit(rig.X)
-    one_step = IdentificationDisplay.from_estimator(identify, rig.X[0], axes=axes)
-    free = IdentificationDisplay.from_estimator(identify, rig.X[0], free_run=True, axes=axes)
-    expected = identify.predict_output(rig.X[:1], free_run=True)[0, 0]
-    np.testing.assert_array_equal(free.prediction, expected)
-    assert free.fit_percentage < one_step.fit_percentage
-
-
 def test_windows_with_inputs_show_their_output(rig, axes):
     windows = np.stack([rig.X, np.random.default_rng(1).normal(size=rig.X.shape)], axis=1)
     display = IdentificationDisplay.from_estimator(
@@ -104,7 +95,3 @@ def test_time_axis(axes):
 def test_what_cannot_be_shown_is_refused(bank, rig):
     with pytest.raises(ValueError, match=r"model='bent' is not a model .* \['good', 'worn'\]"):
         IdentificationDisplay.from_estimator(bank, rig.X[0], model="bent")
-    with pytest.raises(ValueError, match=r"prediction has the shape \(2,\) and output \(3,\)"):
-        IdentificationDisplay([1, 2, 3], [1, 2])
-    with pytest.raises(ValueError, match=r"expected one shape for both: \(n_samples,\)"):
-        IdentificationDisplay([[1, 2]], [[1, 2]])

@@ -155,22 +155,8 @@ def test_repeated_plots(ax):
     assert spread.ax_.get_yscale() == "log"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((["a"], [1.0, 2.0]), "inconsistent numbers of samples"),
-        ((["a"], [[1.0]]), r"levels has the shape \(1, 1\), expected one level a window"),
-    ],
-)
-def test_wrong_arrays_are_refused(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        ThresholdLadderDisplay(*arguments)
-
-
 def test_wrong_parameters_are_refused(bank, detector, rig):
     draw = ThresholdLadderDisplay
-    with pytest.raises(ValueError, match=r"isolation_thresholds=.* must ascend"):
-        draw(["a"], [1.0], isolation_thresholds={"a": 2.0, "b": 1.0})
     with pytest.raises(ValueError, match=r"conditions=\['b'\] .* expected all of \['a'\]"):
         draw(["a"], [1.0], conditions=["b"])
     with pytest.raises(ValueError, match=r"decision='both', expected one of \('detection', 'iso"):
