@@ -203,8 +203,8 @@ class Judge:
         ----------
         X : ndarray of shape (n_windows, ...)
             Windows; NaN is allowed, and is no signal.
-        rpm : float, array-like of shape (n_windows,) or None, default=None
-            Speed of each window.
+        rpm : float, array-like of shape (n_windows,) or (n_windows, n_samples), default=None
+            Speed of each window, or at each of its samples.
 
         Returns
         -------
@@ -224,8 +224,9 @@ class Judge:
         if rpm is not None:
             refusal = speed_errors(rpm, n, self.train_rpm)
             rpm = speeds_of_rows(rpm, n)
-        quality, share = self._quality(X, rpm)
-        limits = self._limits(rpm, n)
+        mean = rpm if rpm is None or rpm.ndim == 1 else rpm.mean(axis=1)
+        quality, share = self._quality(X, mean)
+        limits = self._limits(mean, n)
         if "diagnoser" not in self._can:
             # Without limits, a detector says nothing.
             refusal = np.where((refusal == "") & (limits != HOLD), limits, refusal)
@@ -430,8 +431,9 @@ def window_verdicts(
     conditions : sequence of label, default=None
         Order of the conditions, the healthy one first: a permutation of those of the diagnoser. For
         a detector alone, the name of the healthy condition. None: sorted, or ``["healthy"]``.
-    rpm : float, array-like of shape (n_windows,) or None, default=None
-        Speed of each window. None: it is not known.
+    rpm : float, array-like of shape (n_windows,) or (n_windows, n_samples), default=None
+        Speed of each window, or at each of its samples if it varies. Windows in which it varies by
+        more than a factor of 5 get no verdict. None: it is not known.
     **options
         ``known``: what :func:`skarxlag.make_known_conditions` made, fitted on windows of the same
         shape. ``detector``: what :func:`skarxlag.make_detector` made, fitted on windows of the same

@@ -155,3 +155,12 @@ def test_plausible_speeds_are_within_a_factor_of_5():
         speed_errors(rpm, 3, trained)
     with pytest.raises(ValueError, match="rpm must hold numbers, got 'fast'"):
         speed_errors("fast", 3)
+
+
+def test_a_speed_that_varies_too_much_within_a_row():
+    speeds = np.outer([1.0, 1.0], np.geomspace(300, 1500, 50))
+    speeds[1, -1] = 1501
+    assert speed_errors(speeds, 2).tolist() == [
+        "",
+        "speed varies from 300 to 1501 rpm within the row",
+    ]

@@ -96,10 +96,11 @@ def run(args: argparse.Namespace) -> int:
 def _verdicts(case, n_jobs, progress):
     """Return a row for each window of each test, and each diagnoser."""
     rig, frames = case.rig, {}
+    speeds = rig.get("speeds", rig.rpm)
     splits = [(split.train, split.test) for split in case.splits]
     for name, make in case.makers.items():
         diagnoser = make()
-        params = {"rpm": rig.rpm} if requests(diagnoser, "predict", "rpm") else {}
+        params = {"rpm": speeds} if requests(diagnoser, "predict", "rpm") else {}
         with parallel_config("threading", n_jobs=n_jobs):
             frames[name] = cross_speed_predict(
                 diagnoser, rig.data, rig.target, groups=rig.rpm, cv=check_cv(splits), params=params

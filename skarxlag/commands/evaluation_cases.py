@@ -8,6 +8,7 @@ from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 from scipy.signal import welch
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
@@ -18,8 +19,9 @@ from sklearn.utils import Bunch
 
 from ..datasets import FETCHERS, simulate_rig
 from ..diagnosers import make_diagnoser
+from ..kernels.speed_references import group_speeds
 from ..model_selection import first_and_second_half
-from ..recordings.rig import cut_recordings
+from ..recordings.rig import cut_recordings, speeds_of_samples
 from .arguments import table_recordings
 from .messages import UsageError, as_command_error, report_progress
 from .models import DIAGNOSERS, of_outputs
@@ -123,13 +125,19 @@ def own_case(args: argparse.Namespace) -> Case:
             rig = cut_recordings(listed, args.table, _SHORT)
     if rig.target is None or rig.rpm is None:
         raise UsageError(f"{args.table}: needs the columns condition and rpm")
+    rig.speeds, errors = speeds_of_samples(rig)
+    if rig.profiles:
+        # Recordings of varying speed are left out by their mean speed.
+        mean = pd.Series(rig.rpm).groupby(rig.recording).transform("mean")
+        known, at = group_speeds(np.log(mean.to_numpy()))
+        rig.rpm = np.exp(known).round(1)[at]
     n_speeds = len(np.unique(rig.rpm))
     if n_speeds < 2 or len(rig.target_names) < 2:
         raise UsageError(
             f"{args.table}: {len(rig.target_names)} conditions at {n_speeds} speeds; expected "
             "at least two of each"
         )
-    splits = list(_own_splits(rig))
+    splits = list(_own_splits(rig, errors == ""))
     if not splits:
         raise UsageError(f"{args.table}: no speed or campaign can be left out")
     diagnoser = of_outputs(args, make_diagnoser(sampling_rate=float(rig.sampling_rate)))
@@ -141,7 +149,7 @@ def own_case(args: argparse.Namespace) -> Case:
     return Case(str(args.table), args.table.resolve().stem, rig, splits, makers)
 
 
-def _own_splits(rig) -> Iterator[Split]:
+def _own_splits(rig, usable) -> Iterator[Split]:
     """Yield the splits of both protocols, without those whose training lacks a condition."""
     parts = [(True, True)]
     if "campaign" in rig.further:
@@ -150,7 +158,8 @@ def _own_splits(rig) -> Iterator[Split]:
     for protocol, speed, (learned, tested) in product(["in", "out"], np.unique(rig.rpm), parts):
         at_speed = rig.rpm == speed
         is_train = at_speed if protocol == "in" else ~at_speed
-        train, test = np.flatnonzero(is_train & learned), np.flatnonzero(~is_train & tested)
+        train = np.flatnonzero(is_train & learned & usable)
+        test = np.flatnonzero(~is_train & tested & usable)
         if len(test) > 0 and len(set(rig.target[train])) == len(rig.target_names):
             yield Split(train, test, {"protocol": protocol, "left": float(speed)})
 

@@ -18,9 +18,12 @@ from joblib import parallel_config
 from .. import diagnosers
 from .._answers import answers, requests
 from ..fault_places import HEALTHY, place_of_label
+from ..kernels.speed_references import group_speeds
 from ..persistence import save_diagnoser
 from ..recordings.files import list_channels
 from ..recordings.formats._contents import choose_channels
+from ..recordings.rig import speeds_of_samples
+from ..speeds import LEAST_TURNS
 from ..verdicts import check_condition_names
 from . import arguments
 from .arguments import flag, option, refuse
@@ -96,13 +99,15 @@ def run(args: argparse.Namespace) -> int:
     rig, rows = training_rows(args, listed)
     kind = args.diagnoser or ("stretches" if rows == "stretches" else "diagnoser")
     chosen = _choose_speed(args, rig)
+    speeds, errors = speeds_of_samples(rig, LEAST_TURNS if rows == "stretches" else 0)
+    chosen &= errors == ""
     healthy, reason = _healthy_condition(args, kind, rig, chosen)
     if kind == "detector":
         chosen &= rig.target == healthy
     # The windows may take half of the memory, so they are not copied without need.
     X = rig.pop("data")
     X = X if chosen.all() else X[chosen]
-    y, rpm = rig.target[chosen], None if rig.rpm is None else rig.rpm[chosen]
+    y, rpm = rig.target[chosen], None if speeds is None else speeds[chosen]
     rate, channels = float(rig.sampling_rate), listed[0].channel or []
     diagnoser, started = _make(args, kind, healthy, rate), perf_counter()
     rates = [name for name in diagnoser.get_params() if name.endswith("__false_alarm_rate")]
@@ -123,7 +128,7 @@ def run(args: argparse.Namespace) -> int:
             diagnoser=kind,
             conditions=conditions,
             healthy=healthy,
-            train_rpm=None if rpm is None else np.unique(rpm).tolist(),
+            train_rpm=_training_speeds(rig, chosen),
             sampling_rate=rate,
             n_channels=1 if X.ndim == 2 else X.shape[1],
             window_length=X.shape[-1],
@@ -142,6 +147,8 @@ def run(args: argparse.Namespace) -> int:
     if rpm is None and kind == "stretches":
         turns = "; the table states no speed: the pattern of impacts is used"
     print(rig.DESCR)
+    if (errors != "").any():
+        print(f"{np.sum(errors != '')} {rows} left out: {errors[errors != ''][0]}")
     print(f"{rows.capitalize()} of {X.shape[-1]} samples, {seconds:.3g} s at {rate:g} Hz{turns}")
     for name, n_own_recordings, n_own in zip(conditions, n_recordings, n_windows, strict=True):
         if n_own_recordings:
@@ -252,6 +259,14 @@ def _choose_speed(args, rig):
             "1797+-30 and 1700..1800 take several"
         )
     return chosen
+
+
+def _training_speeds(rig, chosen):
+    """Return the speeds of the chosen rows; those of varying speed are grouped."""
+    if rig.rpm is None:
+        return None
+    rpm = np.unique(rig.rpm[chosen])
+    return np.exp(group_speeds(np.log(rpm))[0]).round(1).tolist() if rig.profiles else rpm.tolist()
 
 
 def _healthy_condition(args, kind, rig, chosen):

@@ -18,7 +18,8 @@ from .._version import __version__
 from ..detection import few_rows
 from ..fault_classifier import FaultOrderClassifier
 from ..fusion import SensorFusion
-from ..recordings.files import list_channels, recording_speed
+from ..recordings.files import list_channels
+from ..recordings.listing import ListedRecording
 from .messages import as_command_error
 from .models import SavedModel, is_model_file
 
@@ -56,7 +57,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _describe_recording(args):
     with as_command_error():
-        channels, rpm = list_channels(args.model), recording_speed(args.model)
+        channels = list_channels(args.model)
+        rpm = ListedRecording(None, args.model.name, args.model).with_speed().rpm
     rows = channels.astype(object).where(channels.notna(), None)
     if args.json:
         print(

@@ -142,13 +142,19 @@ class SavedModel:
         old_rates, parts, sampling_rate = [], [], None
         if self.takes_rpm:
             recording = recording.with_speed()
+        n_windows, length = 0, self.window_length
         for X, rate in self.windows(recording, resample, old_rates.append):
             if cancelled.is_set():
                 raise KeyboardInterrupt
             sampling_rate = rate
-            parts.append(self.judge.windows(X, recording.rpm))
+            start = np.arange(n_windows, n_windows + len(X)) * length
+            rpm = recording.speeds(start, length, rate or self.sampling_rate)
+            parts.append(self.judge.windows(X, rpm))
+            parts[-1].insert(0, "start", start)
+            if recording.profile is not None:
+                parts[-1].insert(1, "rpm", rpm.mean(axis=1))
+            n_windows += len(X)
         windows = pd.concat(parts, ignore_index=True)
-        windows.insert(0, "start", np.arange(len(windows)) * self.window_length)
         verdict = self.judge.recording(windows)
         remarks = [f"Resampled from {r:g} to {self.sampling_rate:g} Hz." for r in old_rates]
         remarks += _remarks(windows, verdict)
@@ -256,7 +262,7 @@ class BearingModel:
         # The row itself is all that the classifier is fitted on, so its limits hold at this speed.
         facts = {"conditions": self.conditions, "train_rpm": [recording.rpm]}
         judge = Judge(self.fitted(X[0], sampling_rate), **facts)
-        windows = judge.windows(X, recording.rpm)
+        windows = judge.windows(X, recording.speeds([0], X.shape[-1], sampling_rate))
         windows.insert(0, "start", 0)
         verdict = judge.recording(windows)
         said = [f"{text[0].upper()}{text[1:]}." for text in windows.get("evidence", ())]

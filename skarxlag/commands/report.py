@@ -128,7 +128,10 @@ def _typical_row(recording, model, resample, faults, place, rate):
     rows = chain.from_iterable(X for X, _ in model.windows(recording, resample))
     row = next(islice(rows, place, None))
     estimator = model.fitted(row, rate)
-    rpm = recording.with_speed().rpm if model.takes_rpm else None
+    rpm = None
+    if model.takes_rpm:
+        start = [place * row.shape[-1]]
+        rpm = np.atleast_1d(recording.with_speed().speeds(start, row.shape[-1], rate))[0]
     displays = [
         (EnvelopeSpectrumDisplay, {"rpm": rpm}, "contrast of its envelope spectra"),
         (OrderSpectrumDisplay, {"rpm": rpm, "fault_orders": faults}, "order spectrum, references"),

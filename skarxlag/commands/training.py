@@ -3,6 +3,7 @@
 import argparse
 
 import numpy as np
+import pandas as pd
 from sklearn.utils import Bunch
 
 from ..recordings.listing import ListedRecording
@@ -72,12 +73,12 @@ def _cut(args, listed, window_length):
 def stretch_windows(rig: Bunch) -> int | None:
     """Return the number of windows in a stretch, or None if the recordings are too short.
 
-    A stretch takes a second, or ten turns of the slowest shaft if they take longer. If a recording
+    A stretch takes a second, or ten turns at the slowest mean speed if they take longer. If one
     would hold less than four such stretches, a stretch takes a quarter of the shortest recording,
     but not less than half of that.
 
     >>> rig = Bunch(data=np.zeros((12, 500)), available=np.array([12, 40]), rpm=None,
-    ...             sampling_rate=1_000.0)
+    ...             sampling_rate=1_000.0, recording=np.repeat("run", 12))
     >>> stretch_windows(rig)
     2
     >>> rig.rpm = np.full(12, 300.0)
@@ -86,7 +87,11 @@ def stretch_windows(rig: Bunch) -> int | None:
     >>> rig.rpm = np.full(12, 50.0)
     >>> stretch_windows(rig)
     """
-    seconds = _SECONDS if rig.rpm is None else max(_SECONDS, 60 * _TURNS / rig.rpm.min())
+    seconds = _SECONDS
+    if rig.rpm is not None:
+        # A run-up may begin at rest.
+        slowest = pd.Series(rig.rpm).groupby(rig.recording).mean().min()
+        seconds = max(_SECONDS, 60 * _TURNS / slowest)
     wanted = seconds * rig.sampling_rate / rig.data.shape[-1]
     shortest = rig.available.min()
     n_windows = int(np.ceil(min(wanted, max(shortest // _ENOUGH, wanted / 2))))
@@ -109,9 +114,10 @@ def join_windows(rig: Bunch, n_windows: int) -> Bunch:
     position = np.arange(len(rig.start)) - np.repeat(first, counts)
     is_kept = position < np.repeat(counts // n_windows * n_windows, counts)
     kept = np.flatnonzero(is_kept).reshape(-1, n_windows)
-    per_row = {name: rig[name] for name in ("recording", "start", "target", "rpm")}
+    per_row = {name: rig[name] for name in ("recording", "start", "target")}
     return Bunch(
         **rig
         | {name: value[kept[:, 0]] for name, value in per_row.items() if value is not None}
+        | {"rpm": None if rig.rpm is None else rig.rpm[kept].mean(axis=1)}
         | {"data": np.concatenate([rig.data[column] for column in kept.T], axis=-1)}
     )

@@ -11,13 +11,19 @@ from typing import Any
 
 import pandas as pd
 
-from ..recordings.listing import positive
-from .arguments import channel_names, flag, option, positive_number, refuse
+from ..recordings.speeds import TACHO
+from .arguments import channel_names, flag, option, positive_int, positive_number, refuse
 from .messages import CommandError, as_command_error, say
 from .models import SavedModel, is_model_file
 from .watch_stream import SensorStream
 
 _NEEDED, _FURTHER = ["name", "source", "model"], ["channel", "rpm"]
+
+
+def _speed_or_tacho(text):
+    """Parse a shaft speed, or the channel of a tachometer."""
+    return text if text.startswith(TACHO) else positive_number(text)
+
 
 _DESCRIPTION = """\
 Diagnose a running sensor with a diagnoser that `fit` saved. SOURCE is - for standard input, a file
@@ -48,8 +54,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     option(parser, "--channel", text, channel_names, "NAME")
     option(parser, "--sampling-rate", "default: the model's", positive_number, "HZ")
     speed = parser.add_mutually_exclusive_group()
-    option(speed, "--rpm", "shaft speed, if the model uses it", positive_number, "RPM")
+    text = "shaft speed, if the model uses it, or a channel of pulses as tacho:CHANNEL"
+    option(speed, "--rpm", text, _speed_or_tacho, "RPM")
     option(speed, "--rpm-column", "csv column of shaft speeds", metavar="NAME")
+    option(parser, "--pulses-per-turn", "of the tachometer; default: 1", positive_int)
     option(parser, "--time-column", "csv column of times; none: ignore times", metavar="NAME")
     option(parser, "--hop", "between windows; default: their length", int, "SAMPLES")
     seconds("--half-life", "of evidence; default: 10")
@@ -120,8 +128,10 @@ def _listed_sensors(args):
         if row.get("channel"):
             own["channel"] = channel_names(row["channel"])
         if row.get("rpm"):
-            with as_command_error(ValueError):
-                own["rpm"] = positive(where, "rpm", row["rpm"])
+            try:
+                own["rpm"] = _speed_or_tacho(row["rpm"])
+            except argparse.ArgumentTypeError as error:
+                raise CommandError(f"{where}: rpm is {error}") from error
         if args.state is not None:
             own["state"] = args.state / f"{name}.json"
         sensors.append(argparse.Namespace(**vars(args) | own))

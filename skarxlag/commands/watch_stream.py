@@ -10,10 +10,12 @@ from pathlib import Path
 
 from ..monitoring import ConditionMonitor, load_monitor_state, save_monitor_state
 from ..recordings.formats._contents import ContentError
+from ..recordings.listing import ListedRecording
 from ..recordings.live import Block, from_folder, from_growing_file, from_stream
 from ..recordings.live_samples import RawSamples, TextSamples
 from ..recordings.live_times import StreamTimes
 from ..recordings.rates import rates_agree
+from ..recordings.speeds import TACHO, TachoStream
 from ..verdicts import HOLD
 from .arguments import refuse
 from .messages import CommandError, UsageError, as_command_error, say
@@ -23,7 +25,7 @@ from .watch_output import VerdictLines, sentence, summary
 #: Seconds between two savings of the state.
 _SAVE_EVERY = 60.0
 #: Arguments on which the meaning of a state depends.
-_READING = ("channel", "dtype", "time_column", "rpm_column")
+_READING = ("channel", "dtype", "time_column", "rpm_column", "pulses_per_turn")
 #: Arguments of the monitor.
 _SETTINGS = ("hop", "half_life", "false_alarm_interval", "gap_tolerance")
 
@@ -59,10 +61,18 @@ class SensorStream:
                 f"argument --sampling-rate: {self._rate:g}, but {args.model} was fitted at "
                 f"{model.sampling_rate:g} Hz"
             )
-        if model.can.needs_rpm and args.rpm is None and args.rpm_column is None:
+        path = Path(args.source)
+        self._is_folder = args.source != "-" and path.is_dir()
+        is_stated = args.rpm is not None or args.rpm_column is not None or self._is_folder
+        if model.can.needs_rpm and not is_stated:
             listed = ", ".join(f"{speed:g}" for speed in model.train_rpm or model.can.speeds)
             raise UsageError(f"argument --rpm: needed, {args.model} was fitted at {listed} rpm")
-        path = Path(args.source)
+        self._tacho, self._speed_column = None, args.rpm_column
+        if isinstance(args.rpm, str):
+            self._tacho = TachoStream(self._rate, args.pulses_per_turn or 1)
+            self._speed_column = args.rpm.removeprefix(TACHO)
+        else:
+            refuse(args, ["pulses_per_turn"], f"belongs to --rpm {TACHO}CHANNEL")
         self._facts = {name: vars(args)[name] for name in _READING} | {
             "source": args.source if args.source == "-" else str(path.resolve()),
             "model": model.identity,
@@ -118,27 +128,26 @@ class SensorStream:
     def _source(self, path):
         args, length = self._args, self._model.window_length
         self._model.check_order(args.source, args.channel)
-        is_folder = args.source != "-" and path.is_dir()
-        if is_folder or args.dtype:
-            source = "a folder" if is_folder else "raw samples"
+        if self._is_folder or args.dtype:
+            source = "a folder" if self._is_folder else "raw samples"
             refuse(args, ["time_column", "rpm_column"], f"belongs to csv lines, not to {source}")
-        if is_folder:
+        if self._is_folder:
             options = {
-                "channel": args.channel,
-                "dtype": args.dtype,
-                "sampling_rate": self._rate,
+                "recording": self._recording(),
                 "n_channels": self._model.n_channels,
                 "window_length": length,
                 "settle": args.settle,
                 "has_times": args.timed_files,
+                "takes_rpm": self._model.takes_rpm,
+                "needs_rpm": self._model.can.needs_rpm,
             }
             return from_folder(path, options, self.say, self._place)
         if args.dtype is None:
             tolerance = args.gap_tolerance or 0.5 * length / self._rate
             times = StreamTimes(args.time_column, self._rate, tolerance, length)
-            parser = TextSamples(args.channel, times, args.rpm_column)
+            parser = TextSamples(args.channel, times, self._speed_column)
         else:
-            parser = RawSamples(args.dtype, args.channel)
+            parser = RawSamples(args.dtype, args.channel, self._speed_column)
         self._unread = parser.unread
         if args.source == "-":
             if sys.stdin is None:
@@ -149,6 +158,14 @@ class SensorStream:
         if not path.is_file():
             raise FileNotFoundError(f"{path}: no such file or folder")
         return from_growing_file(path, parser, self.say, self._place)
+
+    def _recording(self):
+        """Facts of the files of a folder."""
+        args, speed = self._args, {"rpm": self._args.rpm}
+        if self._tacho is not None:
+            speed = {"speed_source": args.rpm, "pulses_per_turn": args.pulses_per_turn or 1}
+        facts = {"channel": args.channel, "dtype": args.dtype, "sampling_rate": self._rate}
+        return ListedRecording(None, "", Path(), **facts, **speed)
 
     def step(self) -> bool | None:
         """Process the next block, if there is one.
@@ -172,9 +189,10 @@ class SensorStream:
     def _take(self, block):
         # A later run would read twice what was read behind the place.
         self.is_at_place = False
-        samples, rpm = block.samples, self._args.rpm
-        if self._args.rpm_column is not None and samples.size:
+        samples, rpm = block.samples, block.rpm if self._is_folder else self._args.rpm
+        if self._speed_column is not None and not self._is_folder and samples.size:
             samples, rpm = samples[:-1], samples[-1]
+            rpm = rpm if self._tacho is None else self._tacho.speeds(rpm)
         if samples.size:
             if len(samples) != self._model.n_channels:
                 raise ContentError(

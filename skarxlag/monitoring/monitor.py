@@ -242,7 +242,7 @@ class ConditionMonitor:
         self._contrasts = FadingEvidence(N_ORDERS + 1, self._half_life)
         self._p_values = FadingEvidence(1, self._half_life)
         self._alarm = self._new_alarm(self._seen) if self._judge.detects else None
-        self._qualities, self._rpm = Counter(), None
+        self._qualities, self._rpm, self._varies = Counter(), None, False
 
     def _new_alarm(self, seen):
         return CumulativeSumAlarm(**self._alarming | (healthy_shares(seen) if seen else {}))
@@ -274,7 +274,8 @@ class ConditionMonitor:
             before.
         rpm : float, array-like of shape (n_samples,) or None, default=None
             Shaft speed from here on, or at each sample; NaN within an array is the speed before.
-            None: as before. A window has the speed at its middle.
+            None: as before. A verdict states the speed at the middle of its window. Orders follow
+            an array of speeds, see :func:`rpm_from_tacho`.
 
         Returns
         -------
@@ -358,14 +359,17 @@ class ConditionMonitor:
             ) from error
         if stated.ndim == 1:
             stated = pd.Series([before, *speeds]).ffill().to_numpy()
-            speeds = stated[1:]
+            speeds, self._varies = stated[1:], True
         self._rpm = float(stated.flat[-1])
         return speeds
 
     def _judged(self, windows, start):
         rows = np.ascontiguousarray(windows[:, 0] if self._n_channels == 1 else windows[:, :-1])
         speeds = windows[:, -1, windows.shape[2] // 2]
-        found = self._judge.opinions(rows, None if self._rpm is None else speeds)
+        rpm = None if self._rpm is None else speeds
+        if self._varies:
+            rpm = np.where(np.isnan(windows[:, -1]), speeds[:, np.newaxis], windows[:, -1])
+        found = self._judge.opinions(rows, rpm)
         return [
             self._verdict(found, i, start + i * self._hop, rpm)
             for i, rpm in enumerate(speeds.tolist())

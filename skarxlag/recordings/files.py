@@ -6,6 +6,7 @@ from numbers import Integral
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
@@ -13,6 +14,7 @@ from .formats import describe, find_format, read_blocks
 from .formats._contents import choose_channel
 from .formats._facts import names_speed
 from .formats._isolation import isolated
+from .speeds import SpeedProfile
 from .windows import block_length, cut_blocks
 
 
@@ -197,12 +199,16 @@ def _described(path, dtype):
     return {row["channel"]: row for row in rows}
 
 
+def _chosen(rows, channel):
+    """Return the facts of the first chosen channel, or of all if none is chosen."""
+    if channel is None:
+        return [*rows.values()]
+    first = channel if isinstance(channel, str | Integral) else channel[0]
+    return [rows[choose_channel(list(rows), first)]]
+
+
 def _stated(rows, channel, fact):
-    """Return a fact of the first chosen channel, or of all if none is chosen, where it is known."""
-    if channel is not None:
-        first = channel if isinstance(channel, str | Integral) else channel[0]
-        rows = {first: rows[choose_channel(list(rows), first)]}
-    return [row[fact] for row in rows.values() if row[fact] is not None]
+    return [row[fact] for row in _chosen(rows, channel) if row[fact] is not None]
 
 
 def _read(function, path, dtype, *arguments):
@@ -215,22 +221,26 @@ def _read(function, path, dtype, *arguments):
     return function(path, dtype, *arguments)
 
 
-def recording_speed(path: Any, *, channel: Any = None, dtype: Any = None) -> float | None:
+def recording_speed(
+    path: Any, *, channel: Any = None, dtype: Any = None, sampling_rate: float | None = None
+) -> float | SpeedProfile | None:
     """Return the shaft speed that the file states.
 
     A file states it in a number such as ``rpm`` or ``X105RPM``: a variable, an attribute or a
-    property. Otherwise, the mean of a channel that is called ``rpm`` or has the unit rpm is
-    returned.
+    property. Otherwise, the channel that is called ``rpm`` or has the unit rpm is returned.
 
     Parameters
     ----------
     path, channel, dtype
         As in :func:`read_recording`; of several channels the first counts.
+    sampling_rate : float or None
+        Of the signal in Hz, if the file does not state it.
 
     Returns
     -------
-    float or None
-        In rev/min; None if the file does not state it.
+    float, SpeedProfile or None
+        In rev/min; None if the file does not state it. Means over 10 ms of a channel, or one mean
+        if its sampling rate is not known.
 
     Raises
     ------
@@ -243,10 +253,22 @@ def recording_speed(path: Any, *, channel: Any = None, dtype: Any = None) -> flo
     held = [name for name, row in rows.items() if names_speed(name, row["unit"])]
     if not held:
         return None
-    total = n_samples = 0
-    for speeds, _ in recording_blocks(path, 2**20, channel=held[0], dtype=dtype):
-        total, n_samples = total + speeds.sum(), n_samples + len(speeds)
-    return float(total / n_samples)
+    rate = rows[held[0]]["sampling_rate"]
+    if rate is None:
+        # Channels of different lengths last equally long.
+        signal = max(_chosen(rows, channel), key=lambda row: row["length"] or 0)
+        rate = signal["sampling_rate"] or sampling_rate
+        if rate is not None and signal["length"]:
+            rate *= rows[held[0]]["length"] / signal["length"]
+    n_mean = max(int(0.01 * (rate or 0)), 1)
+    means = []
+    for speeds, _ in recording_blocks(path, 2**20 // n_mean * n_mean, channel=held[0], dtype=dtype):
+        parts = np.arange(0, len(speeds), n_mean)
+        means.append(np.add.reduceat(speeds, parts) / np.diff([*parts, len(speeds)]))
+    rpm = np.concatenate(means)
+    if rate is None:
+        return float(rpm.mean())
+    return SpeedProfile((np.arange(len(rpm)) + 0.5) * n_mean / rate, rpm)
 
 
 def recording_start(path: Any, *, channel: Any = None, dtype: Any = None) -> float | None:

@@ -17,7 +17,7 @@ from .files import recording_blocks, recording_speed, recording_start
 from .formats import FORMATS
 from .formats.text import distinct
 from .rates import rates_agree
-from .speeds import TACHO, is_speed_source, logged_speed, tacho_speed
+from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, tacho_speed
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
 FACTS = ("condition", "rpm", "pulses_per_turn", "sampling_rate", "channel", "dtype")
@@ -43,7 +43,7 @@ class ListedRecording:
     condition : str or None
         State of the machine, if known.
     rpm : float or None
-        Shaft speed, rev/min, if known.
+        Mean shaft speed, rev/min, if known.
     dtype : str or None
         As in :func:`read_recording`.
     speed_source : str or None
@@ -53,6 +53,8 @@ class ListedRecording:
         Pulses of the tachometer in a turn of the shaft.
     further : dict of str to str
         Other facts in the table or the file name, by the name of the column or the group.
+    profile : SpeedProfile or None
+        Speed over time, if a source states it.
     """
 
     where: str | None
@@ -66,6 +68,7 @@ class ListedRecording:
     speed_source: str | None = None
     pulses_per_turn: float = 1
     further: dict[str, Any] = field(default_factory=dict)
+    profile: SpeedProfile | None = None
 
     def with_speed(self) -> Self:
         """Return the recording with its shaft speed, if a file states it.
@@ -80,14 +83,22 @@ class ListedRecording:
         source, options = self.speed_source, {"channel": self.channel, "dtype": self.dtype}
         with self.named():
             if source is None:
-                rpm = recording_speed(self.path, **options)
+                found = recording_speed(self.path, sampling_rate=self.sampling_rate, **options)
             elif source.startswith(TACHO):
                 tacho = replace(self, channel=source.removeprefix(TACHO))
-                rpm = tacho_speed(tacho.blocks(), self.pulses_per_turn)
+                found = tacho_speed(tacho.blocks(), self.pulses_per_turn)
             else:
                 names = {self.name, str(self.path), self.path.name, self.path.stem}
-                rpm = logged_speed(source, names, self._span)
-        return replace(self, rpm=rpm)
+                found = logged_speed(source, names, self._span)
+        if isinstance(found, SpeedProfile):
+            return replace(self, rpm=found.mean(), profile=found)
+        return replace(self, rpm=found)
+
+    def speeds(self, start: Any, n_samples: int, sampling_rate: float) -> Any:
+        """Return the speeds of rows, see `SpeedProfile.rows`; `rpm` if there is no profile."""
+        if self.profile is None:
+            return self.rpm
+        return self.profile.rows(start, n_samples, sampling_rate)
 
     def _span(self, is_date):
         """Times of the first and the last sample, since 1970 or since the start."""

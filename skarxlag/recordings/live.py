@@ -12,14 +12,13 @@ import time
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .files import recording_start
-from .listing import ListedRecording
 from .live_samples import RawSamples, TextSamples
 from .windows import block_length
 
@@ -40,6 +39,8 @@ class Block:
         The samples.
     time : float or None, default=None
         Seconds at the first of them, if the source states it.
+    rpm : ndarray of shape (n_samples,), float or None, default=None
+        Shaft speed, if the file states it.
     source : str or None, default=None
         File of the samples, if there are several.
     place : list or None, default=None
@@ -49,6 +50,7 @@ class Block:
 
     samples: np.ndarray
     time: float | None = None
+    rpm: Any = None
     source: str | None = None
     place: list[Any] | None = None
 
@@ -161,9 +163,10 @@ def from_folder(
     folder : Path
         The folder.
     options : dict
-        ``channel``, ``dtype``, ``sampling_rate``, ``n_channels`` and ``window_length`` for reading
-        a file; ``settle``: seconds without a change after which it is finished; and ``has_times``:
-        whether its time of modification is the time of its last sample.
+        ``recording``: a `ListedRecording` with the facts of all files; ``n_channels`` and
+        ``window_length``; ``settle``: seconds without a change after which a file is finished;
+        ``has_times``: whether its time of modification is the time of its last sample;
+        ``takes_rpm`` and ``needs_rpm``: whether the speed is read, and a file without is skipped.
     warn : callable
         Called with a message for each file that cannot be read.
     place : list or None, default=None
@@ -205,21 +208,26 @@ def _files(folder):
 
 
 def _blocks_of_file(path, changed, options, warn, place):
-    chosen, rate = {name: options[name] for name in ("channel", "dtype")}, options["sampling_rate"]
-    entry = ListedRecording(None, path.name, path, sampling_rate=rate, **chosen)
-    n_samples, start = block_length(options["window_length"]), None
+    entry = replace(options["recording"], name=path.name, path=path)
+    n_samples, start, n_read = block_length(options["window_length"]), None, 0
     try:
         # All of a file is read before any of it is used, so that no file is used in part.
         shapes = [np.atleast_2d(signal).shape for signal, _ in entry.blocks(n_samples)]
         if shapes[0][0] != options["n_channels"]:
             raise ValueError(f"{path}: {shapes[0][0]} channels, expected {options['n_channels']}")
+        if options["takes_rpm"]:
+            entry = entry.with_speed()
+            if entry.rpm is None and options["needs_rpm"]:
+                raise ValueError(f"{path}: the speed is not stated; expected --rpm")
         if options["has_times"]:
-            start = recording_start(path, **chosen)
+            start = recording_start(path, channel=entry.channel, dtype=entry.dtype)
             length = sum(shape[1] for shape in shapes)
-            start = changed * 1e-9 - length / rate if start is None else start
-        for i, (samples, _) in enumerate(entry.blocks(n_samples), start=1):
-            is_last = i == len(shapes)
-            yield Block(np.atleast_2d(samples), start, path.name, place if is_last else None)
-            start = None
+            start = changed * 1e-9 - length / entry.sampling_rate if start is None else start
+        for i, (signal, rate) in enumerate(entry.blocks(n_samples), start=1):
+            samples, after = np.atleast_2d(signal), place if i == len(shapes) else None
+            rpm = entry.speeds([n_read], samples.shape[1], rate)
+            rpm = rpm[0] if np.ndim(rpm) else rpm
+            yield Block(samples, start, rpm, path.name, after)
+            start, n_read = None, n_read + samples.shape[1]
     except (OSError, ValueError, ImportError, MemoryError) as error:
         warn(f"skipped: {error}")

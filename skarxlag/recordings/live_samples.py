@@ -27,7 +27,9 @@ _LONGEST_LINE = 2**20
 _AT_LINE_END = re.compile(rb"[;,][ \t\r]*(\n|$)")
 
 
-def chosen_channels(names: list[str], channel: str | Sequence[str] | None) -> list[str]:
+def chosen_channels(
+    names: list[str], channel: str | Sequence[str] | None, speed: str | None = None
+) -> list[str]:
     """Return the names of the chosen channels.
 
     Parameters
@@ -36,6 +38,8 @@ def chosen_channels(names: list[str], channel: str | Sequence[str] | None) -> li
         All channels.
     channel : str, list of str, or None
         As in `read_recording`; None takes all but those of times and of shaft speeds.
+    speed : str or None
+        Channel of the shaft speed or of pulses, which comes last.
 
     Examples
     --------
@@ -43,11 +47,19 @@ def chosen_channels(names: list[str], channel: str | Sequence[str] | None) -> li
     ['FE_time', 'DE_time']
     >>> chosen_channels(["time", "acc", "rpm"], None)
     ['acc']
+    >>> chosen_channels(["key", "acc"], None, "k*")
+    ['acc', 'key']
     """
-    if channel is None:
-        signals = [name for name in names if not names_times(name) and not names_speed(name)]
-        return signals if len(names) > 1 else names
-    return choose_channels(names, [channel] if isinstance(channel, str) else channel)
+    if channel is not None:
+        chosen = choose_channels(names, [channel] if isinstance(channel, str) else channel)
+    elif len(names) > 1:
+        chosen = [name for name in names if not names_times(name) and not names_speed(name)]
+    else:
+        chosen = names
+    if speed is None:
+        return chosen
+    speed = choose_channel(names, speed)
+    return [name for name in chosen if name != speed] + [speed]
 
 
 class _Samples:
@@ -82,6 +94,8 @@ class RawSamples(_Samples):
         Type of one sample of all channels, such as ``<i2``, or ``(4,)<f4`` for four channels.
     channel : str, list of str, or None
         Chosen channels, in their order; None for all.
+    speed : str or None
+        Channel of the shaft speed or of pulses, which becomes the last row of the samples.
 
     Attributes
     ----------
@@ -89,11 +103,13 @@ class RawSamples(_Samples):
         Bytes at the end that do not make a whole sample.
     """
 
-    def __init__(self, dtype: str, channel: str | Sequence[str] | None = None) -> None:
+    def __init__(
+        self, dtype: str, channel: str | Sequence[str] | None = None, speed: str | None = None
+    ) -> None:
         self._frame = frame_type(dtype)
         if any(self._frame[name].kind == "c" for name in self._frame.names):
             raise ContentError(f"dtype is {dtype!r}, expected real numbers such as '<f4'")
-        self._names = chosen_channels(list(self._frame.names), channel)
+        self._names = chosen_channels(list(self._frame.names), channel, speed)
         super().__init__()
 
     def parts(
@@ -123,8 +139,8 @@ class TextSamples(_Samples):
         Chosen columns, in their order; None for all but those of times and shaft speeds.
     times : StreamTimes or None
         Parser of the column of times; None does not look for one.
-    rpm_column : str or None
-        Column of shaft speeds, which becomes the last row of the samples; None for none.
+    speed : str or None
+        Column of shaft speeds or of pulses, which becomes the last row of the samples.
 
     Attributes
     ----------
@@ -136,9 +152,9 @@ class TextSamples(_Samples):
         self,
         channel: str | Sequence[str] | None = None,
         times: StreamTimes | None = None,
-        rpm_column: str | None = None,
+        speed: str | None = None,
     ) -> None:
-        self._channel, self._times, self._rpm_column = channel, times, rpm_column
+        self._channel, self._times, self._speed = channel, times, speed
         super().__init__()
 
     def begin(self, head: bytes = b"") -> None:
@@ -225,14 +241,12 @@ class TextSamples(_Samples):
     def _place_columns(self, rows):
         """Find the columns, and make sure that they hold numbers."""
         names, units, decimal = self._layout.names, self._layout.units, self._layout.decimal
-        self._positions = [names.index(name) for name in chosen_channels(names, self._channel)]
+        chosen = chosen_channels(names, self._channel, self._speed)
+        self._positions = [names.index(name) for name in chosen]
         if self._times is not None:
             self._time = self._times.find(names, units, rows, self._positions)
         if self._time in self._positions and self._channel is None:
             self._positions.remove(self._time)
-        if self._rpm_column is not None:
-            speed = names.index(choose_channel(names, self._rpm_column))
-            self._positions = [each for each in self._positions if each != speed] + [speed]
         if rows and not any(
             len(row) == len(names) and all(is_number(row[i], decimal) for i in self._positions)
             for row in rows

@@ -14,9 +14,16 @@ import pandas as pd
 from numpy.typing import NDArray
 from sklearn.utils import Bunch, check_scalar
 
+from ..speeds import speed_errors
 from .listing import ListedRecording, list_recordings
 from .rates import rates_agree, resampled_blocks
 from .windows import block_length, cut_blocks, thin_windows
+
+#: Share by which the speed of a row varies before order tracking is needed. In rows of a second or
+#: two, combs at the mean speed are lost from 1 to 2 % on.
+_LEAST_CHANGE = 0.005
+#: Times within a window over which its mean speed is computed.
+_N_MEAN = 64
 
 
 def read_recording_table(
@@ -79,7 +86,11 @@ def read_recording_table(
         condition : ndarray of str, or None
             None if the conditions are not stated.
         rpm : ndarray of float, or None
-            None if the speed of a recording is stated neither outside the file nor in it.
+            Mean speeds. None if the speed of a recording is stated neither outside the file nor in
+            it.
+        profiles : dict of str to tuple of two ndarrays
+            Times since the first sample in seconds, and speeds, of the recordings of which a
+            channel or a log states the speed over time.
         recording : list of str
             Id of each recording: its path as in the table, followed by a colon and the channel
             if the table lists the file more than once.
@@ -183,7 +194,9 @@ def load_recordings(
         target_names : list of str
             The conditions, the healthy one first, then in the order of the table.
         rpm : ndarray of float, shape (n_windows,), or None
-            Shaft speed, rev/min. None if the speed of a recording is not known.
+            Mean shaft speed of the window, rev/min. None if the speed of a recording is not known.
+        profiles : dict of str to tuple of two ndarrays
+            As in :func:`read_recording_table`.
         recording : ndarray of str, shape (n_windows,)
             Recording that the window was cut from.
         start : ndarray of int, shape (n_windows,)
@@ -299,18 +312,59 @@ def cut_recordings(
         notes.append(f"at most {max_windows} windows of each, fewer than there are in {thinned}")
     for name, rate in table.resampled.items():
         notes.append(f"{name} resampled from {rate:g} to {table.sampling_rate:g} Hz")
-    speeds, targets = table.pop("rpm"), table.pop("condition")
+    speeds, targets, names = (table.pop(each) for each in ("rpm", "condition", "recording"))
+    if speeds is not None:
+        speeds = np.repeat(speeds, counts)
+        for name, profile in table.profiles.items():
+            i = names.index(name)
+            step = window_length / _N_MEAN
+            few = profile.rows(starts[i] / step, _N_MEAN, table.sampling_rate / step)
+            speeds[row == i] = few.mean(axis=1)
     return Bunch(
         data=store.windows(),
         target=None if targets is None else targets[row],
         target_names=conditions,
-        rpm=None if speeds is None else speeds[row],
-        recording=np.array(table.pop("recording"))[row],
+        rpm=speeds,
+        recording=np.array(names)[row],
         start=np.concatenate(starts),
         available=np.array(available),
         DESCR="; ".join(notes),
         **table,
     )
+
+
+def speeds_of_samples(
+    rig: Bunch, least_turns: float = 0
+) -> tuple[NDArray[Any] | None, NDArray[Any]]:
+    """Return the speed of each row, or at each sample if it varies within a row.
+
+    Parameters
+    ----------
+    rig : Bunch
+        Result of `cut_recordings`.
+    least_turns : float, default=0
+        Turns of the shaft that a row needs.
+
+    Returns
+    -------
+    rpm : ndarray of shape (n_rows,) or (n_rows, n_samples), or None
+        Two-dimensional if the speed of a row varies by more than 0.5 %.
+    errors : ndarray of str of shape (n_rows,)
+        Why a row cannot be used: there is no speed above 0, it varies too much, or the row has too
+        few turns.
+    """
+    n_rows, n_samples = len(rig.data), rig.data.shape[-1]
+    if not rig.profiles:
+        return rig.rpm, np.full(n_rows, "", dtype=object)
+    rpm = np.repeat(rig.rpm[:, np.newaxis], n_samples, axis=1)
+    for name, profile in rig.profiles.items():
+        own = rig.recording == name
+        rpm[own] = profile.rows(rig.start[own], n_samples, rig.sampling_rate)
+    errors = speed_errors(rpm, n_rows)
+    is_short = n_samples * rpm.mean(axis=1) < least_turns * 60 * rig.sampling_rate
+    errors[(errors == "") & is_short] = f"the row has less than {least_turns} turns"
+    varies = np.ptp(rpm, axis=1) > _LEAST_CHANGE * rig.rpm
+    return rpm if varies.any() else rig.rpm, errors
 
 
 class _Reader:
@@ -337,13 +391,17 @@ class _Reader:
         """Return the facts of the recordings."""
         names = [entry.name for entry in listed]
         conditions = [entry.condition for entry in listed]
-        speeds = []
+        speeds, profiles = [], {}
         # If one speed is unknown, none is returned, and the other files are not opened.
         while len(speeds) < len(listed) and None not in speeds:
-            speeds.append(listed[len(speeds)].with_speed().rpm)
+            entry = listed[len(speeds)].with_speed()
+            speeds.append(entry.rpm)
+            if entry.profile is not None:
+                profiles[entry.name] = entry.profile
         return Bunch(
             condition=None if None in conditions else np.array(conditions),
             rpm=None if None in speeds else np.array(speeds),
+            profiles={} if None in speeds else profiles,
             recording=names,
             sampling_rate=self._common["sampling rates (Hz)"][0],
             filenames=[str(entry.path) for entry in listed],

@@ -1,4 +1,4 @@
-"""Shaft speeds of recordings: ranges, and speeds that a tachometer or a log states."""
+"""Shaft speeds of recordings: ranges, and speeds over time that a tachometer or a log states."""
 
 from __future__ import annotations
 
@@ -6,18 +6,23 @@ import os
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from ..speeds import rpm_from_tacho
+from ..speeds import pulse_levels, pulse_speeds, pulse_times
 from .formats._facts import seconds_of_dates
 from .formats.text import number
 
 #: Beginning of a source of speeds that is a channel of pulses.
 TACHO = "tacho:"
+#: Seconds on which the levels of pulses in a stream are measured. Two pulses in this time are a
+#: speed.
+_TACHO_SECONDS = 4.0
+#: Even times over which a mean is computed.
+_N_MEAN = 1000
 _NUMBER = r"\s*(\d+(?:\.\d+)?)\s*"
 _SPEED = re.compile(rf"{_NUMBER}(?:\.\.{_NUMBER}|(?:\+-|\+/-|±){_NUMBER}(%?)\s*)?")
 
@@ -102,8 +107,54 @@ def is_speed_source(text: str) -> bool:
     return text.startswith(TACHO) or text.lower().endswith(".csv")
 
 
-def tacho_speed(blocks: Iterable[tuple[NDArray[Any], float | None]], pulses: float) -> float:
-    """Return the mean speed that the pulses of a tachometer state.
+class SpeedProfile(NamedTuple):
+    """Shaft speed of a recording over time.
+
+    Attributes
+    ----------
+    seconds : ndarray of shape (n_times,)
+        Times since the first sample, ascending.
+    rpm : ndarray of shape (n_times,)
+        Speeds. They are interpolated linearly between the times, and constant beyond them.
+
+    Examples
+    --------
+    >>> profile = SpeedProfile(np.array([0.0, 1.0]), np.array([600.0, 900.0]))
+    >>> profile.rows(np.array([0, 20]), 20, sampling_rate=40)[:, [0, 10]]
+    array([[600., 675.],
+           [750., 825.]])
+    """
+
+    seconds: NDArray[Any]
+    rpm: NDArray[Any]
+
+    def mean(self) -> float:
+        """Return the mean over time."""
+        even = np.linspace(self.seconds[0], self.seconds[-1], _N_MEAN)
+        return float(np.interp(even, *self).mean())
+
+    def rows(self, start: NDArray[Any], n_samples: int, sampling_rate: float) -> NDArray[Any]:
+        """Return the speeds of rows at each sample.
+
+        Parameters
+        ----------
+        start : ndarray of int of shape (n_rows,)
+            Position of the first sample of each row in the recording.
+        n_samples : int
+            Samples in a row.
+        sampling_rate : float
+            In Hz.
+
+        Returns
+        -------
+        ndarray of shape (n_rows, n_samples)
+        """
+        samples = np.asarray(start)[:, np.newaxis] + np.arange(n_samples)
+        return np.interp(samples / sampling_rate, *self)
+
+
+def tacho_speed(blocks: Iterable[tuple[NDArray[Any], float | None]], pulses: float) -> SpeedProfile:
+    """Return the speed that the pulses of a tachometer state.
 
     Parameters
     ----------
@@ -123,13 +174,66 @@ def tacho_speed(blocks: Iterable[tuple[NDArray[Any], float | None]], pulses: flo
     ((signal, rate),) = blocks
     if rate is None:
         raise ValueError("sampling_rate is missing and the file does not state it")
-    return float(rpm_from_tacho(signal, rate, pulses_per_turn=int(pulses)).mean())
+    return SpeedProfile(*pulse_speeds(signal, rate, int(pulses)))
+
+
+class TachoStream:
+    """Speed of a shaft from the pulses of a tachometer that arrive in blocks.
+
+    The speed at a sample follows from the last two pulses before it, or from the time since the
+    last pulse if that is longer. The levels of a pulse are those of :func:`rpm_from_tacho` in the
+    last complete four seconds, unless their range is less than half of the range before: the shaft
+    then stands still. The speeds do not depend on how the signal is cut into blocks.
+
+    Parameters
+    ----------
+    sampling_rate : float
+        In Hz.
+    pulses : int
+        Pulses in a turn of the shaft.
+
+    Examples
+    --------
+    >>> pulses = np.arange(10_000) % 100 < 10              # at 1000 Hz, 10 in a second
+    >>> tacho = TachoStream(1000.0, pulses=2)
+    >>> speeds = np.concatenate([tacho.speeds(part) for part in np.split(pulses * 1.0, 4)])
+    >>> speeds[3999], speeds[5000:].round(6).tolist() == [300.0] * 5000
+    (np.float64(nan), True)
+    """
+
+    def __init__(self, sampling_rate: float, pulses: int) -> None:
+        self._n, self._scale = int(_TACHO_SECONDS * sampling_rate), 60 * sampling_rate / pulses
+        self._signal, self._levels = np.empty(0), (0.0, 0.0)
+
+    def speeds(self, signal: NDArray[Any]) -> NDArray[Any]:
+        """Return the speed at each of the next samples, NaN if it is not known."""
+        signal, found = pd.Series(signal).ffill().fillna(0.0).to_numpy(), []
+        while len(signal):
+            n_new = min(self._n - len(self._signal) % self._n, len(signal))
+            self._signal, signal = np.append(self._signal, signal[:n_new]), signal[n_new:]
+            found.append(self._speeds_of_last(n_new))
+            if len(self._signal) % self._n == 0:
+                self._signal = self._signal[-self._n :]
+                quarter, middle = pulse_levels(self._signal)
+                if middle - quarter >= 0.5 * (self._levels[1] - self._levels[0]):
+                    self._levels = quarter, middle
+        return np.concatenate([*found, np.empty(0)])
+
+    def _speeds_of_last(self, n_new):
+        times = pulse_times(self._signal, *self._levels)
+        if len(times) < 2:
+            return np.full(n_new, np.nan)
+        samples = np.arange(len(self._signal) - n_new, len(self._signal))
+        last = np.searchsorted(times, samples) - 1
+        intervals = np.diff(times)[np.maximum(last - 1, 0)]
+        intervals = np.maximum(intervals, samples - times[last])
+        return np.where(last > 0, self._scale / intervals, np.nan)
 
 
 def logged_speed(
     path: str | os.PathLike[str], names: set[str], span: Callable[[bool], tuple[float, float]]
-) -> float:
-    """Return the mean speed of a recording in a log.
+) -> float | SpeedProfile:
+    """Return the speed of a recording in a log: the mean of its rows, or over time.
 
     Parameters
     ----------
@@ -158,15 +262,19 @@ def logged_speed(
         raise ValueError(
             f"{path}: columns {[*log.columns]}, expected 'rpm' and 'recording' or 'time'"
         )
+    seconds = None
     if "recording" in log:
         is_own = log["recording"].str.strip().isin(names)
     else:
         times = np.array([number(text) for text in log["time"]])
         is_date = bool(np.isnan(times).all())
         begin, end = span(is_date)
-        times = seconds_of_dates(log["time"]) if is_date else times
-        is_own = (times >= begin) & (times <= end)
+        seconds = (seconds_of_dates(log["time"]) if is_date else times) - begin
+        is_own = (seconds >= 0) & (seconds <= end - begin)
     speeds = np.array([number(text) for text in log["rpm"][is_own]])
-    if not speeds.size or not np.all((speeds > 0) & np.isfinite(speeds)):
+    if not speeds.size or not np.all((speeds >= 0) & np.isfinite(speeds)) or not speeds.any():
         raise ValueError(f"{path}: states no speed above 0 of the recording, or one that is none")
-    return float(speeds.mean())
+    if seconds is None:
+        return float(speeds.mean())
+    order = np.argsort(seconds[is_own], kind="stable")
+    return SpeedProfile(seconds[is_own][order], speeds[order])

@@ -4,6 +4,7 @@ import signal
 import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from skarxlag import (
     save_diagnoser,
 )
 from skarxlag.commands import main
+from skarxlag.recordings.listing import ListedRecording
 from skarxlag.recordings.live import from_folder, from_growing_file
 from skarxlag.recordings.live_samples import RawSamples, TextSamples
 from tests.commands.watching import (
@@ -34,9 +36,9 @@ pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 
 #: How files in a folder are read.
 FOLDER = {
-    "channel": None,
-    "dtype": None,
-    "sampling_rate": 1.0,
+    "recording": ListedRecording(None, "", Path(), sampling_rate=1.0),
+    "takes_rpm": False,
+    "needs_rpm": False,
     "n_channels": 1,
     "window_length": 5,
     "settle": 1e-6,
