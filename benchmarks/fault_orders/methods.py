@@ -78,6 +78,14 @@ def openconmo_prewhitening(recording):
     return largest_peaks(frequencies, np.asarray(power) ** 2, recording)
 
 
+def openconmo_kurtogram(recording):
+    """Take the largest peaks in openconmo's band of the largest kurtosis, without its lines."""
+    from openconmo.benchmark_methods import benchmark_method
+
+    _, _, frequencies, power = benchmark_method(_five_seconds(recording), recording.rate)
+    return largest_peaks(frequencies, np.asarray(power) ** 2, recording)
+
+
 def predictive_maintenance(recording):
     """Rank the evidence that predictive-maintenance-mcp states for each frequency."""
     from predictive_maintenance_mcp.diagnostics.bearing_analyzer import check_bearing_fault_peak
@@ -133,6 +141,7 @@ METHODS = {
 PEERS = {
     "openconmo, envelope": openconmo_envelope,
     "openconmo, prewhitening": openconmo_prewhitening,
+    "openconmo, kurtogram": openconmo_kurtogram,
     "predictive-maintenance-mcp": predictive_maintenance,
     "pyBearing": pybearing,
 }

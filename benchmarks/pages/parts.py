@@ -144,8 +144,8 @@ PARTS = {
     ),
     "fault-orders": Part(
         "-m benchmarks.fault_orders --method 'openconmo, envelope' 'openconmo, prewhitening' "
-        "predictive-maintenance-mcp pyBearing && -m benchmarks.fault_orders --settings "
-        "--write docs/fault_orders.md",
+        "'openconmo, kurtogram' predictive-maintenance-mcp pyBearing "
+        "&& -m benchmarks.fault_orders --settings --write docs/fault_orders.md",
         {
             "docs/fault_orders.md": tuple(
                 f"fault orders {name}"
