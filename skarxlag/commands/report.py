@@ -112,7 +112,9 @@ def _figures(recording, diagnosis, model, resample, faults):
     if windows is None:
         return []
     rate = diagnosis.sampling_rate or model.sampling_rate
-    found = [_timeline(windows, rate)] if len(windows) > 1 else []
+    # Equal verdicts would give straight lines.
+    is_even = len(windows[["verdict", "alarm"]].drop_duplicates()) == 1
+    found = [] if is_even else [_timeline(windows, rate)]
     chosen = np.flatnonzero(windows["verdict"].astype(str) == str(diagnosis.verdict["verdict"]))
     if diagnosis.verdict["verdict"] != NO_SIGNAL and len(chosen) > 0:
         place = chosen[len(chosen) // 2]
