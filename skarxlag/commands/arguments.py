@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from ..bearings import bearing_orders
+from ..recordings import speeds
 from ..recordings.listing import ListedRecording, is_file_source, list_files, list_recordings
-from ..recordings.speeds import TACHO, SpeedRange, is_speed_source
+from ..recordings.speeds import TACHO, is_speed_source
 from .messages import UsageError
 
 #: Facts of recordings that no table lists.
@@ -62,7 +63,7 @@ job_count = number(int, "a number of threads, or -1 for all cores", lambda value
 positive_number = number(float, "a number above 0", lambda value: value > 0)
 rate = number(float, "a number between 0 and 1", lambda value: 0 < value < 1)
 speed = number(float, "a speed in rpm, or all", lambda value: value > 0)
-speed_range = checked(SpeedRange.parse)
+speed_range = checked(speeds.speed_range)
 
 
 def channel_names(text: str) -> str | list[str]:

@@ -251,11 +251,12 @@ def _choose_speed(args, rig):
         return np.ones(len(rig.recording), dtype=bool)
     if rig.rpm is None:
         raise UsageError(f"argument --train-rpm: {args.table} has no column rpm to choose from")
-    chosen = args.train_rpm.contains(rig.rpm)
+    low, high = args.train_rpm
+    chosen = (rig.rpm >= low) & (rig.rpm <= high)
     if not chosen.any():
         listed = ", ".join(f"{speed:g}" for speed in np.unique(rig.rpm))
         raise UsageError(
-            f"argument --train-rpm: {args.train_rpm}, expected a speed of {args.table}: {listed}; "
+            f"argument --train-rpm: {low:g} to {high:g} holds no speed of {args.table}: {listed}; "
             "1797+-30 and 1700..1800 take several"
         )
     return chosen

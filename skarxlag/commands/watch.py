@@ -9,9 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
-from ..recordings.speeds import TACHO
+from ..recordings.speeds import TACHO, read_texts
 from .arguments import channel_names, flag, option, positive_int, positive_number, refuse
 from .messages import CommandError, as_command_error, say
 from .models import SavedModel, is_model_file
@@ -104,7 +102,7 @@ def _listed_sensors(args):
     """Arguments of each sensor in a table."""
     path = args.model
     with as_command_error():
-        table = pd.read_csv(path, dtype=str, keep_default_na=False)
+        table = read_texts(path)
         if args.state is not None:
             args.state.mkdir(parents=True, exist_ok=True)
     columns = list(table)

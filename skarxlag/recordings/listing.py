@@ -10,14 +10,13 @@ from glob import glob
 from pathlib import Path
 from typing import Any, Self
 
-import pandas as pd
 from numpy.typing import NDArray
 
 from .files import recording_blocks, recording_speed, recording_start
 from .formats import FORMATS
 from .formats.text import distinct
 from .rates import rates_agree
-from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, tacho_speed
+from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, read_texts, tacho_speed
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
 FACTS = ("condition", "rpm", "pulses_per_turn", "sampling_rate", "channel", "dtype")
@@ -246,17 +245,14 @@ def _found(source):
 def _files_below(folder):
     """Yield the files with a known suffix. Links are followed; each folder is visited once."""
     suffixes = tuple(suffix for module in FORMATS for suffix in module.FORMAT.suffixes)
-    seen = {folder.resolve()}
+    seen = set()
     for parent, folders, names in os.walk(folder, followlinks=True):
-        inner = [Path(parent, name) for name in sorted(folders)]
-        folders.clear()
         # A link may lead to a folder that is listed anyway, or back to one above it.
-        for path in sorted(inner, key=Path.is_symlink):
-            if path.resolve() not in seen:
-                seen.add(path.resolve())
-                folders.append(path.name)
+        is_new = (real := os.path.realpath(parent)) not in seen
+        seen.add(real)
+        folders[:] = sorted(folders, key=lambda name: Path(parent, name).is_symlink()) * is_new
         paths = (Path(parent, name) for name in names if name.lower().endswith(suffixes))
-        yield from (path for path in paths if path.is_file())
+        yield from (path for path in paths if is_new and path.is_file())
 
 
 def _compiled(pattern):
@@ -318,14 +314,7 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
 def _read_table(path):
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
-    try:
-        with path.open(encoding="utf-8-sig") as file:
-            head = file.readline()
-        separator = max(",;\t", key=head.count)
-        options = {"encoding": "utf-8-sig", "sep": separator, "skip_blank_lines": False}
-        rows = pd.read_csv(path, header=None, dtype=str, keep_default_na=False, **options)
-    except ValueError as error:
-        raise ValueError(f"{path}: cannot be read as a csv table ({error})") from error
+    rows = read_texts(path, header=None, skip_blank_lines=False)
     # The index becomes the line in the file.
     rows.index += 1
     names = [_column_name(name) for name in rows.loc[1]]

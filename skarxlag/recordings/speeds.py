@@ -5,12 +5,11 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..speeds import pulse_levels, pulse_speeds, pulse_times
 from .formats._facts import seconds_of_dates
@@ -27,73 +26,33 @@ _NUMBER = r"\s*(\d+(?:\.\d+)?)\s*"
 _SPEED = re.compile(rf"{_NUMBER}(?:\.\.{_NUMBER}|(?:\+-|\+/-|±){_NUMBER}(%?)\s*)?")
 
 
-@dataclass(frozen=True)
-class SpeedRange:
-    """Range of shaft speeds.
+def speed_range(text: str) -> tuple[float, float]:
+    """Return the ends of a range of shaft speeds, which belong to it.
 
     Parameters
     ----------
-    low, high : float
-        Its ends, which belong to it, in rev/min.
+    text : str
+        ``1797`` (this speed alone), ``1797+-30`` or ``1797+-2%`` (with a tolerance; ``±`` and
+        ``+/-`` do as well) or ``1700..1800``.
+
+    Raises
+    ------
+    ValueError
+        If the text is nothing of this, or the range is empty or holds no speed above 0.
 
     Examples
     --------
-    >>> from skarxlag.recordings.speeds import SpeedRange
-    >>> SpeedRange.parse("1797+-30").contains([1750, 1772, 1797])
-    array([False,  True,  True])
-    >>> SpeedRange.parse("1700..1800")
-    SpeedRange(low=1700.0, high=1800.0)
+    >>> speed_range("1797+-30"), speed_range("1700..1800")
+    ((1767.0, 1827.0), (1700.0, 1800.0))
     """
-
-    low: float
-    high: float
-
-    @classmethod
-    def parse(cls, text: str) -> Self:
-        """Read a range from a text.
-
-        Parameters
-        ----------
-        text : str
-            ``1797`` (this speed alone), ``1797+-30`` or ``1797+-2%`` (with a tolerance; ``±`` and
-            ``+/-`` do as well) or ``1700..1800``.
-
-        Returns
-        -------
-        SpeedRange
-
-        Raises
-        ------
-        ValueError
-            If the text is nothing of this, or the range is empty or holds no speed above 0.
-        """
-        low = high = np.nan
-        if match := _SPEED.fullmatch(text):
-            speed, width = float(match[1]), float(match[3] or 0)
-            width *= speed / 100 if match[4] else 1
-            low, high = speed - width, float(match[2] or speed + width)
-        if not (np.isfinite(high) and high > 0 and low <= high):
-            raise ValueError(f"{text!r}, expected a speed such as 1797, 1797+-30 or 1700..1800")
-        return cls(max(low, 0.0), high)
-
-    def contains(self, rpm: ArrayLike) -> NDArray[Any]:
-        """Return which speeds lie in the range.
-
-        Parameters
-        ----------
-        rpm : array-like of float
-            Speeds, rev/min.
-
-        Returns
-        -------
-        ndarray of bool, shape as `rpm`
-        """
-        rpm = np.asarray(rpm, dtype=np.float64)
-        return (rpm >= self.low) & (rpm <= self.high)
-
-    def __str__(self) -> str:
-        ends = [f"{self.low:g}"] if self.low == self.high else [f"{self.low:g}", f"{self.high:g}"]
-        return "..".join(ends)
+    low = high = np.nan
+    if match := _SPEED.fullmatch(text):
+        speed, width = float(match[1]), float(match[3] or 0)
+        width *= speed / 100 if match[4] else 1
+        low, high = speed - width, float(match[2] or speed + width)
+    if not (np.isfinite(high) and high > 0 and low <= high):
+        raise ValueError(f"{text!r}, expected a speed such as 1797, 1797+-30 or 1700..1800")
+    return max(low, 0.0), high
 
 
 def is_speed_source(text: str) -> bool:
@@ -230,6 +189,30 @@ class TachoStream:
         return np.where(last > 0, self._scale / intervals, np.nan)
 
 
+def read_texts(path: str | os.PathLike[str], **options: Any) -> pd.DataFrame:
+    """Read a csv table as texts. The sign that its first line holds most of separates.
+
+    Parameters
+    ----------
+    path : str or path-like
+        Text in UTF-8, separated by commas, semicolons or tabulators.
+    **options
+        As `pandas.read_csv` takes them.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        If the file cannot be read. The message names it.
+    """
+    try:
+        with open(path, encoding="utf-8-sig") as file:
+            separator = max(",;\t", key=file.readline().count)
+        options |= {"encoding": "utf-8-sig", "sep": separator, "keep_default_na": False}
+        return pd.read_csv(path, dtype=str, **options)
+    except ValueError as error:
+        raise ValueError(f"{path}: cannot be read as a csv table ({error})") from error
+
+
 def logged_speed(
     path: str | os.PathLike[str], names: set[str], span: Callable[[bool], tuple[float, float]]
 ) -> float | SpeedProfile:
@@ -252,11 +235,7 @@ def logged_speed(
         If the file cannot be read, has other columns, or states no speed above 0 of the recording.
         The message names the file.
     """
-    try:
-        options = {"engine": "python", "encoding": "utf-8-sig", "keep_default_na": False}
-        log = pd.read_csv(path, sep=None, dtype=str, **options)
-    except (ValueError, pd.errors.ParserError) as error:
-        raise ValueError(f"{path}: cannot be read as a csv log of speeds ({error})") from error
+    log = read_texts(path)
     log.columns = log.columns.str.strip().str.lower()
     if "rpm" not in log or not {"recording", "time"} & {*log.columns}:
         raise ValueError(

@@ -322,7 +322,7 @@ def test_another_sampling_rate_is_refused(run, model, workshop):
     ("arguments", "message"),
     [
         (["--healthy", "x"], "--healthy: 'x', expected a condition of"),
-        (["--train-rpm", "400"], "--train-rpm: 400, expected a speed of"),
+        (["--train-rpm", "400"], "--train-rpm: 400 to 400 holds no speed of "),
         (["--train-rpm", "0"], "--train-rpm: '0', expected a speed such as 1797"),
         (["--false-alarm-rate", "1"], "--false-alarm-rate: '1', expected a number between 0 and 1"),
         (["--diagnoser", "x"], "--diagnoser: invalid choice: 'x'"),

@@ -27,7 +27,8 @@ def plant(models, tmp_path):
     np.save(tmp_path / "fan" / "a.npy", signals["fan"])
     rows.append(("fan", "fan", models[0], "", ""))
     columns = ["name", "source", "model", "channel", "rpm"]
-    pd.DataFrame(rows, columns=columns).to_csv(tmp_path / "plant.csv", index=False)
+    # Spreadsheets of many countries separate by semicolons.
+    pd.DataFrame(rows, columns=columns).to_csv(tmp_path / "plant.csv", index=False, sep=";")
     return tmp_path / "plant.csv", signals
 
 
@@ -95,7 +96,7 @@ def test_a_source_that_fails_does_not_end_the_others(run, plant):
 )
 def test_mistakes_in_a_table_are_named(run, plant, change, message):
     table, _ = plant
-    change(pd.read_csv(table)).to_csv(table, index=False)
+    change(pd.read_csv(table, sep=";")).to_csv(table, index=False)
     code, out, err = run("watch", table, *IDLE)
     assert code == 1 and out == "" and message in err and "Traceback" not in err
 

@@ -1,6 +1,7 @@
 """HDF5 files of any layout, MATLAB 7.3 among them, which are read in parts."""
 
 from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +40,7 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
     separator = "." if is_matlab else "/"
     with h5py.File(path, "r") as file:
         arrays = NamedArrays(file.__getitem__, separator)
-        for name, node in _nodes(file, is_matlab):
+        for name, node in _nodes("", file, file, is_matlab, set(), count()):
             for key, value in node.attrs.items():
                 value = np.asarray(value)
                 if is_numeric(value.dtype) and value.size == 1:
@@ -56,26 +57,18 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
         yield arrays.contents()
 
 
-def _nodes(file, is_matlab):
-    """Yield the root, all groups and all data sets with their names; links are left out."""
-    seen, n_nodes = set(), 0
-    # What is still to come in each of the groups that lead to a node.
-    way = [iter([("", file)])]
-    while way:
-        name, node = next(way[-1], (None, None))
-        if node is None:
-            way.pop()
-            continue
-        n_nodes += 1
-        if len(way) - 1 > _DEEPEST or n_nodes > _MOST_NODES:
-            raise ContentError(
-                f"groups are nested more than {_DEEPEST} deep, or there are more than "
-                f"{_MOST_NODES}, which is refused"
-            )
-        if node.id not in seen:
-            seen.add(node.id)
-            yield name, node
-            way.append(_below(name, node, file, is_matlab))
+def _nodes(name, node, file, is_matlab, seen, number, depth=0):
+    """Yield a node, and all groups and data sets below it, with their names; no links."""
+    if depth > _DEEPEST or next(number) >= _MOST_NODES:
+        raise ContentError(
+            f"groups are nested more than {_DEEPEST} deep, or there are more than "
+            f"{_MOST_NODES}, which is refused"
+        )
+    if node.id not in seen:
+        seen.add(node.id)
+        yield name, node
+        for inner, below in _below(name, node, file, is_matlab):
+            yield from _nodes(inner, below, file, is_matlab, seen, number, depth + 1)
 
 
 def _below(name, node, file, is_matlab):

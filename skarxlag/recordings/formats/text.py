@@ -231,7 +231,9 @@ def _first_sample(kinds, may_be_cut):
 
     first = next(i for i, row in enumerate(kinds) if is_usual(row))
     # Damaged samples are not taken for a preamble: the reader refuses them.
-    damaged = [i for i in range(may_be_cut, first) if _is_sample(kinds[i])]
+    damaged = [
+        i for i in range(may_be_cut, first) if any(kinds[i]) and {*kinds[i]} <= {"number", ""}
+    ]
     above = [i for i in range(first) if len(kinds[i]) == n_fields]
     if any(_is_text(kinds[i]) for i in above) and not _is_text(kinds[above[-1]]):
         damaged.append(above[-1])
@@ -255,8 +257,8 @@ def _names_and_units(above, n_fields, n_filled, decimal):
     before = fitted(above[-2]) if len(above) > 1 else None
     is_unit = [f.strip("[]() ").lower() in _UNITS or f[:1] in tuple("[(") for f in names]
     if before is not None and (len(above) == 2 or any(is_unit)):
-        is_unit_line = _is_unit_line([_kind(field, decimal) for field in names])
-        if is_unit_line and not any(map(names_times, names)):
+        kinds = [_kind(field, decimal) for field in names]
+        if any(kinds) and "number" not in kinds and not any(map(names_times, names)):
             return before, names
     return names, []
 
@@ -269,16 +271,8 @@ def _kind(field, decimal):
     return "text" if np.isnan(seconds_of_dates([field])[0]) else "date"
 
 
-def _is_sample(kinds):
-    return any(kinds) and set(kinds) <= {"number", ""}
-
-
 def _is_text(kinds):
     return set(kinds) <= {"text", ""}
-
-
-def _is_unit_line(kinds):
-    return any(kinds) and "number" not in kinds
 
 
 def _rows(lines, separator):
