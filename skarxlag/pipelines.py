@@ -24,7 +24,7 @@ from .kernels.lanes import LANES
 
 #: Bytes of the rows of a batch. The results of several models for these rows should stay in the
 #: processor's cache.
-_BATCH_BYTES = 2**20
+_BATCH_BYTES = 2**21
 #: Rows of a batch, however long they are, while they take fewer bytes than the second number: the
 #: recursions process this many signals side by side.
 _ROWS_TOGETHER, _MOST_BYTES = LANES, 2**25

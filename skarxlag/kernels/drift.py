@@ -193,12 +193,17 @@ def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
 
 @compiled
 def _add_products(rows, axes, product):
+    n = axes.shape[0] - axes.shape[0] % 4
     for row in range(rows.shape[0]):
-        target = product[row]
-        for i in range(axes.shape[0]):
-            value, axis = rows[row, i], axes[i]
+        target, x = product[row], rows[row]
+        # Four axes at a time share what is read from the target.
+        for i in range(0, n, 4):
+            a, b, c, d = axes[i], axes[i + 1], axes[i + 2], axes[i + 3]
             for j in range(axes.shape[1]):
-                target[j] += value * axis[j]
+                target[j] += x[i] * a[j] + x[i + 1] * b[j] + x[i + 2] * c[j] + x[i + 3] * d[j]
+        for i in range(n, axes.shape[0]):
+            for j in range(axes.shape[1]):
+                target[j] += x[i] * axes[i, j]
 
 
 def mean_squared_distances(
