@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
 from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, ClassVar, Self
@@ -413,9 +412,9 @@ class FaultDetector(RowOutlierDetector):
             shares = flagged_shares(left_out, healthy.at, self.offset_, healthy.weights)
         self.drift_scale_: float = scale
         self.left_out_rates_: NDArray[Any] = shares
-        return self.weak_points()
+        return self._weak_points()
 
-    def weak_points(self, rows: str = "healthy rows") -> Iterator[str]:
+    def _weak_points(self, rows="healthy rows"):
         """Yield sentences on a calibration that promises less than its user may think."""
         rate, n_speeds = self.false_alarm_rate, len(self.speeds_)
         yield from few_rows(f"{self.n_rows_} {rows}", self.n_rows_, rate)

@@ -152,7 +152,7 @@ class KnownConditions(RowOutlierDetector):
             )
         weakest = min(self.detectors_, key=lambda each: (len(each.speeds_), each.n_rows_))
         name = self.classes_[self.detectors_.index(weakest)]
-        yield from weakest.weak_points(f"rows of condition {name}")
+        yield from weakest._weak_points(f"rows of condition {name}")
 
     def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute for each condition the probability that its rows deviate at least as much.

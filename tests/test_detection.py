@@ -336,7 +336,7 @@ def test_left_out_speeds_that_hold_the_rate_are_not_warned_of(fitted):
     vars_of = vars(fitted) | {"left_out_rates_": np.array([RATE, 0.0])}
     held = clone(fitted)
     vars(held).update(vars_of)
-    assert not any("No drift scale" in sentence for sentence in held.weak_points())
+    assert not any("No drift scale" in sentence for sentence in held._weak_points())
 
 
 def test_what_it_can_answer(fitted):
