@@ -4,6 +4,7 @@ import pytest
 from scipy.special import softmax
 
 from skarxlag import ThresholdLadder
+from skarxlag._state import check_state
 from skarxlag.kernels.scaling import root_mean_square
 
 LEVELS = np.array([0.4, 0.5, 1.0, 1.2, 3.0, 3.2])
@@ -248,3 +249,44 @@ def test_a_pair_of_confidence_scales_is_for_one_speed_and_for_several(rpm, scale
 def test_a_pair_of_confidence_scales_is_checked(scales):
     with pytest.raises(ValueError, match="confidence_scale"):
         ThresholdLadder(confidence_scale=scales).fit(np.eye(3) + 1, list("abc"))
+
+
+def test_default_rate_is_one_percent():
+    levels = np.arange(1.0, 1001.0)[:, np.newaxis]
+    # ceil(1001 * 0.99)
+    assert ThresholdLadder().fit(levels, ["good"] * 1000).detection_threshold_ == 991
+
+
+BANK = ThresholdLadder().fit(np.eye(3) + 1, list("abc"))
+ONE = ThresholdLadder().fit([[1.0], [2.0], [3.0]], list("abc"))
+
+
+@pytest.mark.parametrize(
+    ("fitted", "name", "value", "is_possible"),
+    [
+        (ONE, "healthy_index_", 0, True),
+        (ONE, "healthy_index_", 2, True),
+        (ONE, "healthy_index_", 3, False),
+        (ONE, "healthy_index_", -1, False),
+        (ONE, "detection_threshold_", 0.0, True),
+        (ONE, "isolation_thresholds_", np.zeros(2), True),
+        (ONE, "isolation_thresholds_", np.array([0.5, 0.25]), False),
+        (ONE, "isolation_thresholds_", np.array([-1.0, 0.25]), False),
+        (ONE, "isolation_thresholds_", np.zeros(3), False),
+        (BANK, "isolation_thresholds_", np.array([0.5, 0.0, 0.25]), True),
+        (BANK, "isolation_thresholds_", np.array([0.5, -0.5, 0.25]), False),
+        (BANK, "isolation_thresholds_", np.zeros(2), False),
+        (ONE, "rungs_", np.array(["c", "a", "b"]), True),
+        (ONE, "rungs_", ["a", "b", "c"], False),
+        (ONE, "rungs_", np.array([["a", "b", "c"]]), False),
+        (ONE, "rungs_", np.array(["a", "b", "d"]), False),
+    ],
+)
+def test_states_that_fit_can_make_are_accepted(fitted, name, value, is_possible):
+    altered = ThresholdLadder()
+    vars(altered).update(vars(fitted) | {name: value})
+    if is_possible:
+        check_state(altered)
+    else:
+        with pytest.raises(ValueError, match=name):
+            check_state(altered)
