@@ -290,3 +290,12 @@ def test_states_that_fit_can_make_are_accepted(fitted, name, value, is_possible)
     else:
         with pytest.raises(ValueError, match=name):
             check_state(altered)
+
+
+def test_two_conditions_have_one_cut_or_a_bank_of_two():
+    ladder = ThresholdLadder().fit(LEVELS[:4, np.newaxis], NAMES[:4])
+    np.testing.assert_array_equal(ladder.isolation_thresholds_, [0.5])
+    bank = ThresholdLadder(healthy="a").fit([[1.0, 4.0], [9.0, 1.0]], ["a", "b"])
+    # Own residual over the geometric mean of both.
+    np.testing.assert_allclose(bank.isolation_thresholds_, [1 / 2, 1 / 3])
+    assert bank.detection_threshold_ == 1.0
