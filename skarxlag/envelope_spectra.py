@@ -14,6 +14,7 @@ from .kernels.comb import comb_frequency
 from .kernels.fault_orders import (
     CAGE_TURNS,
     CAGE_WEIGHT,
+    N_ORDERS,
     PLACES,
     fault_comb,
     order_contrast,
@@ -41,7 +42,7 @@ def match_faults(
     rows : ndarray of shape (n_rows, n_samples)
         Signals.
     turns : ndarray of shape (n_rows,) or (n_rows, n_samples)
-        Samples in a turn of the shaft. NaN if it is not known: the scores are then 0.
+        Samples in a turn of the shaft. NaN if it is not known: scores and contrasts are then 0.
     sampling_rate : float
         In Hz.
     orders : ndarray of shape (n_bearings, 4)
@@ -59,11 +60,9 @@ def match_faults(
 
     def of_row(batch):
         samples, turn = rows[batch.start], turns[batch.start]
-        if np.any(np.isnan(turn)):
-            nothing = np.zeros(len(PLACES))
-            return nothing, nothing + 1, nothing.astype(int), order_contrast(samples, 1.0, 1.0)
-        contrast = order_contrast(samples, turn, sampling_rate)
-        n_turns = len(samples) / np.mean(turn)
+        n_turns, contrast = len(samples) / np.mean(turn), np.zeros(N_ORDERS)
+        if not np.isnan(n_turns):
+            contrast = order_contrast(samples, turn, sampling_rate)
         return *best_combs(contrast, n_turns, orders, tolerance, slip), contrast
 
     found = map_batches(of_row, len(rows), n_jobs, batch_size=1)

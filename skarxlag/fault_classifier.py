@@ -300,10 +300,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
     def _is_far(self, rpm):
         """Whether no healthy row had about the speed of each row, or the speed is not known."""
-        if len(self.healthy_speeds_) == 0:
-            return np.zeros(len(rpm), dtype=bool)
         distances = np.abs(np.log(rpm[:, np.newaxis] / self.healthy_speeds_))
-        return ~(distances.min(axis=1) <= _SAME_SPEED)
+        return ~(distances.min(axis=1, initial=np.inf) <= _SAME_SPEED)
 
     def _limits(self, rpm):
         """Limit of each row."""
@@ -436,15 +434,14 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
     def _judge(self, found, spectra=None, n_rows=1):
         """Judge matched rows, with the log probabilities by spectra if conditions were learned."""
-        limits, is_known = self._limits(found.rpm), ~self._is_far(found.rpm)
+        limits, margin = self._limits(found.rpm), least_margin(self.wrong_name_rate)
         # Means scatter less about the reference, which is known at the speeds of healthy rows.
-        is_known &= len(self.healthy_scores_) > 0
         gain = np.sqrt(effective_number(n_rows, COMB_CORRELATION))
-        certainty = np.where(is_known, gain, 1.0)
+        certainty = np.where(self._is_far(found.rpm), 1.0, gain)
         above = (found.scores - self.reference_) * certainty[:, np.newaxis]
         second, best = np.sort(above, axis=1)[:, -2:].T
         judged = Bunch(alarm=best > limits, p_value=self._p_values(best, found.rpm))
-        is_close = judged.alarm & (best - second < least_margin(self.wrong_name_rate))
+        is_close = judged.alarm & (best - second < margin)
         scores = CONFIDENCE * np.column_stack([above, limits])[:, self.class_places_]
         if spectra is not None:
             without = self.reference_ if len(self.healthy_scores_) > 0 else WITHOUT_COMB
@@ -460,7 +457,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         judged.probability = np.exp(log_softmax(scores, axis=1))
         gaps = (limits - best) / certainty
         rows = zip(found.scores, above, found.factors, found.bearings, gaps, strict=True)
-        known = listed(self.bearing), self.orders_, least_margin(self.wrong_name_rate)
+        known = listed(self.bearing), self.orders_, margin
         judged.evidence = np.array([evidence_sentence(*row, *known) for row in rows], dtype=object)
         return judged
 
