@@ -8,8 +8,10 @@ export OMP_NUM_THREADS=1 # the tests run in as many processes as there are proce
 unset PYTHONDONTWRITEBYTECODE # or each process would compile all the libraries that it imports
 
 environment() {
-    "${PYTHON:-python3}" -m venv ".venv-$1"
-    ".venv-$1/bin/python" -m pip install --quiet uv
+    if [ ! -x ".venv-$1/bin/uv" ]; then
+        "${PYTHON:-python3}" -m venv ".venv-$1"
+        ".venv-$1/bin/python" -m pip install --quiet uv
+    fi
     ".venv-$1/bin/uv" pip install --quiet --python ".venv-$1/bin/python" --upgrade \
         --resolution "$1" --editable ".[$2]"
 }
@@ -36,9 +38,11 @@ trap 'kill $site $oldest 2>/dev/null || true' EXIT
 sh checks.sh .venv-highest/bin
 
 # What rests on other libraries: scikit-learn's contract of one estimator of each class, compiled
-# code, files, and the main job.
+# code, files, and the main job. These tests are fewer, so half of the processes suffice: each has to
+# collect the tests and to compile the loops.
 report=.venv-lowest-direct/report.txt
-(tests lowest-direct -m "not variant" tests/kernels tests/recordings/formats tests/test_common.py \
+half=$(.venv-highest/bin/python -c 'import os; print(min(4, max(1, os.cpu_count() // 2)))')
+(tests lowest-direct -n "$half" -m "not variant" tests/kernels tests/recordings/formats tests/test_common.py \
     tests/test_main.py tests/test_persistence.py tests/commands/test_evaluate.py "$@") >$report &
 oldest=$! failed=0
 (tests highest "$@") || failed=1

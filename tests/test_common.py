@@ -2,6 +2,7 @@
 
 import pickle
 from collections import Counter
+from functools import cache
 
 import numpy as np
 import pandas as pd
@@ -76,6 +77,12 @@ ESTIMATORS = [
 ]
 
 
+@cache
+def name_of(estimator):
+    """Return the text of an estimator, which takes a while and is part of many names of tests."""
+    return str(estimator)
+
+
 def with_variants_marked(cases):
     """Mark all but the first estimator of each class, for the run with the oldest versions."""
     first = {type(e): e for e in reversed(ESTIMATORS)}
@@ -132,7 +139,9 @@ CONTRACT = parametrize_with_checks(ESTIMATORS)
 
 
 @pytest.mark.parametrize(
-    CONTRACT.args[0], with_variants_marked(list(CONTRACT.args[1])), **CONTRACT.kwargs
+    CONTRACT.args[0],
+    with_variants_marked(list(CONTRACT.args[1])),
+    ids=cache(CONTRACT.kwargs["ids"]),
 )
 def test_scikit_learn_contract(estimator, check):
     check(estimator)
@@ -149,7 +158,7 @@ def test_every_check_ran_and_none_was_skipped(request):
     assert planned == RAN
 
 
-@pytest.mark.parametrize("estimator", ESTIMATORS, ids=str)
+@pytest.mark.parametrize("estimator", ESTIMATORS, ids=name_of)
 def test_number_of_checks(estimator):
     number = sum(1 for _ in estimator_checks_generator(estimator))
     assert number >= LEAST[type(estimator).__name__]
@@ -195,7 +204,7 @@ def test_diagnosers_fail_no_check_that_a_pipeline_can_pass(make, of_any_pipeline
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:X does not have valid feature names:UserWarning")
 @pytest.mark.filterwarnings("ignore:X has feature names, but:UserWarning")
-@pytest.mark.parametrize(("estimator",), with_variants_marked([(e,) for e in TABLES]), ids=str)
+@pytest.mark.parametrize(("estimator",), with_variants_marked([(e,) for e in TABLES]), ids=name_of)
 @pytest.mark.parametrize(
     "name",
     [
@@ -216,7 +225,7 @@ def test_tables(name, estimator):
 @pytest.mark.parametrize(
     "estimator",
     [ARXLaguerre(), ThresholdLadder(), FaultDetector(), KnownConditions(), ChannelRows()],
-    ids=str,
+    ids=name_of,
 )
 def test_column_names(estimator):
     estimator_checks.check_dataframe_column_names_consistency("it", clone(estimator))
@@ -245,7 +254,9 @@ def test_names_of_columns_must_be_those_of_fit():
         fitted.get_feature_names_out(["a", "b"])
 
 
-@pytest.mark.parametrize(("estimator",), with_variants_marked([(e,) for e in ESTIMATORS]), ids=str)
+@pytest.mark.parametrize(
+    ("estimator",), with_variants_marked([(e,) for e in ESTIMATORS]), ids=name_of
+)
 class TestEveryEstimator:
     def test_clone_and_pickle(self, estimator):
         X, y = signals((12, 40)), labels(12)
@@ -346,7 +357,7 @@ class TestEveryEstimator:
 @pytest.mark.parametrize(
     "estimator",
     [e for e in TRANSFORMERS if not isinstance(e, SpectralDistance | ChannelRows)],
-    ids=str,
+    ids=name_of,
 )
 def test_scale(estimator, factor):
     X, y = signals((12, 40)), labels(12)
@@ -366,7 +377,7 @@ def test_scale(estimator, factor):
 @pytest.mark.parametrize(
     "estimator",
     [e for e in TRANSFORMERS if any(name.endswith("n_jobs") for name in e.get_params())],
-    ids=str,
+    ids=name_of,
 )
 def test_n_jobs_changes_no_bit(estimator):
     X, y = signals((200, 30)), labels(200)
