@@ -222,11 +222,7 @@ def _download(url, path, sha256):
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         fetch_file(
-            url,
-            folder=path.parent,
-            local_filename=path.name,
-            sha256=sha256,
-            n_retries=N_RETRIES,
+            url, folder=path.parent, local_filename=path.name, sha256=sha256, n_retries=N_RETRIES
         )
     except (OSError, HTTPException) as error:
         raise OSError(f"{path} could not be fetched from {url}: {error}") from error

@@ -3,12 +3,7 @@
 from scipy.io import loadmat
 
 from skarxlag.bearings import SKF_6205, BearingGeometry
-from skarxlag.datasets._repository import (
-    Recording,
-    Source,
-    checksums,
-    fetcher,
-)
+from skarxlag.datasets._repository import Recording, Source, checksums, fetcher
 
 URL = "https://engineering.case.edu/sites/default/files"
 SAMPLING_RATE = 12_000.0
@@ -33,10 +28,7 @@ ENDS = {
 
 
 @fetcher
-def fetch_cwru(
-    *,
-    end: str = "drive",
-) -> Source:
+def fetch_cwru(*, end: str = "drive") -> Source:
     """Fetch the bearing data of Case Western Reserve University (download of 105 or 79 MB).
 
     Acceleration next to a faulty bearing of a motor: three sizes of faults of the inner race, the

@@ -3,13 +3,7 @@
 from pathlib import Path
 
 from skarxlag.bearings import SKF_6205
-from skarxlag.datasets._repository import (
-    Recording,
-    Source,
-    checksums,
-    fetcher,
-    read_only_signal,
-)
+from skarxlag.datasets._repository import Recording, Source, checksums, fetcher, read_only_signal
 
 URL = (
     "https://raw.githubusercontent.com/hitwzc/Bearing-datasets/"
@@ -24,10 +18,7 @@ RIGS = {
 
 
 @fetcher
-def fetch_hit_sm(
-    *,
-    rig: str = "spectraquest",
-) -> Source:
+def fetch_hit_sm(*, rig: str = "spectraquest") -> Source:
     """Fetch a rig of the HIT-SM data sets, cut into windows (download of 37 MB).
 
     Vibration of normal bearings and of bearings with a fault of the inner or the outer race in

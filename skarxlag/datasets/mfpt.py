@@ -3,11 +3,7 @@
 from scipy.io import loadmat
 
 from skarxlag.bearings import BearingGeometry
-from skarxlag.datasets._repository import (
-    Recording,
-    Source,
-    fetcher,
-)
+from skarxlag.datasets._repository import Recording, Source, fetcher
 
 URL = (
     "https://raw.githubusercontent.com/mathworks/RollingElementBearingFaultDiagnosis-Data/"

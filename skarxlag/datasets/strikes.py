@@ -5,12 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from skarxlag.bearings import (
-    METRES_PER_MM,
-    BearingGeometry,
-    contact_speed,
-    defect_frequencies,
-)
+from skarxlag.bearings import METRES_PER_MM, BearingGeometry, contact_speed, defect_frequencies
 
 POINT_CONTACT_EXPONENT = 1.5
 

@@ -2,13 +2,7 @@
 
 from pathlib import Path
 
-from skarxlag.datasets._repository import (
-    Recording,
-    Source,
-    checksums,
-    fetcher,
-    read_only_signal,
-)
+from skarxlag.datasets._repository import Recording, Source, checksums, fetcher, read_only_signal
 
 URL = (
     "https://raw.githubusercontent.com/ChangLiu2024/UESTC-Bearing-Dataset/"
