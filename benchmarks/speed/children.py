@@ -37,7 +37,15 @@ def peak_of_command(folder, n_windows, window_length):
     import skarxlag.commands.diagnose
 
     imported = _peak()
-    folder, window_length = Path(folder), int(window_length)
+    paths = write_model(Path(folder), int(window_length), int(n_windows))
+    skarxlag.commands.main(["diagnose", *map(str, paths)])
+    print("MiB", _peak() - imported)
+
+
+def write_model(folder, window_length, n_windows):
+    """Write a model and a recording of so many windows into a folder, and return their paths."""
+    import skarxlag
+
     X, y = _windows(400, window_length)
     diagnoser = skarxlag.make_diagnoser().fit(X, y)
     facts = {
@@ -49,9 +57,8 @@ def peak_of_command(folder, n_windows, window_length):
         "window_length": window_length,
     }
     skarxlag.save_diagnoser(diagnoser, folder / "model.skops", **facts)
-    _write_recording(folder / "long.npy", X, int(n_windows))
-    skarxlag.commands.main(["diagnose", str(folder / "model.skops"), str(folder / "long.npy")])
-    print("MiB", _peak() - imported)
+    _write_recording(folder / "long.npy", X, n_windows)
+    return folder / "model.skops", folder / "long.npy"
 
 
 def peak_of_predict(maker, n_windows, window_length):

@@ -4,33 +4,96 @@ import os
 import subprocess
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.speed import children, peers
-from benchmarks.speed.timing import spread
+from benchmarks.speed.timing import ratio, spread, take_turns
 
 ROOT = Path(__file__).parents[2]
+#: Commands in a new process, and how many times the time of the imports they may take.
+_COMMANDS = {"diagnose": 1.5, "info": 1.1}
+
+
+def _python(*arguments, cache):
+    """Return what a new process prints."""
+    environment = dict(os.environ, NUMBA_CACHE_DIR=str(cache), OMP_NUM_THREADS="1")
+    # Bytecode is what an installed package has.
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
+    environment.setdefault("PYTHONPYCACHEPREFIX", str(cache))
+    done = subprocess.run(
+        [sys.executable, *map(str, arguments)],
+        cwd=ROOT,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL if "diagnose" in arguments else None,
+        text=True,
+        check=True,
+    )
+    return done.stdout
 
 
 def _run(unit, *arguments, cache):
     """Return the number that a child process prints after this word."""
-    environment = dict(os.environ, NUMBA_CACHE_DIR=str(cache), OMP_NUM_THREADS="1")
-    # Bytecode is what an installed package has.
-    environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    done = subprocess.run(
-        [sys.executable, "-m", children.__name__, *map(str, arguments)],
-        cwd=ROOT,
-        env=environment,
-        stdout=subprocess.PIPE,
-        text=True,
-        check=True,
-    )
-    return float(done.stdout.rpartition(unit)[2])
+    printed = _python("-m", children.__name__, *arguments, cache=cache)
+    return float(printed.rpartition(unit)[2])
 
 
-def start_up(n_rounds=3, makers=("make_extended_state_pio", "make_diagnoser", "MiniRocket")):
+def start_up(n_rounds=9):
+    """Measure commands of the shell in new processes, and the first fit and prediction."""
+    with tempfile.TemporaryDirectory() as folder:
+        paths = children.write_model(Path(folder), 1200, n_windows=40)
+        arguments = {
+            "python": ["-c", "pass"],
+            "imports": ["-c", "import sklearn, pandas, skops.io"],
+            "diagnose": ["-m", "skarxlag", "diagnose", *paths],
+            "info": ["-m", "skarxlag", "info", paths[0]],
+            "--version": ["-m", "skarxlag", "--version"],
+            "--help": ["-m", "skarxlag", "--help"],
+        }
+        seconds = take_turns(
+            {name: partial(_python, *each, cache=folder) for name, each in arguments.items()},
+            n_rounds,
+            clock=_seconds_of_children,
+        )
+    imports = np.median(seconds["imports"])
+    lines = []
+    for name, target in _COMMANDS.items():
+        times, differs = ratio(seconds[name], seconds["imports"])
+        lines.append(
+            {
+                "what": f"`skarxlag {name}`: time over the imports of scikit-learn, pandas, skops",
+                "ours": f"{np.median(seconds[name]):.3g} s",
+                "peer": f"imports: {imports:.3g} s",
+                "reached": times,
+                "target": target,
+                "at_most": True,
+                "spread": differs,
+            }
+        )
+    lines += [
+        {
+            "what": f"`skarxlag {name}`: seconds more than an empty program of Python",
+            "reached": float(np.median(seconds[name] - seconds["python"])),
+            "target": 0.3,
+            "at_most": True,
+        }
+        for name in ("--version", "--help")
+    ]
+    return lines + _first_predictions()
+
+
+def _seconds_of_children():
+    """Return the processor time of all processes that this one started and that have ended."""
+    times = os.times()
+    return times.children_user + times.children_system
+
+
+def _first_predictions(
+    n_rounds=3, makers=("make_extended_state_pio", "make_diagnoser", "MiniRocket")
+):
     """Measure the first fit and prediction in a new process, without the import of scikit-learn."""
     targets = {"cold": 3, "warm": 0.6}
     makers = [m for m in makers if m != "MiniRocket" or peers.is_installed("aeon")]

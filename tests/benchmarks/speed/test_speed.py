@@ -227,13 +227,32 @@ def test_rows_of_stretches():
 def test_rows_on_processes(monkeypatch):
     numbers = iter([9.0, 3.0, 1.0, 5.0, 2.0])
     monkeypatch.setattr(processes, "_run", lambda *arguments, cache: next(numbers))
-    cold, warm = processes.start_up(n_rounds=2, makers=("make_alpio",))
+    cold, warm = processes._first_predictions(n_rounds=2, makers=("make_alpio",))
     assert (cold["reached"], cold["target"]) == (4, 3)
     assert (warm["reached"], warm["target"]) == (1.5, 0.6)
     size = 20_000 * 1000 * 8 / 2**20
     numbers = iter([size, 3 * size, 100.0, 200.0, 400.0])
     lines = processes.memory(n_windows=3, window_length=1000)
     assert [line["reached"] for line in lines] in ([1, 3, 100, 200, 400], [])
+
+
+def test_commands_are_compared_with_their_imports(monkeypatch):
+    seconds = {"python": 0.25, "imports": 2.0, "diagnose": 3.0, "info": 1.0}
+    seconds |= {"--version": 0.375, "--help": 0.5}
+
+    def python(*arguments, cache):
+        if "diagnose" in arguments:
+            assert children.Path(arguments[-1]).stat().st_size > 40 * 1200 * 8
+        [name] = {*seconds} & {*arguments} or ({"python"} if "pass" in arguments else {"imports"})
+        clock.append(clock[-1] + seconds[name])
+
+    clock = [0.0]
+    monkeypatch.setattr(processes, "_python", python)
+    monkeypatch.setattr(processes, "_seconds_of_children", lambda: clock[-1])
+    monkeypatch.setattr(processes, "_first_predictions", list)
+    lines = processes.start_up(n_rounds=2)
+    assert [line["reached"] for line in lines] == [1.5, 0.5, 0.125, 0.25]
+    assert speed.missed_targets(lines) == []
 
 
 def test_children(tmp_path, capsys):
