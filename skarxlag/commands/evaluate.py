@@ -22,7 +22,7 @@ from .arguments import (
     window_length,
 )
 from .evaluation_cases import N_SAMPLES, TITLES, own_case, rig_cases
-from .evaluation_reports import own_report, rig_report, save_figures
+from .evaluation_reports import report, save_figures
 from .messages import Progress, UsageError, add_progress_arguments, as_command_error
 from .report import why_no_figures
 
@@ -77,9 +77,9 @@ def run(args: argparse.Namespace) -> int:
     with as_command_error(), Progress(n_fits, "diagnosers", args) as progress:
         for case in cases:
             verdicts = _verdicts(case, args.n_jobs, progress)
-            text, tables = rig_report(case, verdicts) if is_rig else own_report(case, verdicts)
+            text, tables = report(case, verdicts)
             texts.append(text)
-            if is_rig and why_no_figures() is None:
+            if why_no_figures() is None:
                 save_figures(case, verdicts, args.output)
             for name, table in (tables | {"verdicts": verdicts}).items():
                 content = table.to_csv(float_format="%.6g").encode()
@@ -87,8 +87,7 @@ def run(args: argparse.Namespace) -> int:
         stem = args.rig if is_rig else cases[0].stem
         write_atomically(args.output / f"{stem}_report.txt", "\n".join(texts).encode())
     print(*texts, sep="\n")
-    if is_rig:
-        print(why_no_figures() or "Drawn as PNG: accuracy and confusion matrices.")
+    print(why_no_figures() or "Drawn as PNG: accuracy and confusion matrices.")
     print(f"Report, tables and figures are in {args.output.resolve()}")
     return 0
 
@@ -107,7 +106,7 @@ def _verdicts(case, n_jobs, progress):
             )
         progress.step(f"{case.title}: {name}")
     verdicts = pd.concat(frames, names=["diagnoser", None]).reset_index("diagnoser")
-    columns = pd.DataFrame([split.columns for split in case.splits])
+    columns = pd.DataFrame(case.splits)[["protocol", "train_rpm"]]
     verdicts = verdicts.join(columns, on="split").set_index("window")
     rows = pd.DataFrame({name: rig[name] for name in ("rpm", "recording", "start")})
     return verdicts.join(rows.rename(columns={"rpm": "test_rpm"})).reset_index(drop=True)

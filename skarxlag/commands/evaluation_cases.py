@@ -38,12 +38,24 @@ _SIMULATED_RPM = 500.0
 _LONG, _SHORT = 4800, 1200
 
 
+#: Titles of protocols: of a rig, and of the recordings of a table.
+_HALVES = {
+    "speeds": "calibrated on first halves of recordings at one speed (rows), tested on second "
+    "halves (columns)"
+}
+_SPEEDS = {
+    "in": "trained at one speed, tested at all others (columns)",
+    "out": "trained at all speeds but one, tested at that (columns)",
+}
+
+
 class Split(NamedTuple):
-    """Rows of the windows of a training and of its test, and constant columns of the verdicts."""
+    """Rows of a training and of its test; protocol and, if there is one, speed of the training."""
 
     train: NDArray[Any]
     test: NDArray[Any]
-    columns: dict[str, Any]
+    protocol: str
+    train_rpm: float
 
 
 @dataclass(frozen=True)
@@ -55,6 +67,13 @@ class Case:
     rig: Bunch
     splits: list[Split]
     makers: dict[str, Callable[[], Any]]
+    protocols: dict[str, str]
+    note: str = ""
+
+    @property
+    def is_own(self) -> bool:
+        """Whether the recordings are those of a table."""
+        return bool(self.note)
 
     @property
     def heading(self) -> str:
@@ -64,6 +83,7 @@ class Case:
         return (
             f"{self.title}: {len(rig.target_names)} conditions ({', '.join(rig.target_names)}) at "
             f"{speeds} rpm, windows of {rig.data.shape[-1]} samples at {rig.sampling_rate:g} Hz."
+            f"{self.note}"
         )
 
 
@@ -101,12 +121,12 @@ def _rig_case(args, title, stem, rig, train_rpm):
         raise UsageError(f"argument --train-rpm: {wanted:g}, expected {listed}, or all")
     first, second = first_and_second_half(rig.recording)
     splits = [
-        Split(np.flatnonzero(first & (rig.rpm == rpm)), np.flatnonzero(second), {"train_rpm": rpm})
+        Split(np.flatnonzero(first & (rig.rpm == rpm)), np.flatnonzero(second), "speeds", rpm)
         for rpm in (speeds if wanted == "all" else [wanted])
     ]
     healthy = rig.target_names[0]
     makers = {name: partial(make, healthy=healthy) for name, make in DIAGNOSERS.values()}
-    return Case(title, stem, rig, splits, makers)
+    return Case(title, stem, rig, splits, makers, _HALVES)
 
 
 def own_case(args: argparse.Namespace) -> Case:
@@ -146,7 +166,15 @@ def own_case(args: argparse.Namespace) -> Case:
         "log spectrum + LDA": lambda: _peer(256, LinearDiscriminantAnalysis()),
         "band energies + forest": lambda: _peer(64, RandomForestClassifier(random_state=0)),
     }
-    return Case(str(args.table), args.table.resolve().stem, rig, splits, makers)
+    note = " Training and test differ in recording"
+    if "campaign" in rig.further:
+        note += " and campaign."
+    else:
+        note += (
+            ". The table has no column campaign. If the test was measured without remounting after "
+            "the training, the accuracy may be too high."
+        )
+    return Case(str(args.table), args.table.resolve().stem, rig, splits, makers, _SPEEDS, note)
 
 
 def _own_splits(rig, usable) -> Iterator[Split]:
@@ -161,7 +189,7 @@ def _own_splits(rig, usable) -> Iterator[Split]:
         train = np.flatnonzero(is_train & learned & usable)
         test = np.flatnonzero(~is_train & tested & usable)
         if len(test) > 0 and len(set(rig.target[train])) == len(rig.target_names):
-            yield Split(train, test, {"protocol": protocol, "left": float(speed)})
+            yield Split(train, test, protocol, float(speed) if protocol == "in" else np.nan)
 
 
 def _peer(nperseg, classifier):

@@ -6,48 +6,45 @@ from typing import Any
 
 import pandas as pd
 
-from ..accuracy_tables import (
-    condition_accuracy,
-    confusion_table,
-    speed_accuracy,
-    speed_summary,
-)
+from ..accuracy_tables import confusion_table, speed_summary
 from ..plotting import SpeedAccuracyDisplay
 from .evaluation_cases import Case
 
-_PROTOCOLS = {
-    "in": "trained at one speed, tested at all others",
-    "out": "trained at all speeds but one, tested at that",
-}
-_MATRIX = "rows: true condition, columns: verdict, corner: accuracy in %"
 
-
-def rig_report(case: Case, verdicts: pd.DataFrame) -> tuple[str, dict[str, pd.DataFrame]]:
-    """Return the report of a rig, and its tables by the names of their files."""
-    conditions, by_name = case.rig.target_names, verdicts.groupby("diagnoser", sort=False)
-    pairs = {name: speed_accuracy(own) for name, own in by_name}
-    by_condition = {
-        key: condition_accuracy(own, conditions, ["test_rpm"])
-        for key, own in verdicts.groupby(["diagnoser", "train_rpm"], sort=False)
+def report(case: Case, verdicts: pd.DataFrame) -> tuple[str, dict[str, pd.DataFrame]]:
+    """Return the report of a case, and its tables by the names of their files."""
+    found, names = {}, verdicts["diagnoser"].unique()
+    units = {"windows": verdicts} | ({"recordings": _by_recording(verdicts)} if case.is_own else {})
+    for (protocol, title), (unit, frame) in product(case.protocols.items(), units.items()):
+        own = frame[frame["protocol"] == protocol]
+        hits = own.assign(hit=100.0 * (own["true"] == own["predicted"]))
+        index = ["diagnoser"] if case.is_own else ["diagnoser", "train_rpm"]
+        table = hits.pivot_table("hit", index, "test_rpm", sort=False).sort_index(axis=1)
+        if case.is_own:
+            table["mean"] = table.mean(axis=1)
+        found[f"{protocol}_{unit}"] = f"accuracy of {unit} in %, {title}", table
+    if not case.is_own:
+        ((_, pairs),) = found.values()
+        summary = pd.DataFrame({name: speed_summary(pairs.loc[name]) for name in names}).T
+        title = "mean accuracy in % by pair of speeds"
+        found["summary"] = title, summary.rename_axis("diagnoser")
+    chosen, speeds = confusion_verdicts(frame)
+    for name in names:
+        title = f"confusion matrix of {unit}, {name}, {speeds}; rows: true condition, "
+        title += "columns: verdict, corner: accuracy in %"
+        matrix = confusion_table(chosen[chosen["diagnoser"] == name], case.rig.target_names)
+        found[f"confusion_{'-'.join(name.lower().split())}"] = title, matrix
+    blocks = [_block(f"{case.title}: {title}", table) for title, table in found.values()]
+    return "\n".join([case.heading, "", *blocks]), {
+        name: table for name, (_, table) in found.items()
     }
-    tables = [pd.concat(by_condition, names=["diagnoser", "train_rpm"])]
-    tables.append(pd.concat(pairs, names=["diagnoser"]))
-    conditions_table, speeds_table = (each.rename(columns="{:g} rpm".format) for each in tables)
-    summary = pd.DataFrame({name: speed_summary(table) for name, table in pairs.items()}).T
-    axes = "rows: calibrated at, columns: tested at"
-    found = [
-        ("conditions", f"accuracy in % by condition; {axes}", conditions_table),
-        ("speeds", f"accuracy in %; {axes}", speeds_table),
-        ("summary", "mean accuracy in % by pair of speeds", summary.rename_axis("diagnoser")),
-    ]
-    for name, own in by_name:
-        chosen, speeds = confusion_verdicts(own)
-        file = f"confusion_{name.lower().replace(' ', '-')}"
-        title = f"confusion matrix, {name}, {speeds}; {_MATRIX}"
-        found.append((file, title, confusion_table(chosen, conditions)))
-    protocol = "Calibrated on first halves of recordings at one speed, tested on second halves.\n"
-    blocks = [_block(f"{case.title}: {title}", table) for _, title, table in found]
-    return "\n".join([case.heading, protocol, *blocks]), {file: table for file, _, table in found}
+
+
+def _by_recording(verdicts):
+    """Return the verdict of most windows of each recording."""
+    keys = ["protocol", "diagnoser", "split", "train_rpm", "test_rpm", "recording", "true"]
+    groups = verdicts.groupby(keys, sort=False, dropna=False)["predicted"]
+    return groups.agg(lambda each: each.mode().iloc[0]).reset_index()
 
 
 def confusion_verdicts(verdicts: pd.DataFrame) -> tuple[pd.DataFrame, str]:
@@ -59,50 +56,24 @@ def confusion_verdicts(verdicts: pd.DataFrame) -> tuple[pd.DataFrame, str]:
     chosen = other if len(other) else verdicts
     trained, tested = (sorted(chosen[f"{role}_rpm"].unique()) for role in ("train", "test"))
     if len(trained) > 1 and len(tested) > 1:
-        return chosen, "all pairs of different speeds"
+        return chosen, "all tests at other speeds"
     trained, tested = (", ".join(f"{rpm:g}" for rpm in speeds) for speeds in (trained, tested))
     return chosen, f"calibrated at {trained}, tested at {tested} rpm"
 
 
-def own_report(case: Case, verdicts: pd.DataFrame) -> tuple[str, dict[str, pd.DataFrame]]:
-    """Return the report of the recordings of a table, and no further tables."""
-    has_campaigns = "campaign" in case.rig.further
-    lines = [
-        f"{case.heading} Training and test differ in "
-        f"recording{' and campaign' if has_campaigns else ''}."
-    ]
-    if not has_campaigns:
-        lines.append(
-            "The table has no column campaign. If the test was measured without remounting after "
-            "the training, the accuracy may be too high."
-        )
-    # The verdict on a recording is that of most of its windows.
-    keys = ["protocol", "diagnoser", "left", "test_rpm", "recording", "true"]
-    most = verdicts.groupby(keys, sort=False)["predicted"].agg(lambda each: each.mode().iloc[0])
-    recordings = most.reset_index()
-    for protocol, (name, frame) in product(
-        verdicts["protocol"].unique(), {"windows": verdicts, "recordings": recordings}.items()
-    ):
-        own = frame[frame["protocol"] == protocol]
-        hits = own.assign(hit=100.0 * (own["true"] == own["predicted"]))
-        table = hits.pivot_table("hit", "diagnoser", "test_rpm").rename(columns="{:g} rpm".format)
-        title = f"\nAccuracy of {name} in %, {_PROTOCOLS[protocol]}, by speed of the test"
-        lines.append(_block(title, table.assign(mean=table.mean(axis=1))))
-    own = recordings[recordings["diagnoser"] == "make_diagnoser"]
-    title = f"\nConfusion matrix of recordings, make_diagnoser, all tests; {_MATRIX}"
-    return "\n".join([*lines, _block(title, confusion_table(own, case.rig.target_names))]), {}
-
-
 def _block(title, table):
-    shown = table.round(1).rename_axis(columns=None)
-    shown = shown.rename(index=lambda name: f"{name:g}" if isinstance(name, float) else name)
+    shown = table.round(1).rename(columns=_speed).rename_axis(columns=None).rename(index=_speed)
     return f"{title}\n{shown.to_string(float_format='{:g}'.format, na_rep='-')}\n"
 
 
+def _speed(name):
+    return f"{name:g} rpm" if isinstance(name, float) else name
+
+
 def save_figures(case: Case, verdicts: pd.DataFrame, folder: Path) -> None:
-    """Draw the accuracy across speeds and the confusion matrices of a rig, and save them."""
+    """Draw the accuracy across speeds and the confusion matrices of a case, and save them."""
     drawn = {
-        "speeds": _speed_figure(verdicts, case.title),
+        "speeds": _speed_figure(verdicts.dropna(subset="train_rpm"), case.title),
         "confusion": _confusion_figure(verdicts, case.rig.target_names, case.title),
     }
     for name, figure in drawn.items():
