@@ -2,7 +2,6 @@
 from ._version import __version__ as __version__
 from .bearings import BearingGeometry as BearingGeometry
 from .bearings import bearing_orders as bearing_orders
-from .channels import ChannelRows as ChannelRows
 from .comparison import SpectralDistance as SpectralDistance
 from .detection import FaultDetector as FaultDetector
 from .diagnosers import make_alpio as make_alpio

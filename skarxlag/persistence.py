@@ -54,7 +54,6 @@ TRUSTED_TYPES = {
         "skarxlag.identification.ARXLaguerre",
         "skarxlag.observers.PIObserver",
         "skarxlag.observers.ExtendedStatePIObserver",
-        "skarxlag.channels.ChannelRows",
         "skarxlag.comparison.SpectralDistance",
         "skarxlag.orders.OrderResidual",
         "skarxlag.stretches.StretchResidual",

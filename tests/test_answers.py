@@ -13,7 +13,6 @@ from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from skarxlag import (
-    ChannelRows,
     ConditionMonitor,
     OrderResidual,
     ThresholdLadder,
@@ -71,10 +70,6 @@ def searched(diagnoser):
         (make_pipeline(StandardScaler(), RidgeClassifier()), {"conditions": CONDITIONS} | ROWS),
         (LinearDiscriminantAnalysis(), FOREIGN | ROWS),
         (IsolationForest(random_state=0), {"alarm": True} | ROWS),
-        (
-            Pipeline([("rows", ChannelRows(n_channels=2)), *make_alpio(healthy="good").steps]),
-            LADDER | {"window_length": 150, "n_channels": 2},
-        ),
     ],
 )  # fmt: skip
 def test_models_are_described(model, expected, X):

@@ -21,7 +21,6 @@ from sklearn.utils.estimator_checks import (
 import skarxlag
 from skarxlag import (
     ARXLaguerre,
-    ChannelRows,
     DiagnosisPipeline,
     ExtendedStatePIObserver,
     ExtendedStatePIObserverBank,
@@ -71,7 +70,6 @@ ESTIMATORS = [
     FaultDetector(),
     FaultOrderClassifier(bearing="6205", sampling_rate=100.0, speed_range=(2000.0, 2600.0)),
     KnownConditions(),
-    ChannelRows(),
     SensorFusion(estimator=make_diagnoser()),
     SensorFusion(estimator=make_detector()),
 ]
@@ -93,12 +91,11 @@ def with_variants_marked(cases):
 
 
 TRANSFORMERS = [e for e in ESTIMATORS if hasattr(e, "transform")]
-THREE_AXES = (ARXLaguerre, ChannelRows, LogSpectra, ExtendedStatePIObserverBank)
+THREE_AXES = (ARXLaguerre, LogSpectra, ExtendedStatePIObserverBank)
 TABLES = [e for e in TRANSFORMERS if not isinstance(e, THREE_AXES)]
 #: Checks that scikit-learn 1.6.1 and 1.9 make of one estimator of each class, at least.
 LEAST = {
     "ARXLaguerre": 47,
-    "ChannelRows": 47,
     "ExtendedStatePIObserver": 47,
     "ExtendedStatePIObserverBank": 47,
     "FaultDetector": 46,
@@ -224,7 +221,7 @@ def test_tables(name, estimator):
 
 @pytest.mark.parametrize(
     "estimator",
-    [ARXLaguerre(), ThresholdLadder(), FaultDetector(), KnownConditions(), ChannelRows()],
+    [ARXLaguerre(), ThresholdLadder(), FaultDetector(), KnownConditions()],
     ids=name_of,
 )
 def test_column_names(estimator):
@@ -356,7 +353,7 @@ class TestEveryEstimator:
 # Logarithms have no unit: how a gain moves `SpectralDistance` is tested with the estimator.
 @pytest.mark.parametrize(
     "estimator",
-    [e for e in TRANSFORMERS if not isinstance(e, SpectralDistance | ChannelRows)],
+    [e for e in TRANSFORMERS if not isinstance(e, SpectralDistance)],
     ids=name_of,
 )
 def test_scale(estimator, factor):

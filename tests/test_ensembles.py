@@ -8,9 +8,10 @@ from sklearn.calibration import CalibratedClassifierCV
 from sklearn.compose import ColumnTransformer
 from sklearn.ensemble import BaggingClassifier, StackingClassifier
 from sklearn.model_selection import RandomizedSearchCV
+from sklearn.preprocessing import FunctionTransformer
 from sklearn.tree import DecisionTreeClassifier
 
-from skarxlag import ChannelRows, DiagnosisPipeline, make_alpio, make_diagnoser
+from skarxlag import DiagnosisPipeline, make_alpio, make_diagnoser
 
 Y = np.repeat(["good", "worn"], 30)
 
@@ -25,15 +26,19 @@ def two_channels():
     return np.stack([output, torque], axis=1)
 
 
-def on_rows(diagnoser, n_channels):
-    return DiagnosisPipeline([("channels", ChannelRows(n_channels=n_channels)), *diagnoser.steps])
+def as_windows(rows):
+    return np.reshape(rows, (len(rows), 2, -1))
+
+
+def on_rows(diagnoser):
+    return DiagnosisPipeline([("windows", FunctionTransformer(as_windows)), *diagnoser.steps])
 
 
 @pytest.fixture(params=[1, 2], ids=["one channel", "two channels"], scope="module")
 def rows(request):
     """Rows of a table, and a diagnoser for them."""
     if request.param == 2:
-        return two_channels().reshape(60, -1), on_rows(make_diagnoser(), 2)
+        return two_channels().reshape(60, -1), on_rows(make_diagnoser())
     noise = np.random.default_rng(0).normal(size=(60, 300))
     X = np.concatenate([lfilter([1], [1, -0.9], noise[:30]), lfilter([1], [1, 0.9], noise[30:])])
     return X, make_diagnoser()
@@ -69,7 +74,7 @@ def test_three_axes_are_what_ensembles_refuse():
 def test_diagnosers_of_rows_and_of_windows_agree_to_the_last_bit():
     X = two_channels()
     of_windows = make_diagnoser(healthy="good").fit(X, Y)
-    of_rows = on_rows(make_diagnoser(healthy="good"), 2).fit(X.reshape(60, -1), Y)
+    of_rows = on_rows(make_diagnoser(healthy="good")).fit(X.reshape(60, -1), Y)
     for method in ("predict", "predict_proba", "decision_function"):
         expected = getattr(of_windows, method)(X)
         np.testing.assert_array_equal(getattr(of_rows, method)(X.reshape(60, -1)), expected)
@@ -84,7 +89,7 @@ def test_search_over_columns_of_a_table():
     columns = [name for name in names if name != "operator"]
     pipeline = DiagnosisPipeline(
         [("columns", ColumnTransformer([("windows", "passthrough", columns)])),
-         *on_rows(make_alpio(), 2).steps]
+         *on_rows(make_alpio()).steps]
     )  # fmt: skip
     search = RandomizedSearchCV(
         pipeline,

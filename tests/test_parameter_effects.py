@@ -5,7 +5,6 @@ import pytest
 
 from skarxlag import (
     ARXLaguerre,
-    ChannelRows,
     ExtendedStatePIObserver,
     ExtendedStatePIObserverBank,
     FaultDetector,
@@ -97,7 +96,6 @@ EFFECTS = {
         "healthy": ({}, 1, thresholds),
         "confidence_scale": ({}, 3.0, confidences),
     },
-    ChannelRows: {"n_channels": ({}, 2, levels)},
     FaultDetector: {
         "false_alarm_rate": ({}, 0.5, log_p_values),
         "fixed_gain": ({}, True, log_p_values),

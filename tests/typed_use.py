@@ -8,7 +8,7 @@ A comment that ignores an error is an error itself where there is none.
 import numpy as np
 from sklearn.utils import Bunch
 
-from skarxlag import ChannelRows, SpeedSplit, make_diagnoser, make_windows, read_recording
+from skarxlag import ARXLaguerre, SpeedSplit, make_diagnoser, make_windows, read_recording
 from skarxlag.accuracy_tables import condition_accuracy
 from skarxlag.datasets import simulate_rig
 from skarxlag.plotting import IdentificationDisplay
@@ -20,7 +20,7 @@ def right() -> tuple[float, int]:
     windows = make_windows(signal, 1200, hop=600)
     diagnoser = make_diagnoser(healthy="Normal", verbose=True).fit(windows, sample_weight=[1.0])
     found: Bunch = diagnoser.diagnose(windows, rpm=500)
-    rows = ChannelRows(n_channels=2).fit(windows).inverse_transform(windows)
+    rows = ARXLaguerre(order=2).fit(windows).transform(windows)
     rig = simulate_rig(rpm=np.array([300.0, 500.0]), crack_mm=3)
     shown = IdentificationDisplay.from_estimator(diagnoser, windows[0], axes=np.array([None, None]))
     table = condition_accuracy(rig.verdicts, rig.target_names, ["diagnoser"])
@@ -31,7 +31,7 @@ def wrong() -> None:
     """What is wrong does not."""
     make_windows(np.zeros(9), "1200")  # type: ignore[arg-type] # pyright: ignore[reportArgumentType]
     SpeedSplit(train_rmp=500)  # type: ignore[call-arg] # pyright: ignore[reportCallIssue]
-    ChannelRows(2)  # type: ignore[call-arg] # pyright: ignore[reportCallIssue]
+    ARXLaguerre(2)  # type: ignore[call-arg] # pyright: ignore[reportCallIssue]
     SpeedSplit(train_rpm="500")  # type: ignore[arg-type] # pyright: ignore[reportArgumentType]
     windows = make_windows(np.zeros(9), 3)
     windows.lower()  # type: ignore[attr-defined] # pyright: ignore[reportAttributeAccessIssue]

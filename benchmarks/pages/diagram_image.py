@@ -7,26 +7,32 @@ Chrome.
 import argparse
 from pathlib import Path
 
+import numpy as np
 from sklearn.ensemble import StackingClassifier
 from sklearn.linear_model import LogisticRegression
 from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import StandardScaler
+from sklearn.preprocessing import FunctionTransformer, StandardScaler
 from sklearn.utils import estimator_html_repr
 
 from benchmarks.pages.browser import picture
-from skarxlag import ChannelRows, DiagnosisPipeline, make_alpio, make_diagnoser
+from skarxlag import DiagnosisPipeline, make_alpio, make_diagnoser
 
 #: Of the screen, in pixels.
 WIDTH = 560
 HEAD = '<!doctype html><meta charset="utf-8">'
 
 
+def as_windows(rows):
+    """Return windows of two channels, of which each row holds one after the other."""
+    return np.reshape(rows, (len(rows), 2, -1))
+
+
 def ensemble():
     """Return the ensemble of docs/scripts.md, not fitted."""
-    rows = ("channels", ChannelRows(n_channels=2))
+    windows = ("windows", FunctionTransformer(as_windows))
     members = {"diagnoser": make_diagnoser(), "alpio": make_alpio()}
     return StackingClassifier(
-        [(name, DiagnosisPipeline([rows, *each.steps])) for name, each in members.items()],
+        [(name, DiagnosisPipeline([windows, *each.steps])) for name, each in members.items()],
         make_pipeline(StandardScaler(), LogisticRegression()),
         passthrough=True,
     )

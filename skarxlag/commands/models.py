@@ -14,8 +14,6 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from .._answers import answers
-from .._state import estimators_within
-from ..channels import ChannelRows
 from ..diagnosers import (
     make_alpio,
     make_diagnoser,
@@ -66,13 +64,6 @@ class SavedModel:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         with as_command_error():
             self.diagnoser, facts = load_diagnoser(path)
-        for step in estimators_within(self.diagnoser):
-            # Windows of one channel are rows.
-            if isinstance(step, ChannelRows) and step.n_channels > 1:
-                raise CommandError(
-                    f"{path}: ChannelRows(n_channels={step.n_channels}) expects rows, but "
-                    "recordings are cut into windows; save the steps after it"
-                )
         self.path, self.can = path, answers(self.diagnoser)
         self.known = facts.pop("known_conditions", None)
         self.detector = facts.pop("detector", None)
