@@ -161,8 +161,11 @@ def stamp(output):
     state = recorded().get(output)
     if not (names and state):
         return ""
-    command = f"python -m benchmarks.pages {names[0]}"
-    return f"*Made by `{command}` with version {state['version']}, {state['date']} UTC.*"
+    maker = f"`python -m benchmarks.pages {names[0]}`"
+    if output.startswith("README.md"):
+        # Readers of the first page want no commands in captions.
+        maker = "[a benchmark](benchmarks/README.md)"
+    return f"*Made by {maker} with version {state['version']}, {state['date']} UTC.*"
 
 
 def publish(options, blocks):
