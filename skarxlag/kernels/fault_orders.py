@@ -314,36 +314,28 @@ def fault_comb(
         Scores and factors of ball, inner and outer race. The factor of the ball is that of the
         better comb of its spin.
     """
-    contrast = np.ascontiguousarray(contrast, dtype=np.float64)
     n_steps = int(tolerance / FACTOR_STEP + 1e-9)
-    found, factors = _combs(contrast, np.asarray(orders, dtype=np.float64), n_steps, slip)
-    cage, spin, twice, inner, outer = found
+    shifts = FACTOR_STEP * np.arange(-n_steps, n_steps + 1)
+    parts = [
+        (orders[0], CAGE_MULTIPLES),
+        (orders[1], SPIN_MULTIPLES),
+        (2 * orders[1], RACE_MULTIPLES),
+    ]
+    parts += [(order, RACE_MULTIPLES) for order in orders[2:]]
+    found = [_comb(contrast, *part, shifts, slip) for part in parts]
+    (cage, spin, twice, inner, outer), factors = zip(*found, strict=True)
     ball = (spin + twice) / 2 + cage_weight * cage
     of_ball = factors[1] if spin > twice else factors[2]
-    return Comb(np.array([ball, inner, outer]), np.array([of_ball, factors[3], factors[4]]))
+    return Comb(np.array([ball, inner, outer]), np.array([of_ball, *factors[3:]]))
 
 
-@compiled
-def _combs(contrast, orders, n_steps, slip):
-    """Score and factor of the combs of cage, spin, twice the spin, inner and outer race."""
-    wanted = np.array([orders[0], orders[1], 2 * orders[1], orders[2], orders[3]])
-    multiples = (CAGE_MULTIPLES, SPIN_MULTIPLES, RACE_MULTIPLES, RACE_MULTIPLES, RACE_MULTIPLES)
-    scores, factors = np.empty(5), np.ones(5)
-    for comb in range(5):
-        best, chosen = -np.inf, 0
-        for step in range(-n_steps, n_steps + 1):
-            logarithm = step * FACTOR_STEP
-            order = wanted[comb] * math.exp(logarithm) / ORDER_STEP
-            total = 0.0
-            for multiple in range(1, multiples[comb] + 1):
-                position = multiple * order
-                cell = int(position)
-                if cell < len(contrast) - 1:
-                    share = position - cell
-                    total += (1 - share) * contrast[cell] + share * contrast[cell + 1]
-            value = total / multiples[comb] - 0.15 * (logarithm / slip) ** 2
-            # Of equals the nominal speed.
-            if value > best or (value == best and abs(step) < abs(chosen)):
-                best, chosen = value, step
-        scores[comb], factors[comb] = best, math.exp(chosen * FACTOR_STEP)
-    return scores, factors
+def _comb(contrast, order, n_multiples, shifts, slip):
+    """Score of the comb of an order, and the factor that it belongs to."""
+    multiples = np.arange(1, n_multiples + 1) * order / ORDER_STEP
+    positions = np.multiply.outer(np.exp(shifts), multiples)
+    heights = np.interp(positions, np.arange(len(contrast)), contrast, right=0.0)
+    scores = heights.mean(axis=1) - 0.15 * (shifts / slip) ** 2
+    best = np.flatnonzero(scores == scores.max())
+    # Of equals the nominal speed.
+    chosen = best[np.abs(shifts[best]).argmin()]
+    return scores[chosen], np.exp(shifts[chosen])
