@@ -434,13 +434,16 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
     def _judge(self, found, spectra=None, n_rows=1):
         """Judge matched rows, with the log probabilities by spectra if conditions were learned."""
-        limits, margin = self._limits(found.rpm), least_margin(self.wrong_name_rate)
+        limits, is_far = self._limits(found.rpm), self._is_far(found.rpm)
+        margin = least_margin(self.wrong_name_rate)
         # Means scatter less about the reference, which is known at the speeds of healthy rows.
         gain = np.sqrt(effective_number(n_rows, COMB_CORRELATION))
-        certainty = np.where(self._is_far(found.rpm), 1.0, gain)
+        certainty = np.where(is_far, 1.0, gain)
         above = (found.scores - self.reference_) * certainty[:, np.newaxis]
         second, best = np.sort(above, axis=1)[:, -2:].T
-        judged = Bunch(alarm=best > limits, p_value=self._p_values(best, found.rpm))
+        p_value = p_values_of_healthy(best, self.healthy_scores_, self.tail_scale_)
+        elsewhere = np.where(is_far, gumbel_p_value(best, OTHER_SPEED_LOCATION), 0.0)
+        judged = Bunch(alarm=best > limits, p_value=np.maximum(p_value, elsewhere))
         is_close = judged.alarm & (best - second < margin)
         scores = CONFIDENCE * np.column_stack([above, limits])[:, self.class_places_]
         if spectra is not None:
@@ -460,11 +463,6 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         known = listed(self.bearing), self.orders_, margin
         judged.evidence = np.array([evidence_sentence(*row, *known) for row in rows], dtype=object)
         return judged
-
-    def _p_values(self, best, rpm):
-        p_values = p_values_of_healthy(best, self.healthy_scores_, self.tail_scale_)
-        elsewhere = gumbel_p_value(best, OTHER_SPEED_LOCATION)
-        return np.where(self._is_far(rpm), np.maximum(p_values, elsewhere), p_values)
 
     def predict(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Return the class of each row.

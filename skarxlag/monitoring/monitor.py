@@ -239,7 +239,8 @@ class ConditionMonitor:
         self._stream = WindowStream(**self._windowing)
         self._evidence = FadingEvidence(len(self.conditions), self._half_life)
         # The speed of the windows is one more value.
-        self._contrasts = FadingEvidence(N_ORDERS + 1, self._half_life)
+        n_values = 0 if self._combs is None else N_ORDERS + 1
+        self._contrasts = FadingEvidence(n_values, self._half_life)
         self._p_values = FadingEvidence(1, self._half_life)
         self._alarm = self._new_alarm(self._seen) if self._judge.detects else None
         self._qualities, self._rpm, self._varies = Counter(), None, False
@@ -451,8 +452,8 @@ class ConditionMonitor:
         } | {name: part.state() for name, part in self._parts().items()}
 
     def _parts(self):
-        parts = {"stream": self._stream, "evidence": self._evidence, "p_values": self._p_values}
-        parts |= {} if self._combs is None else {"contrasts": self._contrasts}
+        parts = {"stream": self._stream, "evidence": self._evidence, "contrasts": self._contrasts}
+        parts["p_values"] = self._p_values
         return parts if self._alarm is None else parts | {"alarm": self._alarm}
 
     def _settings(self):
