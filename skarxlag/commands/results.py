@@ -90,13 +90,12 @@ def recording_rows(
 
 def window_rows(recordings: list[ListedRecording], diagnoses: list[Diagnosis]) -> pd.DataFrame:
     """Return a row for each window; the index is the position of its recording."""
-    frames = [pd.DataFrame(columns=_FIRST_OF_WINDOWS)]
-    for place, (recording, diagnosis) in enumerate(zip(recordings, diagnoses, strict=True)):
-        if diagnosis.windows is not None:
-            windows = diagnosis.windows.set_axis([place] * len(diagnosis.windows))
-            windows.insert(0, "recording", printable(recording.name))
-            frames.append(windows)
-    return machine_names(pd.concat(frames[1:] or frames))
+    frames = {n: each.windows for n, each in enumerate(diagnoses) if each.windows is not None}
+    if not frames:
+        return machine_names(pd.DataFrame(columns=_FIRST_OF_WINDOWS))
+    windows, names = pd.concat(frames).droplevel(1), [printable(each.name) for each in recordings]
+    windows.insert(0, "recording", [names[place] for place in windows.index])
+    return machine_names(windows)
 
 
 def machine_names(table: pd.DataFrame) -> pd.DataFrame:
@@ -136,10 +135,10 @@ def _inert(value):
 
 
 def _json(recordings, windows, summary):
-    by_place = dict(iter(windows.drop(columns="recording").groupby(level=0)))
-    rows = _records(recordings)
-    for place, row in enumerate(rows):
-        row["window_rows"] = _records(by_place[place]) if place in by_place else []
+    rows = [row | {"window_rows": []} for row in _records(recordings)]
+    of_windows = _records(windows.drop(columns="recording"))
+    for place, row in zip(windows.index, of_windows, strict=True):
+        rows[place]["window_rows"].append(row)
     return (json.dumps({"format": MARK, "model": summary, "recordings": rows}) + "\n").encode()
 
 

@@ -297,9 +297,9 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
     table = _read_table(path)
     repeated = table["path"].duplicated(keep=False)
     listed = []
-    for line, row in table.iterrows():
+    for line, row in zip(table.index, table.to_dict("records"), strict=True):
         where = f"{path}, line {line}"
-        facts = _parsed(where, row.to_dict())
+        facts = _parsed(where, row)
         source = facts.get("speed_source", TACHO)
         if not source.startswith(TACHO):
             facts["speed_source"] = str(path.parent / source)
