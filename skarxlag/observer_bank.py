@@ -142,7 +142,8 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         X, _ = validate_innovations(self, X, reset=False)
 
         def of_batch(batch):
-            signals = X[batch].reshape(-1, X.shape[-1])
+            # Rows in Fortran's order would have the loop compiled once more.
+            signals = np.ascontiguousarray(X[batch].reshape(-1, X.shape[-1]))
             power, gain = bank_levels(
                 signals, self.pole, self.kp_, self.ki_, self.bounds_, _ADAPTATION_STEP
             )
