@@ -22,7 +22,7 @@ from .arguments import (
     window_length,
 )
 from .evaluation_cases import N_SAMPLES, TITLES, own_case, rig_cases
-from .evaluation_reports import report, save_figures
+from .evaluation_reports import report, save_figure
 from .messages import Progress, UsageError, add_progress_arguments, as_command_error
 from .report import why_no_figures
 
@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
             text, tables = report(case, verdicts)
             texts.append(text)
             if why_no_figures() is None:
-                save_figures(case, verdicts, args.output)
+                save_figure(case, verdicts, args.output)
             for name, table in (tables | {"verdicts": verdicts}).items():
                 content = table.to_csv(float_format="%.6g").encode()
                 write_atomically(args.output / f"{case.stem}_{name}.csv", content)

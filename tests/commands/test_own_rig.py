@@ -75,7 +75,7 @@ def test_own_recordings_are_evaluated_across_speeds(run, workshop, name):
     assert (inside["train_rpm"] != inside["test_rpm"]).all()
     outside = verdicts[verdicts["protocol"] == "out"]
     assert outside["train_rpm"].isna().all()
-    assert (output / f"{name}_confusion.png").stat().st_size > 10_000
+    assert (output / f"{name}.png").stat().st_size > 10_000
     # 12 recordings of 5 windows; one speed in tests each of them twice, one speed out once.
     assert len(outside) == 3 * 60 and len(inside) == 3 * 120
     accuracy = (verdicts["true"] == verdicts["predicted"]).groupby(verdicts["diagnoser"]).mean()
@@ -106,4 +106,4 @@ def test_a_rig_of_one_channel_is_evaluated_with_figures(run, tmp_path, monkeypat
     arguments = ("evaluate", "--rig", "uestc", "--window-length", 400, "--train-rpm", 500, "-q")
     code, out, err = run(*arguments, "--output", tmp_path)
     assert (code, err) == (0, "") and "Drawn as PNG" in out
-    assert (tmp_path / "uestc_confusion.png").stat().st_size > 10_000
+    assert (tmp_path / "uestc.png").stat().st_size > 10_000
