@@ -77,7 +77,7 @@ def identification_figure(diagnoser, rig, condition, window, title):
         sampling_rate=rig.sampling_rate,
         axes=figure.subplots(2, sharex=True),
     )
-    display.axes_[0].set_xlim(0, _SHOWN_SAMPLES / rig.sampling_rate)
+    display.axes_[0].set_xlim(0, 1e3 * _SHOWN_SAMPLES / rig.sampling_rate)
     return figure
 
 
