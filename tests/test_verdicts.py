@@ -360,6 +360,15 @@ def test_limits_without_speeds_hold_near_the_stated_training_speeds(
     assert judge.opinions(X, rpm).limits.tolist() == [limits]
 
 
+def test_limits_that_widen_hold_at_any_plausible_speed(detector, windows):
+    X = windows[0][:20]
+    assert Judge(detector).opinions(X[:1], 3000.0).limits.tolist() == ["hold"]
+    # Those of a detector without speeds are for a speed that differs.
+    unknown = make_detector().fit(X)
+    for rpm in (None, 3000.0):
+        assert Judge(unknown).opinions(X[:1], rpm).limits.tolist() == ["hold"]
+
+
 def test_known_conditions_are_not_asked_about_a_dead_sensor(diagnoser, windows):
     known = make_known_conditions().fit(*windows)
     row = recording_verdicts(diagnoser, np.zeros((2, 400)), [0, 0], known=known).iloc[0]
