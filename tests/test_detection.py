@@ -339,22 +339,31 @@ def test_left_out_speeds_that_hold_the_rate_are_not_warned_of(fitted):
     assert not any("No drift scale" in sentence for sentence in held._weak_points())
 
 
+ASKED = {"alarm": True, "healthy_p_value": True, "stated_rate": RATE, "window_length": LENGTH}
+
+
 def test_what_it_can_answer(fitted):
-    asked = {"alarm": True, "healthy_p_value": True, "stated_rate": RATE, "window_length": LENGTH}
-    two = Answers(takes_rpm=True, needs_rpm=True, speeds=(800.0, 1200.0), **asked)
+    two = Answers(takes_rpm=True, needs_rpm=True, speeds=(800.0, 1200.0), **ASKED)
     assert answers(fitted) == two
+
+
+def test_one_speed_is_needed_too():
     X = healthy(4, 1000, 0)
     with warnings.catch_warnings(action="ignore"):
         one = FaultDetector(false_alarm_rate=RATE, window_length=LENGTH // 2).fit(X, rpm=1000)
-        none = FaultDetector(false_alarm_rate=RATE).fit(X)
     of_one_speed = Answers(
-        takes_rpm=True, needs_rpm=True, speeds=(1000.0,), is_stretch=True, **asked
+        takes_rpm=True, needs_rpm=True, speeds=(1000.0,), is_stretch=True, **ASKED
     )
     assert answers(one) == of_one_speed
-    assert answers(none) == Answers(**asked)
     with pytest.raises(ValueError, match="rpm is None, expected the speed of each row"):
         one.predict(X)
-    # Without speeds in `fit`, none is looked at.
+
+
+def test_a_speed_that_fit_did_not_know_is_not_looked_at():
+    X = healthy(4, 1000, 0)
+    with warnings.catch_warnings(action="ignore"):
+        none = FaultDetector(false_alarm_rate=RATE).fit(X)
+    assert answers(none) == Answers(**ASKED)
     with warnings.catch_warnings(action="error"):
         np.testing.assert_array_equal(none.score_samples(X, rpm=0), none.score_samples(X))
 
