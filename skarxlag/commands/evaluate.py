@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     except OSError as error:
         raise UsageError(f"argument --output: {error}") from error
     cases = rig_cases(args) if is_rig else [own_case(args)]
-    texts, n_fits = [], sum(len(case.makers) for case in cases)
+    texts, n_fits = [], sum(len(case.methods) for case in cases)
     with as_command_error(), Progress(n_fits, "diagnosers", args) as progress:
         for case in cases:
             verdicts = _verdicts(case, args.n_jobs, progress)
@@ -97,8 +97,7 @@ def _verdicts(case, n_jobs, progress):
     rig, frames = case.rig, {}
     speeds = rig.get("speeds", rig.rpm)
     splits = [(split.train, split.test) for split in case.splits]
-    for name, make in case.makers.items():
-        diagnoser = make()
+    for name, diagnoser in case.methods.items():
         params = {"rpm": speeds} if requests(diagnoser, "predict", "rpm") else {}
         with parallel_config("threading", n_jobs=n_jobs):
             frames[name] = cross_speed_predict(

@@ -1,9 +1,8 @@
 """Rigs that ``skarxlag evaluate`` takes, with their splits and the diagnosers to compare."""
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -48,6 +47,12 @@ _SPEEDS = {
     "out": "trained at all speeds but one, tested at that (columns)",
 }
 
+_CAMPAIGNS = " Training and test differ in recording and campaign."
+_NO_CAMPAIGNS = (
+    " Training and test differ in recording. The table has no column campaign. If the test was "
+    "measured without remounting after the training, the accuracy may be too high."
+)
+
 
 class Split(NamedTuple):
     """Rows of a training and of its test; protocol and, if there is one, speed of the training."""
@@ -60,13 +65,13 @@ class Split(NamedTuple):
 
 @dataclass(frozen=True)
 class Case:
-    """A rig, its splits, and the makers of the diagnosers that are compared on it."""
+    """A rig, its splits, and the diagnosers that are compared on it."""
 
     title: str
     stem: str
     rig: Bunch
     splits: list[Split]
-    makers: dict[str, Callable[[], Any]]
+    methods: dict[str, Any]
     protocols: dict[str, str]
     note: str = ""
 
@@ -125,8 +130,8 @@ def _rig_case(args, title, stem, rig, train_rpm):
         for rpm in (speeds if wanted == "all" else [wanted])
     ]
     healthy = rig.target_names[0]
-    makers = {name: partial(make, healthy=healthy) for name, make in DIAGNOSERS.values()}
-    return Case(title, stem, rig, splits, makers, _HALVES)
+    methods = {name: make(healthy=healthy) for name, make in DIAGNOSERS.values()}
+    return Case(title, stem, rig, splits, methods, _HALVES)
 
 
 def own_case(args: argparse.Namespace) -> Case:
@@ -160,21 +165,14 @@ def own_case(args: argparse.Namespace) -> Case:
     splits = list(_own_splits(rig, errors == ""))
     if not splits:
         raise UsageError(f"{args.table}: no speed or campaign can be left out")
-    diagnoser = of_outputs(args, make_diagnoser(sampling_rate=float(rig.sampling_rate)))
-    makers = {
-        "make_diagnoser": lambda: diagnoser,
-        "log spectrum + LDA": lambda: _peer(256, LinearDiscriminantAnalysis()),
-        "band energies + forest": lambda: _peer(64, RandomForestClassifier(random_state=0)),
+    diagnoser = make_diagnoser(sampling_rate=float(rig.sampling_rate))
+    methods = {
+        "make_diagnoser": of_outputs(args, diagnoser),
+        "log spectrum + LDA": _peer(256, LinearDiscriminantAnalysis()),
+        "band energies + forest": _peer(64, RandomForestClassifier(random_state=0)),
     }
-    note = " Training and test differ in recording"
-    if "campaign" in rig.further:
-        note += " and campaign."
-    else:
-        note += (
-            ". The table has no column campaign. If the test was measured without remounting after "
-            "the training, the accuracy may be too high."
-        )
-    return Case(str(args.table), args.table.resolve().stem, rig, splits, makers, _SPEEDS, note)
+    note = _CAMPAIGNS if "campaign" in rig.further else _NO_CAMPAIGNS
+    return Case(str(args.table), args.table.resolve().stem, rig, splits, methods, _SPEEDS, note)
 
 
 def _own_splits(rig, usable) -> Iterator[Split]:
