@@ -115,6 +115,10 @@ PARTS = {
         "-m benchmarks.monitoring.soak --write docs/monitoring.md",
         {"docs/monitoring.md": ("soak",)},
     ),
+    "sensors": Part(
+        "-m benchmarks.monitoring.sensors --write docs/plant.md",
+        {"docs/plant.md": ("sensors in one process",)},
+    ),
     "formats": Part(
         "-m benchmarks.pages.formats --write docs/recordings.md",
         {"docs/recordings.md": ("file formats",)},
