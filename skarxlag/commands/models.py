@@ -26,6 +26,7 @@ from ..persistence import load_diagnoser
 from ..recordings.listing import ListedRecording
 from ..recordings.rates import rates_agree, resampled_blocks
 from ..recordings.windows import block_length, cut_blocks
+from ..speeds import SPEED_FACTOR
 from ..verdicts import CHANGED, HOLD, NO_SIGNAL, NONE_OF_THESE, Judge
 from .diagnosis import Diagnosis
 from .messages import CommandError, as_command_error, printable
@@ -250,11 +251,17 @@ class BearingModel:
                 "rpm, or a speed in the file."
             )
         ((X, sampling_rate),) = self.windows(recording)
+        rpm, start = np.atleast_2d(recording.speeds([0], X.shape[-1], sampling_rate)), 0
+        if recording.profile is not None:
+            # A run-up may begin at rest, and a run-down end there.
+            fast = np.flatnonzero(SPEED_FACTOR * rpm[0] >= rpm.max())
+            start, end = fast[0], fast[-1] + 1
+            X, rpm = X[..., start:end], rpm[:, start:end]
         # The row itself is all that the classifier is fitted on, so its limits hold at this speed.
-        facts = {"conditions": self.conditions, "train_rpm": [recording.rpm]}
+        facts = {"conditions": self.conditions, "train_rpm": [rpm.mean()]}
         judge = Judge(self.fitted(X[0], sampling_rate), **facts)
-        windows = judge.windows(X, recording.speeds([0], X.shape[-1], sampling_rate))
-        windows.insert(0, "start", 0)
+        windows = judge.windows(X, rpm if recording.profile is not None else recording.rpm)
+        windows.insert(0, "start", start)
         verdict = judge.recording(windows)
         said = [f"{text[0].upper()}{text[1:]}." for text in windows.get("evidence", ())]
         return Diagnosis(verdict, windows, sampling_rate, (*said, *_remarks(windows, verdict)))

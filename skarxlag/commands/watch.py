@@ -83,6 +83,8 @@ def run(args: argparse.Namespace) -> int:
     if args.source is None and is_model_file(args.model):
         args.source = "-"
     sensors = [args] if args.source is not None else _listed_sensors(args)
+    if not any(isinstance(each.rpm, str) for each in sensors):
+        refuse(args, ["pulses_per_turn"], f"belongs to --rpm {TACHO}CHANNEL")
     models = {path: SavedModel(path) for path in dict.fromkeys(each.model for each in sensors)}
     streams = [SensorStream(each, models[each.model]) for each in sensors]
     for model in models.values():

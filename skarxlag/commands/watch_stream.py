@@ -71,8 +71,6 @@ class SensorStream:
         if isinstance(args.rpm, str):
             self._tacho = TachoStream(self._rate, args.pulses_per_turn or 1)
             self._speed_column = args.rpm.removeprefix(TACHO)
-        else:
-            refuse(args, ["pulses_per_turn"], f"belongs to --rpm {TACHO}CHANNEL")
         self._facts = {name: vars(args)[name] for name in _READING} | {
             "source": args.source if args.source == "-" else str(path.resolve()),
             "model": model.identity,

@@ -59,6 +59,21 @@ def test_the_place_of_a_fault_is_found_where_the_mean_speed_fails(run, folder, n
         assert [row["verdict"] for row in found] == [expected], speed
 
 
+def test_a_run_up_from_rest_is_used_from_a_fifth_of_its_speed_on(run, tmp_path):
+    acc, _ = run_up(bearing_orders("6205")["inner"], 1)
+    rest = np.concatenate([np.zeros(RATE), np.linspace(0, LOWEST, RATE // 2)])
+    noise = np.random.default_rng(0).normal(size=len(rest))
+    rpm = np.concatenate([rest, np.geomspace(LOWEST, HIGHEST, len(acc))])
+    np.savez(tmp_path / "run.npz", acc=np.concatenate([noise, acc]), rpm=rpm, fs=RATE)
+    output = tmp_path / "results.json"
+    diagnose = ("diagnose", tmp_path / "run.npz", "--bearing", "6205", "--channel", "acc")
+    code, _, err = run(*diagnose, "-o", output)
+    (row,) = json.loads(output.read_text())["recordings"]
+    assert code == 0 and row["verdict"] == "inner", err
+    # A fifth of 1500 rpm is reached after a second, and a third of the half second to 900 rpm.
+    assert row["window_rows"][0]["start"] == pytest.approx(RATE * (1 + 0.5 / 3), abs=60)
+
+
 def test_fit_and_diagnose_with_speeds_over_time(run, model, folder):
     facts = json.loads(run("info", model, "--json")[1])
     assert facts["rows"] == "stretches" and len(facts["train_rpm"]) == 5

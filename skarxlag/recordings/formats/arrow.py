@@ -51,9 +51,10 @@ def _columns(schema):
 
     index, columns = (schema.pandas_metadata or {}).get("index_columns", []), {}
     for field in schema:
-        is_unnamed = is_timestamp(field.type) and field.name.startswith("__index_level_")
-        name = "time" if is_unnamed else field.name
-        if field.name not in index or names_times(name):
+        is_index, name = field.name in index, field.name
+        if is_index and is_timestamp(field.type) and not names_times(name):
+            name = "time"
+        if not is_index or names_times(name):
             columns[name] = field.name
     return columns
 

@@ -27,7 +27,7 @@ def test_feather(tmp_path, suffix, compression):
         read_recording(path, channel="note")
 
 
-@pytest.mark.parametrize("name", [None, "time", "Timestamp"])
+@pytest.mark.parametrize("name", [None, "Timestamp", "recorded"])
 @pytest.mark.parametrize("zone", [None, "UTC", "Europe/Berlin"])
 def test_an_index_of_dates(tmp_path, name, zone):
     index = pd.date_range("2026-11-22", periods=len(Y), freq="40us", tz=zone, name=name)
