@@ -364,8 +364,14 @@ def test_a_speed_that_fit_did_not_know_is_not_looked_at():
     with warnings.catch_warnings(action="ignore"):
         none = FaultDetector(false_alarm_rate=RATE).fit(X)
     assert answers(none) == Answers(**ASKED)
+    expected = none.score_samples(X)
     with warnings.catch_warnings(action="error"):
-        np.testing.assert_array_equal(none.score_samples(X, rpm=0), none.score_samples(X))
+        np.testing.assert_array_equal(none.score_samples(X, rpm=123), expected)
+    # A speed that no shaft has gives no verdict all the same.
+    with pytest.warns(UserWarning, match="1 of 4 rows are treated as rows without a signal"):
+        found = none.score_samples(X, rpm=[123, 0, 123, 123])
+    np.testing.assert_array_equal(found[[0, 2, 3]], expected[[0, 2, 3]])
+    assert found[1] < -50
 
 
 def test_drift_that_no_scale_covers_is_said():
