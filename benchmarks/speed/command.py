@@ -27,6 +27,7 @@ from benchmarks.speed import (
     peers,
     processes,
     rows,
+    scale,
     stretches,
 )
 from benchmarks.speed.timing import matrix_product, ratio, take_turns
@@ -46,6 +47,7 @@ ROWS = {
     "start-up": processes.start_up,
     "memory": processes.memory,
     "fleet": fleet.fleet,
+    "scale": scale.scale,
 }
 
 

@@ -14,6 +14,7 @@ from benchmarks.speed import (
     peers,
     processes,
     rows,
+    scale,
     stretches,
 )
 from benchmarks.speed import command as speed
@@ -222,6 +223,12 @@ def test_rows_of_stretches():
     assert all(0 < line["reached"] < 1000 and line["spread"] >= 0 for line in lines)
     assert [line["target"] for line in lines] == [8.0, None, None, None, None]
     assert "3 stretches of 0.273438 s at 51.2 kHz" in lines[0]["what"]
+
+
+def test_rows_on_the_number_of_recordings():
+    lines = scale.scale(counts=(2, 4))
+    assert len(lines) == len(speed.table(lines)) == 6
+    assert all(line["reached"] >= 0 and line["peer"] == "2, 4 recordings" for line in lines)
 
 
 def test_rows_on_processes(monkeypatch):

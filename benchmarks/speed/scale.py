@@ -1,0 +1,70 @@
+"""Rows of the speed benchmark on the number of recordings: lists, journal, results and report."""
+
+import tempfile
+from pathlib import Path
+
+from benchmarks.speed.children import write_model
+from benchmarks.speed.timing import take_turns
+from skarxlag.commands.diagnosis import Task
+from skarxlag.commands.journal import Journal
+from skarxlag.commands.models import SavedModel
+from skarxlag.commands.report import html_report
+from skarxlag.commands.results import recording_rows, window_rows, write_tables
+from skarxlag.recordings.listing import list_files, list_recordings
+
+_COUNTS = (100, 1_000, 10_000, 100_000)
+
+
+def scale(counts=_COUNTS):
+    """Measure microseconds a recording, of most recordings over a tenth of them."""
+    with tempfile.TemporaryDirectory() as folder:
+        model, recording = write_model(Path(folder), 1200, n_windows=4)
+        seconds = [_steps(SavedModel(model), recording, n) for n in counts]
+    lines = []
+    for what in seconds[0]:
+        each = [found[what] / n * 1e6 for found, n in zip(seconds, counts, strict=True)]
+        lines.append(
+            {
+                "what": f"{what}: processor time for {counts[-1]} recordings over that for "
+                f"{counts[-2]}, each divided by the number",
+                "ours": ", ".join(f"{value:.3g}" for value in each) + " us a recording",
+                "peer": f"{', '.join(map(str, counts))} recordings",
+                "reached": each[-1] / each[-2],
+                "target": 1.5,
+                "at_most": True,
+            }
+        )
+    return lines
+
+
+def _steps(model, recording, n):
+    """Return the seconds of each step with n recordings, all of which have one diagnosis."""
+    folder = recording.parent / str(n)
+    folder.mkdir()
+    for number in range(n):
+        (folder / f"{number}.npy").touch()
+    table = folder / "table.csv"
+    lines = [f"{recording},{number % 4},900,20000,{number}" for number in range(n)]
+    table.write_text("\n".join(["path,condition,rpm,sampling_rate,channel", *lines, ""]))
+    listed = list_recordings(table)
+    [known] = list_files(recording, sampling_rate=20e3)
+    found = [Task(known, model.loader())()] * n
+    rows, windows = recording_rows(listed, found, model.healthy), window_rows(listed, found)
+
+    def with_journal():
+        with Journal(folder / "results", []) as journal:
+            for each, diagnosis in zip(listed, found, strict=True):
+                journal.add(each, diagnosis)
+                journal.result(each)
+
+    steps = {
+        "files of a folder": lambda: list_files(folder),
+        "recordings of a table": lambda: list_recordings(table),
+        "journal": with_journal,
+        "rows of results": lambda: window_rows(listed, found),
+        "results as json": lambda: write_tables(
+            folder / "results.json", rows, windows, model.summary
+        ),
+        "report": lambda: html_report(model, listed, found, rows),
+    }
+    return {what: float(each[0]) for what, each in take_turns(steps, 1).items()}
