@@ -5,59 +5,11 @@ The predictions are a DataFrame with one row for each test window and the column
 adds ``crack_mm``.
 """
 
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from sklearn.metrics import confusion_matrix
-
-AVERAGE = "Average"
-
-
-def condition_accuracy(
-    verdicts: pd.DataFrame, conditions: Iterable[str], columns: list[str]
-) -> pd.DataFrame:
-    """Compute the accuracy for each condition, as Tables 2-5, 8 and 9 of Piltan and Kim (2019).
-
-    Parameters
-    ----------
-    verdicts : DataFrame
-        See above.
-    conditions : iterable of str
-        Rows, in this order.
-    columns : list of str
-        Columns of `verdicts` whose values are the columns of the table, outermost first; the values
-        are in order of appearance.
-
-    Returns
-    -------
-    DataFrame
-        Recall of each condition in percent; the last row, "Average", is the mean of the rows above.
-
-    Examples
-    --------
-    >>> verdicts = pd.DataFrame({
-    ...     "diagnoser": ["A"] * 4,
-    ...     "true": ["ball", "ball", "good", "good"],
-    ...     "predicted": ["ball", "good", "good", "good"],
-    ... })
-    >>> condition_accuracy(verdicts, ["good", "ball"], ["diagnoser"])
-    diagnoser      A
-    condition
-    good       100.0
-    ball        50.0
-    Average     75.0
-    """
-    right = 100.0 * (verdicts["true"] == verdicts["predicted"])
-    table = right.groupby([verdicts[name] for name in ["true", *columns]]).mean().unstack(columns)
-    # In order of appearance; pandas 2.2 mislabels columns if unstack is told not to sort.
-    appearance = {
-        name: rank for column in columns for rank, name in enumerate(verdicts[column].unique())
-    }
-    table = table.reindex(conditions).sort_index(axis=1, key=lambda names: names.map(appearance))
-    table.loc[AVERAGE] = table.mean()
-    return table.rename_axis(index="condition")
 
 
 def speed_accuracy(verdicts: pd.DataFrame) -> pd.DataFrame:

@@ -4,7 +4,6 @@ import pytest
 from sklearn.metrics import accuracy_score, confusion_matrix, precision_score, recall_score
 
 from skarxlag.accuracy_tables import (
-    condition_accuracy,
     confusion_table,
     speed_accuracy,
     speed_summary,
@@ -28,27 +27,6 @@ def verdicts():
             "predicted": rng.choice(CONDITIONS, n),
         }
     )
-
-
-@pytest.mark.parametrize("columns", [["diagnoser"], ["diagnoser", "crack_mm"]])
-def test_condition_accuracy_is_recall(verdicts, columns):
-    table = condition_accuracy(verdicts, CONDITIONS, columns)
-    assert table.index.tolist() == [*CONDITIONS, "Average"]
-    heads = [key if isinstance(key, tuple) else (key,) for key in table.columns]
-    assert list(dict.fromkeys(head[0] for head in heads)) == ["zeta", "alpha", "mu"]
-    assert len(heads) == len(set(heads)) == 3 * len(columns)
-    for head, column in zip(heads, table.to_numpy().T, strict=True):
-        own = verdicts
-        for name, value in zip(columns, head, strict=True):
-            own = own[own[name] == value]
-        recall = 100 * recall_score(own["true"], own["predicted"], labels=CONDITIONS, average=None)
-        np.testing.assert_allclose(column, [*recall, recall.mean()])
-
-
-def test_condition_without_windows_has_no_accuracy(verdicts):
-    table = condition_accuracy(verdicts, [*CONDITIONS, "outer"], ["diagnoser"])
-    assert table.loc["outer"].isna().all()
-    np.testing.assert_allclose(table.loc["Average"], table.loc[CONDITIONS].mean())
 
 
 def test_speed_accuracy_and_summary(verdicts):

@@ -9,7 +9,7 @@ import numpy as np
 from sklearn.utils import Bunch
 
 from skarxlag import ARXLaguerre, SpeedSplit, make_diagnoser, make_windows, read_recording
-from skarxlag.accuracy_tables import condition_accuracy
+from skarxlag.accuracy_tables import confusion_table
 from skarxlag.datasets import simulate_rig
 from skarxlag.plotting import IdentificationDisplay
 
@@ -23,7 +23,7 @@ def right() -> tuple[float, int]:
     rows = ARXLaguerre(order=2).fit(windows).transform(windows)
     rig = simulate_rig(rpm=np.array([300.0, 500.0]), crack_mm=3)
     shown = IdentificationDisplay.from_estimator(diagnoser, windows[0], axes=np.array([None, None]))
-    table = condition_accuracy(rig.verdicts, rig.target_names, ["diagnoser"])
+    table = confusion_table(rig.verdicts, rig.target_names)
     return diagnoser.score(windows, found.verdict) + shown.fit_percentage, rows.ndim + len(table)
 
 

@@ -7,19 +7,54 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.paper.printed_tables import load_tables
-from skarxlag.accuracy_tables import (
-    AVERAGE,
-    condition_accuracy,
-    confusion_margins,
-    confusion_table,
-)
+from skarxlag.accuracy_tables import confusion_margins, confusion_table
 
 #: Methods in the order of the paper's columns; the last is not in the paper.
 METHODS = ("proposed", "ALPIO", "Diagnoser")
+AVERAGE = "Average"
 #: Heads of columns from verdicts and of printed columns.
 OWN, PAPER = "simulated rig", "paper"
 PRINTED_AVERAGE = "Average, as printed"
 _BY_SPEED, _BY_CRACK = (2, 3, 4, 5), (8, 9)
+
+
+def condition_accuracy(verdicts, conditions, columns):
+    """Compute the accuracy for each condition, as Tables 2-5, 8 and 9 of Piltan and Kim (2019).
+
+    Parameters
+    ----------
+    verdicts : DataFrame
+        Verdicts of the protocol.
+    conditions : iterable of str
+        Rows, in this order.
+    columns : list of str
+        Columns of `verdicts` whose values are the columns of the table, outermost first; the values
+        are in order of appearance.
+
+    Returns
+    -------
+    DataFrame
+        Recall of each condition in percent; the last row, "Average", is the mean of the rows above.
+
+    Examples
+    --------
+    >>> verdicts = pd.DataFrame({
+    ...     "diagnoser": ["A"] * 4,
+    ...     "true": ["ball", "ball", "good", "good"],
+    ...     "predicted": ["ball", "good", "good", "good"],
+    ... })
+    >>> condition_accuracy(verdicts, ["good", "ball"], ["diagnoser"])["A"].to_dict()
+    {'good': 100.0, 'ball': 50.0, 'Average': 75.0}
+    """
+    right = 100.0 * (verdicts["true"] == verdicts["predicted"])
+    table = right.groupby([verdicts[name] for name in ["true", *columns]]).mean().unstack(columns)
+    # In order of appearance; pandas 2.2 mislabels columns if unstack is told not to sort.
+    appearance = {
+        name: rank for column in columns for rank, name in enumerate(verdicts[column].unique())
+    }
+    table = table.reindex(conditions).sort_index(axis=1, key=lambda names: names.map(appearance))
+    table.loc[AVERAGE] = table.mean()
+    return table.rename_axis(index="condition")
 
 
 def accuracy_with_paper(verdicts: pd.DataFrame, number: int) -> pd.DataFrame:
