@@ -7,7 +7,7 @@ import pytest
 
 import skarxlag
 from skarxlag import __main__ as program
-from skarxlag.commands import main
+from skarxlag.commands import _parser, main
 
 
 @pytest.mark.slow
@@ -90,3 +90,22 @@ def test_control_c_ends_without_a_traceback(monkeypatch, capsys):
     monkeypatch.setattr("skarxlag.commands.diagnose.run", interrupted)
     assert main(["diagnose", "m", "x"]) == 130
     assert capsys.readouterr().err.strip() == "skarxlag diagnose: interrupted"
+
+
+@pytest.mark.parametrize(
+    "argv",
+    [
+        ["diagnose", "m.skops", "--channel", "0", "a.npy", "-v", "b.npy"],
+        ["diagnose", "--channel", "0", "m.skops", "a.npy", "b.npy", "-v"],
+    ],
+)
+def test_options_may_stand_between_other_arguments(argv):
+    args = _parser(argv).parse_args(argv)
+    assert (args.model.name, args.recordings) == ("m.skops", ["a.npy", "b.npy"])
+    assert args.verbose and args.channel is not None
+
+
+def test_an_unknown_option_is_named(capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["diagnose", "m.skops", "--chanel", "0", "a.npy"])
+    assert stop.value.code == 2 and "--chanel" in capsys.readouterr().err

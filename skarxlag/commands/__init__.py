@@ -70,13 +70,24 @@ def _drop_output():
         os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
+class _CommandParser(argparse.ArgumentParser):
+    """Parser of a command, whose options may stand between its other arguments."""
+
+    def parse_known_args(self, args=None, namespace=None):
+        # The method below calls this one again.
+        self.parse_known_args = super().parse_known_args
+        return self.parse_known_intermixed_args(args, namespace)
+
+
 def _parser(argv):
     parser = argparse.ArgumentParser(
         prog="skarxlag",
         description="Model-based fault diagnosis of bearings across shaft speeds.",
     )
     parser.add_argument("--version", action="version", version=f"skarxlag {__version__}")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    commands = parser.add_subparsers(
+        dest="command", required=True, metavar="COMMAND", parser_class=_CommandParser
+    )
     for name, summary in _COMMANDS.items():
         command = commands.add_parser(name, help=summary)
         # Importing a command imports all that it computes with, which takes seconds.
