@@ -38,15 +38,12 @@ def training_rows(args: argparse.Namespace, listed: list[ListedRecording]) -> tu
             f"{args.table}: the shortest recording is too short for two stretches of a second, or "
             "of ten turns; use --diagnoser diagnoser"
         )
-    if n_windows is None and length == _WINDOW_LENGTH:
-        return rig, "windows"
-    if n_windows is not None and rig.available.sum() == len(rig.data):
-        return join_windows(rig, n_windows), "stretches"
-    # Windows that were left out cannot be joined.
+    kind = "windows" if n_windows is None else "stretches"
+    length = length if n_windows is None else n_windows * _WINDOW_LENGTH
+    if length == _WINDOW_LENGTH:
+        return rig, kind
     del rig["data"]
-    if n_windows is None:
-        return _cut(args, listed, length), "windows"
-    return _cut(args, listed, n_windows * _WINDOW_LENGTH), "stretches"
+    return _cut(args, listed, length), kind
 
 
 def _cut(args, listed, window_length):
@@ -96,28 +93,3 @@ def stretch_windows(rig: Bunch) -> int | None:
     shortest = rig.available.min()
     n_windows = int(np.ceil(min(wanted, max(shortest // _ENOUGH, wanted / 2))))
     return n_windows if shortest >= _FEWEST * n_windows else None
-
-
-def join_windows(rig: Bunch, n_windows: int) -> Bunch:
-    """Join consecutive windows of each recording to stretches.
-
-    Windows at the end of a recording that fill no stretch are left out.
-
-    >>> rig = Bunch(data=np.arange(10).reshape(5, 2), recording=np.array(list("aaabb")),
-    ...             start=np.array([0, 2, 4, 0, 2]), target=None, rpm=None)
-    >>> joined = join_windows(rig, 2)
-    >>> joined.data.tolist(), joined.recording.tolist()
-    ([[0, 1, 2, 3], [6, 7, 8, 9]], ['a', 'b'])
-    """
-    first = np.flatnonzero(rig.start == 0)
-    counts = np.diff([*first, len(rig.start)])
-    position = np.arange(len(rig.start)) - np.repeat(first, counts)
-    is_kept = position < np.repeat(counts // n_windows * n_windows, counts)
-    kept = np.flatnonzero(is_kept).reshape(-1, n_windows)
-    per_row = {name: rig[name] for name in ("recording", "start", "target")}
-    return Bunch(
-        **rig
-        | {name: value[kept[:, 0]] for name, value in per_row.items() if value is not None}
-        | {"rpm": None if rig.rpm is None else rig.rpm[kept].mean(axis=1)}
-        | {"data": np.concatenate([rig.data[column] for column in kept.T], axis=-1)}
-    )

@@ -161,16 +161,16 @@ def figures(page):
 
 @pytest.mark.slow
 def test_report_draws_orders_and_marks_the_faults_of_a_bearing(run, workshop, model):
-    captions, (_, plain) = figures(report_of(run, workshop, model))
+    captions, (*_, plain) = figures(report_of(run, workshop, model))
     # The healthy recording has a line, the other one has figures.
     assert len(captions) == 1 and "rpm found at nominal 600 rpm" in plain
     orders = bearing_orders(SKF_6205)
-    _, (_, marked) = figures(report_of(run, workshop, model, "--bearing", "9,7.94,39.04"))
+    _, (*_, marked) = figures(report_of(run, workshop, model, "--bearing", "9,7.94,39.04"))
     for name in ("shaft", "cage", "outer", "inner", "ball"):
         label = f"{name} {orders[name]:.3g}"
         assert label in marked and label not in plain
     # A contact angle moves the orders.
-    _, (_, tilted) = figures(report_of(run, workshop, model, "--bearing", "9,7.94,39.04,40"))
+    _, (*_, tilted) = figures(report_of(run, workshop, model, "--bearing", "9,7.94,39.04,40"))
     assert f"outer {orders['outer']:.3g}<" not in tilted and "outer 3.8<" in tilted
 
 
