@@ -245,6 +245,11 @@ def check_real(value: Any, name: str, **bounds: Any) -> None:
         raise ValueError(f"{name} == {value}, must be finite.")
 
 
+def check_flag(value: Any, name: str) -> None:
+    """Check a parameter that is True or False; a text such as "no" would count as True."""
+    check_scalar(value, name, (bool, np.bool_))
+
+
 def check_networks(
     order: int | Sequence[int], pole: float | str | Sequence[float | str], n_channels: int
 ) -> tuple[NDArray[Any], list[float | None] | None]:

@@ -15,6 +15,8 @@ from sklearn.base import clone
 from sklearn.model_selection import BaseCrossValidator
 from sklearn.utils import check_array, check_consistent_length, check_scalar, column_or_1d
 
+from ._answers import requests
+from ._validation import ABOVE_0, check_flag, check_real
 from .kernels.speed_references import SAME_LOG_SPEED, group_speeds
 
 
@@ -91,7 +93,9 @@ class SpeedSplit(BaseCrossValidator):
     -----
     `groups` holds the speed of each window, and in further columns its recording and the index of
     its first sample there. It is an array, a list of rows or a table; the order of its columns
-    counts. Speeds that differ by at most 2 % are one speed, as in all estimators.
+    counts. As in all estimators, the lowest speed and those up to 2 % above it count as one speed,
+    then the lowest of the others and those up to 2 % above it, and so on: 300, 305, 310, 315 and
+    320 rpm are the three speeds 300 and 305, 310 and 315, and 320 rpm.
 
     With recordings, the first half of every recording is used for training and the second half for
     testing. The middle window of an odd number belongs to neither. Windows that overlap need their
@@ -147,8 +151,10 @@ class SpeedSplit(BaseCrossValidator):
         ------
         ValueError
             If `groups` is missing or has another shape, the speeds are not two numbers above 0 or
-            more, `train_rpm` is not among them, halves leave no window at a speed, or settings
-            contradict each other.
+            more, a start is no whole number, `train_rpm` is not among the speeds, halves leave no
+            window at a speed, or settings contradict each other.
+        TypeError
+            If a parameter is of another type.
         """
         rpm, recording, start = self._columns(X, groups)
         known, at = group_speeds(np.log(rpm))
@@ -174,6 +180,8 @@ class SpeedSplit(BaseCrossValidator):
         yield from splits
 
     def _check_settings(self, known, recording):
+        check_flag(self.leave_out, "leave_out")
+        check_flag(self.same_speed, "same_speed")
         if self.leave_out and (self.train_rpm is not None or self.same_speed):
             raise ValueError("leave_out=True goes with neither `train_rpm` nor `same_speed`.")
         if self.same_speed and recording is None:
@@ -186,6 +194,7 @@ class SpeedSplit(BaseCrossValidator):
     def _training_speeds(self, known):
         if self.train_rpm is None:
             return range(len(known))
+        check_real(self.train_rpm, "train_rpm", **ABOVE_0)
         distance = np.abs(known - np.log(self.train_rpm))
         if distance.min() > SAME_LOG_SPEED:
             raise ValueError(
@@ -244,7 +253,11 @@ class SpeedSplit(BaseCrossValidator):
         except (TypeError, ValueError) as error:
             raise ValueError(f"groups: the first column is no speed ({error}).") from error
         start = table.get("start")
-        return rpm, table.get("recording"), None if start is None else start.astype(np.int64)
+        if start is not None:
+            given, start = start, pd.to_numeric(start, errors="coerce")
+            for value in given[start % 1 != 0]:
+                raise ValueError(f"groups: a start is {value!r}, expected a whole number.")
+        return rpm, table.get("recording"), start
 
 
 def cross_speed_predict(
@@ -276,7 +289,8 @@ def cross_speed_predict(
     cv : splitter or None, default=None
         Splitter. None: `SpeedSplit()`.
     params : dict of str to array-like or None, default=None
-        Metadata of `fit` and `predict` with an entry for each window, such as ``rpm``.
+        Metadata with an entry for each window, such as ``rpm``. `fit` and `predict` each get those
+        that they request by scikit-learn's metadata routing, as the estimators of this package do.
     n_jobs : int or None, default=None
         Number of splits that are computed at the same time.
 
@@ -285,6 +299,11 @@ def cross_speed_predict(
     DataFrame
         A row for each window of each test: ``split``, its number; ``window``, the row in X;
         ``true`` and ``predicted``, the conditions.
+
+    Raises
+    ------
+    ValueError
+        If neither `fit` nor `predict` requests one of `params`, or lengths differ.
 
     Examples
     --------
@@ -301,6 +320,12 @@ def cross_speed_predict(
     X = X if isinstance(X, pd.DataFrame) else np.asarray(X)
     y, params = column_or_1d(y), {k: np.asarray(value) for k, value in (params or {}).items()}
     check_consistent_length(X, y, *params.values())
+    for name in params:
+        if not any(requests(estimator, method, name) for method in ("fit", "predict")):
+            raise ValueError(
+                f"params has {name!r}, which neither fit nor predict of {type(estimator).__name__} "
+                "requests; see set_fit_request and set_predict_request of scikit-learn."
+            )
     splits = list((SpeedSplit() if cv is None else cv).split(X, y, groups))
     predicted = Parallel(n_jobs=n_jobs)(
         delayed(_fit_and_predict)(clone(estimator), X, y, params, train, test)
@@ -317,7 +342,8 @@ def cross_speed_predict(
 
 def _fit_and_predict(estimator, X, y, params, train, test):
     of_train, of_test = (
-        {name: value[rows] for name, value in params.items()} for rows in (train, test)
+        {name: value[at] for name, value in params.items() if requests(estimator, method, name)}
+        for method, at in (("fit", train), ("predict", test))
     )
     rows = X.iloc if isinstance(X, pd.DataFrame) else X
     estimator.fit(rows[train], y[train], **of_train)

@@ -160,6 +160,7 @@ def test_predictions_out_of_speed_make_a_confusion_matrix():
 
 def test_metadata_of_windows_reach_fit_and_predict():
     class Recorder(ThresholdLadder):
+        __metadata_request__predict = {"rpm": True}  # noqa: RUF012
         seen = []  # noqa: RUF012
 
         def fit(self, X, y, rpm):
@@ -173,6 +174,33 @@ def test_metadata_of_windows_reach_fit_and_predict():
     cross_speed_predict(Recorder(), LEVELS, LABELS, groups=SPEED, cv=SpeedSplit(train_rpm=300),
                         params={"rpm": SPEED})  # fmt: skip
     assert Recorder.seen == [{300}, {400}, {300}, {500}]
+
+
+def test_each_method_gets_the_metadata_that_it_requests():
+    weights = np.where(RUN % 4 < 2, 1.0, 0.0)
+    cv = SpeedSplit(train_rpm=300)
+    found = cross_speed_predict(
+        ThresholdLadder(), LEVELS, LABELS, groups=SPEED, cv=cv, params={"sample_weight": weights}
+    )
+    for train, test in cv.split(None, groups=SPEED):
+        fitted = ThresholdLadder().fit(LEVELS[train], LABELS[train], weights[train])
+        rows = found[found["window"].isin(test)]
+        assert rows["predicted"].tolist() == fitted.predict(LEVELS[test]).tolist()
+    with pytest.raises(ValueError, match="params has 'load', which neither fit nor predict"):
+        cross_speed_predict(
+            ThresholdLadder(), LEVELS, LABELS, groups=SPEED, params={"load": weights}
+        )
+    with pytest.raises(TypeError, match="leave_out"):
+        list(SpeedSplit(leave_out="no").split(None, groups=SPEED))
+    with pytest.raises(TypeError, match="same_speed"):
+        list(SpeedSplit(same_speed="no").split(None, groups=SPEED))
+    with pytest.raises(TypeError, match="train_rpm"):
+        list(SpeedSplit(train_rpm="300").split(None, groups=SPEED))
+
+
+def test_a_group_of_speeds_begins_at_its_lowest():
+    splits = speed_splits([300, 305, 310, 315, 320], leave_out=True)
+    assert [test.tolist() for _, test in splits] == [[0, 1], [2, 3], [4]]
 
 
 @pytest.mark.parametrize(
@@ -193,6 +221,11 @@ def test_metadata_of_windows_reach_fit_and_predict():
             SPEED,
             r"train_rpm=3 is not in groups, .* \[300.0",
         ),
+        (SpeedSplit(train_rpm=-5), SPEED, "train_rpm == -5, must be > 0"),
+        (SpeedSplit(train_rpm=np.nan), SPEED, "train_rpm == nan, must be finite"),
+        (SpeedSplit(window_length=1), GROUPS.assign(start=0.5), "groups: a start is 0.5"),
+        (SpeedSplit(window_length=1), GROUPS.assign(start=np.nan), "groups: a start is nan"),
+        (SpeedSplit(window_length=1), GROUPS.assign(start="a"), "groups: a start is 'a'"),
         (SpeedSplit(same_speed=True), SPEED, "same_speed=True needs a second column"),
         (SpeedSplit(), np.where(SPEED > 400, np.nan, SPEED), "no speed .*contains NaN"),
     ],
