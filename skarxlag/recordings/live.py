@@ -185,13 +185,15 @@ def from_folder(
             if key not in read
         }
         for key in sorted(seen):
-            if moment - seen[key][1] < options["settle"]:
+            state = (key[0], seen[key][0])
+            # What changed since the folder was listed is read when it is finished again.
+            if moment - seen[key][1] < options["settle"] or _state(folder / key[1]) != state:
                 break
             read.add(key)
             if key < done:
                 warn(f"{folder / key[1]}: older than the file before, read nevertheless")
             done = max(done, key)
-            yield from _blocks_of_file(folder / key[1], key[0], options, warn, list(done))
+            yield from _blocks_of_file(folder / key[1], state, options, warn, list(done))
         yield None
 
 
@@ -207,7 +209,16 @@ def _files(folder):
     return found
 
 
-def _blocks_of_file(path, changed, options, warn, place):
+def _state(path):
+    """Time of modification and size of a file; None if it has vanished."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size
+
+
+def _blocks_of_file(path, state, options, warn, place):
     entry = replace(options["recording"], name=path.name, path=path)
     n_samples, start, n_read = block_length(options["window_length"]), None, 0
     try:
@@ -222,8 +233,10 @@ def _blocks_of_file(path, changed, options, warn, place):
         if options["has_times"]:
             start = recording_start(path, channel=entry.channel, dtype=entry.dtype)
             length = sum(shape[1] for shape in shapes)
-            start = changed * 1e-9 - length / entry.sampling_rate if start is None else start
+            start = state[0] * 1e-9 - length / entry.sampling_rate if start is None else start
         for i, (signal, rate) in enumerate(entry.blocks(n_samples), start=1):
+            if _state(path) != state:
+                raise ValueError(f"{path}: changed while it was read, from block {i}")
             samples, after = np.atleast_2d(signal), place if i == len(shapes) else None
             rpm = entry.speeds([n_read], samples.shape[1], rate)
             rpm = rpm[0] if np.ndim(rpm) else rpm
