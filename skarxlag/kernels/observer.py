@@ -184,10 +184,10 @@ def common_lyapunov(slow: NDArray[Any], fast: NDArray[Any]) -> NDArray[Any] | No
     >>> common_lyapunov(loop_matrix(0.0, 0.5, 0.1), loop_matrix(0.0, 0.5, 0.1, 20.0)) is None
     True
     """
+    if np.abs(np.linalg.eigvals([slow, fast])).max() >= 1:
+        return None
     spread = fast[0, 1] - slow[0, 1]
     if spread == 0:
-        if np.abs(linalg.eigvals(slow)).max() >= 1:
-            return None
         P = linalg.solve_discrete_lyapunov(slow.T, np.eye(2))
     else:
         enter, leave = np.array([[1.0], [0.0]]), np.array([[0.0], [1.0]])
