@@ -6,6 +6,7 @@ import os
 import shutil
 import stat
 import uuid
+from functools import partial
 from pathlib import Path
 from typing import Any
 from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile
@@ -28,7 +29,8 @@ def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
     Parameters
     ----------
     path : str or path-like
-        The file. An existing one is replaced and keeps its permissions.
+        The file. An existing one is replaced and keeps its permissions, which hold while it is
+        written, too. A new one has those that the umask of the process leaves.
     content : bytes
         All of it.
 
@@ -44,8 +46,9 @@ def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
     path = Path(os.path.realpath(path))
     # The name is not made of the file's own name, which may be as long as the system allows.
     beside = path.with_name(f".{uuid.uuid4().hex}.tmp")
+    mode = stat.S_IMODE(path.stat().st_mode) if path.exists() else 0o666
     try:
-        with beside.open("xb") as file:
+        with open(beside, "xb", opener=partial(os.open, mode=mode)) as file:
             file.write(content)
         if path.exists():
             shutil.copymode(path, beside)

@@ -82,6 +82,27 @@ def test_permissions_are_kept_and_new_files_get_the_usual_ones(tmp_path):
     assert stat.S_IMODE(path.stat().st_mode) == 0o640
 
 
+@needs_posix
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o666, 0o400])
+def test_nobody_may_read_a_file_earlier_than_its_predecessor(tmp_path, monkeypatch, mode):
+    """The file under another name has no wider permissions than the one that it replaces."""
+    path, seen, before = tmp_path / "a.json", [], os.umask(0o022)
+
+    def copymode(source, target):
+        seen.append(stat.S_IMODE(target.stat().st_mode))
+        target.chmod(stat.S_IMODE(source.stat().st_mode))
+
+    monkeypatch.setattr("skarxlag._files.shutil.copymode", copymode)
+    try:
+        write_atomically(path, b"old")
+        path.chmod(mode)
+        write_atomically(path, b"new")
+    finally:
+        os.umask(before)
+    assert seen == [mode & ~0o022]
+    assert stat.S_IMODE(path.stat().st_mode) == mode and path.read_bytes() == b"new"
+
+
 def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path):
     path = tmp_path / "a.json"
     path.write_bytes(b"old")
