@@ -25,7 +25,7 @@ from benchmarks.speed.rows import coloured_windows
 from skarxlag import make_diagnoser, save_diagnoser
 from skarxlag.commands.diagnosis import Task
 from skarxlag.commands.models import SavedModel
-from skarxlag.commands.workers import WorkerDied, executors, run_tasks
+from skarxlag.commands.workers import TaskFailed, executors, run_tasks
 from skarxlag.recordings.listing import list_files
 
 WINDOW_LENGTH, N_WINDOWS, N_RECORDINGS = 1200, 2400, 24
@@ -100,7 +100,7 @@ def measure():
                 attempts = [Attempt(number, task, notes) for number, task in enumerate(tasks)]
                 for number, outcome in run_tasks(attempts, workers):
                     arrivals.append(time.time() - start)
-                    if isinstance(outcome, WorkerDied):
+                    if isinstance(outcome, TaskFailed):
                         continue
                     *key, end, diagnosis = outcome
                     ended[number, *key] = end - start

@@ -26,7 +26,7 @@ from benchmarks.speed.timing import matrix_product, ratio, take_turns
 from skarxlag import make_diagnoser, save_diagnoser
 from skarxlag.commands.diagnosis import Task
 from skarxlag.commands.models import SavedModel
-from skarxlag.commands.workers import WorkerDied, Workers, run_tasks
+from skarxlag.commands.workers import TaskFailed, Workers, run_tasks
 from skarxlag.recordings.listing import list_files
 
 WINDOW_LENGTH = 1200
@@ -58,7 +58,7 @@ def _warm_workers(n_workers, tasks):
 
 def _run(executor, tasks, n_workers):
     for _, outcome in run_tasks(tasks, Workers(executor.submit, lambda: n_workers)):
-        if isinstance(outcome, WorkerDied) or getattr(outcome, "error", None):
+        if isinstance(outcome, TaskFailed) or getattr(outcome, "error", None):
             raise RuntimeError(f"a task failed: {outcome}")
 
 

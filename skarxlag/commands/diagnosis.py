@@ -12,7 +12,10 @@ from joblib import parallel_config
 from ..recordings.listing import ListedRecording
 from ..verdicts import no_verdict
 from .messages import CommandError, Progress, percent
-from .workers import WorkerDied, executors, run_tasks
+from .workers import TaskFailed, executors, run_tasks
+
+#: Entries of the verdict on a recording that the commands need.
+_ENTRIES = {"verdict", "probability", "alarm", "windows"}
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,14 @@ class Diagnosis:
         """Return the result of a recording that could not be diagnosed."""
         reason = " ".join(str(reason).split())
         return cls({"verdict": no_verdict(reason)}, None, error=reason)
+
+    @property
+    def is_whole(self) -> bool:
+        """Return whether it holds an error, or a verdict and its windows."""
+        if self.error is not None:
+            return isinstance(self.error, str)
+        is_table = isinstance(self.windows, pd.DataFrame) and not self.windows.empty
+        return is_table and isinstance(self.verdict, dict) and self.verdict.keys() >= _ENTRIES
 
     def details(self) -> str:
         """Return details for --verbose."""
@@ -116,9 +127,12 @@ def diagnose_all(
             tasks = _tasks(args, [recordings[place] for place in places], model, workers.count())
             for number, outcome in run_tasks(tasks, workers):
                 place = places[number]
-                if isinstance(outcome, WorkerDied):
-                    path = recordings[place].path
-                    outcome = Diagnosis.failed(f"{path}: every process that read it died")
+                if not isinstance(outcome, TaskFailed):
+                    is_whole = isinstance(outcome, Diagnosis) and outcome.is_whole
+                    reason = f"a worker returned a {type(outcome).__name__} that is no result"
+                    outcome = outcome if is_whole else TaskFailed(reason)
+                if isinstance(outcome, TaskFailed):
+                    outcome = Diagnosis.failed(f"{recordings[place].path}: {outcome.reason}")
                 if journal is not None:
                     journal.add(recordings[place], outcome)
                 finish(place, outcome, outcome.error or outcome.verdict["verdict"])

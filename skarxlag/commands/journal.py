@@ -96,7 +96,7 @@ def _result(line):
         line["sampling_rate"],
         tuple(line["remarks"]),
     )
-    if "verdict" not in found.verdict or found.windows.empty:
+    if not found.is_whole:
         raise ValueError("no result of a recording")
     return {line["recording"]: found}
 

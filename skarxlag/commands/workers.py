@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import multiprocessing
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -34,8 +35,11 @@ _CONNECT_SECONDS, _WORKER_SECONDS = 10, 30
 cancelled: threading.Event = threading.Event()
 
 
-class WorkerDied:
-    """Result of a task whose worker died each time."""
+@dataclass(frozen=True)
+class TaskFailed:
+    """Result of a task that failed each time, because its worker died or returned no result."""
+
+    reason: str
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,7 @@ class Workers:
 
 
 def run_tasks(tasks: Sequence[Callable[[], Any]], workers: Workers) -> Iterator[tuple[int, Any]]:
-    """Yield the position of each task and its result, or a `WorkerDied`, as they are finished."""
+    """Yield the position of each task and its result, or a `TaskFailed`, as they are finished."""
     failed = []
     for place, future in _finished(tasks, workers):
         if future.exception() is None:
@@ -72,9 +76,12 @@ def run_tasks(tasks: Sequence[Callable[[], Any]], workers: Workers) -> Iterator[
 def _alone(task, workers):
     for _ in range(_TRIALS):
         ((_, future),) = _finished([task], workers)
-        if not isinstance(future.exception(), BrokenExecutor):
+        error = future.exception()
+        if not isinstance(error, Exception):
             return future.result()
-    return WorkerDied()
+    if isinstance(error, BrokenExecutor):
+        return TaskFailed("every process that read it died")
+    return TaskFailed(f"{type(error).__name__}: {error}")
 
 
 def _finished(tasks, workers):
@@ -104,7 +111,10 @@ def executors(args: argparse.Namespace) -> AbstractContextManager[Workers]:
     """Return a context that starts the workers that the arguments ask for."""
     if args.dask is not None:
         return _cluster(args.dask)
-    return (_processes if args.processes else _threads)(effective_n_jobs(args.n_jobs))
+    # A worker of multiprocessing.Pool cannot start processes.
+    can_start = not multiprocessing.current_process().daemon
+    kind = _processes if args.processes and can_start else _threads
+    return kind(effective_n_jobs(args.n_jobs))
 
 
 @contextmanager

@@ -1,8 +1,9 @@
 import asyncio
 import multiprocessing
 import os
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import nullcontext, suppress
+from functools import partial
 from importlib import import_module
 from types import SimpleNamespace
 
@@ -16,12 +17,12 @@ from scipy.signal import lfilter
 from sklearn.model_selection import GridSearchCV, cross_val_score
 
 from skarxlag import load_diagnoser, make_alpio, save_diagnoser
-from skarxlag.commands.diagnosis import Task
+from skarxlag.commands.diagnosis import Diagnosis, Task
 from skarxlag.commands.journal import Journal
 from skarxlag.commands.messages import CommandError, Progress
-from skarxlag.commands.workers import WorkerDied, Workers, executors, run_tasks
+from skarxlag.commands.workers import TaskFailed, Workers, executors, run_tasks
 
-from .deadly_tasks import KILL, Deadly, Harmless
+from .deadly_tasks import KILL, Deadly, DiesWhileSending, Harmless, run_commands
 
 WINDOW, N_RECORDINGS = 200, 20
 
@@ -103,6 +104,32 @@ def test_threads_and_processes_change_nothing(diagnose, in_order):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("is_pool", [True, False])
+def test_processes_that_are_spawned_change_nothing(run, fleet, tmp_path, is_pool):
+    """Workers of a pool cannot start processes of their own."""
+    table, context = tmp_path / "table.csv", multiprocessing.get_context("spawn")
+    lines = [f"{fleet}/{number}.npy,{name},5e3" for number, name in ((0, "good"), (9, "worn"))]
+    table.write_text("\n".join(["path,condition,sampling_rate", *lines]))
+    outputs = []
+    for folder in ("own", "spawned"):
+        (tmp_path / folder).mkdir()
+        model, output = tmp_path / folder / "m.skops", tmp_path / folder / "out.csv"
+        fit = ["fit", table, "-o", model, "--window-length", 100, "--n-jobs", 2, "-q"]
+        fit += ["--diagnoser", "alpio"]
+        commands = [fit, ["diagnose", model, fleet / "3.npy", "-o", output, "--n-jobs", 2, "-q"]]
+        commands[1] += ["--processes"] if folder == "spawned" else []
+        if folder == "own":
+            assert [run(*command)[0] for command in commands] == [0, 0]
+        else:
+            kind = context.Pool if is_pool else partial(ProcessPoolExecutor, mp_context=context)
+            with kind(1) as pool:
+                call = pool.apply if is_pool else lambda f, args: pool.submit(f, *args).result()
+                assert call(run_commands, commands) == [0, 0]
+        outputs.append(output.read_bytes())
+    assert outputs[0] == outputs[1]
+
+
+@pytest.mark.slow
 def test_a_recording_that_kills_its_workers_costs_itself_alone(
     diagnose, in_order, cluster, fleet, tmp_path, monkeypatch
 ):
@@ -137,6 +164,40 @@ def test_a_recording_that_kills_its_workers_costs_itself_alone(
             assert error == f"{fleet / killer}: every process that read it died"
 
 
+LIES = {
+    "1.npy": (None, "a worker returned a NoneType that is no result"),
+    "2.npy": ("good", "a worker returned a str that is no result"),
+    "3.npy": (Diagnosis({}, None), "a worker returned a Diagnosis that is no result"),
+    "4.npy": (Diagnosis(None, None, error=5), "a worker returned a Diagnosis that is no result"),
+    "5.npy": (Diagnosis({"verdict": "good"}, pd.DataFrame({"verdict": [1]})), "that is no result"),
+    "6.npy": (DiesWhileSending(os.getpid()), "every process that read it died"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [["--dask"], ["--processes", "--n-jobs", "2"], []])
+def test_workers_that_lie_or_die_while_they_write_cost_their_recording(
+    diagnose, in_order, cluster, fleet, tmp_path, monkeypatch, options
+):
+    # Threads do not send a result, and Dask fetches it without end: then the run ends.
+    is_sent = "--processes" in options
+    lies = {name: LIES[name] for name in LIES if is_sent or name != "6.npy"}
+
+    def task(recording, *arguments):
+        if recording.name in lies:
+            return Harmless(lies[recording.name][0])
+        return Task(recording, *arguments)
+
+    monkeypatch.setattr("skarxlag.commands.diagnosis.Task", task)
+    options = [*options, cluster.scheduler_address] if "--dask" in options else options
+    diagnose(*options, n_failed=1 + len(lies))
+    expected, found = (pd.read_csv(tmp_path / f"{run}.csv") for run in ("order", "out"))
+    is_lie = found["recording"].isin(lies)
+    for name, error in zip(found["recording"][is_lie], found["error"][is_lie], strict=True):
+        assert error.startswith(f"{fleet / name}: ") and error.endswith(lies[name][1])
+    pd.testing.assert_frame_equal(found[~is_lie], expected[~is_lie], check_dtype=False)
+
+
 def test_an_address_where_no_scheduler_answers_is_named(run, fleet, monkeypatch):
     monkeypatch.setattr("skarxlag.commands.workers._CONNECT_SECONDS", 0.3)
     arguments = ("diagnose", fleet / "m.skops", fleet / "0.npy", "--dask", "tcp://127.0.0.1:1")
@@ -154,7 +215,7 @@ def test_a_death_costs_a_retry_and_a_second_one_that_task_alone(tmp_path):
     tasks += [Harmless(place) for place in range(4, 9)]
     with executors(Options()) as workers:
         results = dict(run_tasks(tasks, workers))
-    assert isinstance(results.pop(3), WorkerDied)
+    assert results.pop(3) == TaskFailed("every process that read it died")
     assert results.pop(1) == "survived"
     assert results == {place: place for place in (0, 2, 4, 5, 6, 7, 8)}
 
@@ -174,9 +235,9 @@ def test_a_result_that_is_lost_is_asked_for_once_more():
     with Losing(1) as executor:
         n_lost = 1
         assert dict(run_tasks([Harmless(5)], Workers(executor.submit, lambda: 1))) == {0: 5}
-        Losing.asked, n_lost = 0, 2
-        with pytest.raises(TypeError, match="cannot unpack"):
-            dict(run_tasks([Harmless(5)], Workers(executor.submit, lambda: 1)))
+        Losing.asked, n_lost = 0, 3
+        failed = TaskFailed("TypeError: cannot unpack non-iterable int object")
+        assert dict(run_tasks([Harmless(5)], Workers(executor.submit, lambda: 1))) == {0: failed}
 
 
 def test_tasks_in_hand_follow_the_number_of_workers():

@@ -14,7 +14,7 @@ from skarxlag.commands.messages import CommandError
 from skarxlag.recordings.listing import ListedRecording
 
 WINDOWS = pd.DataFrame({"verdict": ["good", "worn"], "probability": [0.5, 0.7]})
-VERDICT = {"verdict": "good", "windows": 2}
+VERDICT = {"verdict": "good", "probability": 0.7, "alarm": "no", "windows": 2}
 
 
 @pytest.fixture
