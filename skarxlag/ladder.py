@@ -33,8 +33,9 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
     medians. If the healthy condition is the lowest, the cut above it is the detection threshold
     :math:`\Gamma`. Levels on a cut belong to the rung below.
 
-    *A bank of residuals*, one for each condition. The condition with the smallest residual is the
-    verdict. A factor that a change of speed puts on all residuals cancels.
+    *A bank of residuals*, one for each condition in the order of `classes_`: so many columns are
+    always taken for a bank. The condition with the smallest residual is the verdict. A factor that
+    a change of speed puts on all residuals cancels.
 
     *Any other number of residuals.* The paper's ladder is applied to their root mean square. A
     signed residual counts by its absolute value :math:`|r|`.

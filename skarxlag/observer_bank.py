@@ -176,8 +176,7 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         self.bounds_: NDArray[Any] = np.zeros(self.n_members)
         self.lyapunov_: NDArray[Any] = np.empty((self.n_members, 2, 2))
         for m in range(self.n_members):
-            for share in _SHARES:
-                bound = min(self.saturation, share * stable[m])
+            for bound in dict.fromkeys(min(self.saturation, s * stable[m]) for s in _SHARES):
                 slow, fast = (
                     observer.loop_matrix(self.pole, self.kp_[m], self.ki_[m], gain)
                     for gain in (1.0, 1.0 + bound)

@@ -15,15 +15,8 @@ from sklearn.utils import Bunch, check_scalar
 from ._base import InnovationsTransformer
 from ._parallel import map_batches
 from ._state import Values, uses_fitted
-from ._validation import (
-    ABOVE_0,
-    UP_TO_1,
-    WITHIN_1,
-    check_real,
-    validate_innovations,
-)
+from ._validation import ABOVE_0, UP_TO_1, WITHIN_1, check_real, validate_innovations
 from .kernels import observer, residual_levels
-from .kernels.scaling import root_mean_square
 from .kernels.spectra import LOG_SPECTRUM_CELLS, autoregressive_log_spectrum, frequency_grid
 
 #: Exponent of the cepstral norm, half-way between the plain norm (0) and Martin's metric (1).
@@ -87,7 +80,6 @@ class Observer(InnovationsTransformer):
     adaptation_step: float = 0.005
     boundary_layer: float = 0.0
     spectrum_order: int = 64
-    fault_estimate: bool = False
     n_jobs: int | None = None
 
     @uses_fitted
@@ -101,8 +93,8 @@ class Observer(InnovationsTransformer):
 
         Returns
         -------
-        ndarray of shape (n_windows, n_models) or (n_windows, 2 * n_models)
-            Residual levels. With ``fault_estimate=True``, the levels of the fault estimates follow.
+        ndarray of shape (n_windows, n_models)
+            Residual levels.
         """
         innovations, _ = validate_innovations(self, X, reset=False)
         parts = map_batches(
@@ -112,11 +104,7 @@ class Observer(InnovationsTransformer):
 
     def _levels(self, innovations):
         innovations = np.require(innovations, dtype=np.float64, requirements=["C", "W"])
-        levels = RESIDUAL_EVALUATIONS[self.evaluation].levels(innovations, self)
-        if self.fault_estimate:
-            estimated = root_mean_square(observer.observe(innovations, self._loop())[1])
-            levels = np.concatenate([levels, estimated], axis=1)
-        return levels
+        return RESIDUAL_EVALUATIONS[self.evaluation].levels(innovations, self)
 
     @uses_fitted
     def small_signal_response(self, frequency: NDArray[Any]) -> NDArray[Any]:
@@ -190,8 +178,7 @@ class Observer(InnovationsTransformer):
             One name for each column of the output of `transform`.
         """
         prefixes = self._model_prefixes(input_features, least=1)
-        kinds = [self.evaluation] + ["fault_estimate"] * self.fault_estimate
-        return np.array([prefix + kind for kind in kinds for prefix in prefixes], dtype=object)
+        return np.array([prefix + self.evaluation for prefix in prefixes], dtype=object)
 
     def _check_parameters(self):
         check_real(self.pole, "pole", **WITHIN_1)
@@ -238,7 +225,7 @@ class PIObserver(Observer):
     pole : float, default=0.3
         Pole :math:`\zeta` of the output's Laguerre network, in (-1, 1).
     kp : float, default=0.1
-        Proportional gain :math:`k_p`.
+        Proportional gain :math:`k_p`, any for which the observer is stable.
     ki : float, default=0.05
         Integral gain :math:`k_i`, at least 0.
     evaluation : {"power", "switching_gain", "whiteness"}, default="power"
@@ -256,9 +243,6 @@ class PIObserver(Observer):
         residual that `observe` returns, and no level.
     spectrum_order : int, default=64
         Order of the autoregressive model whose log spectrum is used for "whiteness", at least 1.
-    fault_estimate : bool, default=False
-        Whether the root mean square of each fault estimate is an additional feature. Use it with
-        classifiers other than `ThresholdLadder`, which takes residuals only.
     n_jobs : int or None, default=None
         Number of threads. Results do not depend on it.
 
@@ -342,11 +326,11 @@ class ExtendedStatePIObserver(Observer):
     pole : float, default=0.3
         Pole :math:`\zeta` of the output's Laguerre network, in (-1, 1).
     kp : float, default=0.1
-        Proportional gain :math:`k_p`.
+        Proportional gain :math:`k_p`, any for which the observer is certified.
     ki_a : float, default=0.025
         Integral gain :math:`k_{Ia}`, above 0.
     ki_b : float, default=0.025
-        Weight :math:`k_{Ib}` of the present error in S.
+        Weight :math:`k_{Ib}` of the present error in S, any finite number.
     gain : float, default=2.0
         Gain :math:`K_c`, above 0; the small-signal integral gain is ki_a times it.
     exponent : float, default=1.0
@@ -354,23 +338,15 @@ class ExtendedStatePIObserver(Observer):
     saturation : float, default=1.0
         Bound M on the size of S, at least 0; at 0 the observer is linear.
     evaluation : {"power", "switching_gain", "whiteness"}, default="switching_gain"
-        Residual level of a window, computed from its error e. "power": the root mean square of e.
-        "switching_gain": the adapted gain of the sliding-mode residual, which settles at the median
-        size of the sliding surface. "whiteness": the weighted cepstral norm of the log spectrum of
-        e, that is its distance from white noise of any power (Mehra and Peschon 1971). The
-        observer's own response is removed.
+        As in `PIObserver`.
     sliding_slope : float, default=10.0
-        Slope :math:`\lambda` of the sliding surface, at least 0.
+        As in `PIObserver`.
     adaptation_step : float, default=0.005
-        Step of the logarithm of the switching gain per sample, in (0, 1].
+        As in `PIObserver`.
     boundary_layer : float, default=0.0
-        Half-width of the boundary layer in units of the switching gain, at least 0. It affects the
-        residual that `observe` returns, and no level.
+        As in `PIObserver`.
     spectrum_order : int, default=64
-        Order of the autoregressive model whose log spectrum is used for "whiteness", at least 1.
-    fault_estimate : bool, default=False
-        Whether the root mean square of each fault estimate is an additional feature. Use it with
-        classifiers other than `ThresholdLadder`, which takes residuals only.
+        As in `PIObserver`.
     n_jobs : int or None, default=None
         Number of threads. Results do not depend on it.
 
@@ -411,7 +387,7 @@ class ExtendedStatePIObserver(Observer):
     evaluation: str = "switching_gain"
 
     def _certify(self):
-        check_real(self.ki_a, "ki_a")
+        check_real(self.ki_a, "ki_a", **ABOVE_0)
         check_real(self.ki_b, "ki_b")
         check_real(self.gain, "gain", **ABOVE_0)
         check_real(self.exponent, "exponent", **ABOVE_0)

@@ -58,8 +58,6 @@ ESTIMATORS = [
     ARXLaguerre(bank=False, unit_rms=False),
     *(PIObserver(evaluation=name) for name in RESIDUAL_EVALUATIONS),
     *(ExtendedStatePIObserver(evaluation=name) for name in RESIDUAL_EVALUATIONS),
-    PIObserver(evaluation="switching_gain", fault_estimate=True),
-    ExtendedStatePIObserver(evaluation="power", fault_estimate=True),
     ExtendedStatePIObserverBank(n_members=8),
     LogSpectra(),
     SpectralDistance(),

@@ -74,6 +74,14 @@ def test_parameters_out_of_range_are_named(make, parameter, value, innovations):
         make(**{parameter: value}).fit(innovations)
 
 
+def test_each_certificate_is_tried_once(innovations, monkeypatch):
+    tried = []
+    monkeypatch.setattr(observer, "common_lyapunov", lambda *loops: tried.append(loops))
+    with pytest.raises(ValueError, match="certifies member 0"):
+        ExtendedStatePIObserverBank(saturation=0.0).fit(innovations)
+    assert len(tried) == 1
+
+
 def test_members_without_room_for_a_certificate_are_refused(innovations):
     with pytest.raises(ValueError, match="certifies member 0"):
         LINEAR(bandwidth=1e-20).fit(innovations)

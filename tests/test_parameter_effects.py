@@ -45,7 +45,6 @@ OBSERVER_EFFECTS = {
     "adaptation_step": ({"evaluation": "switching_gain"}, 0.3, levels),
     "boundary_layer": ({}, 2.0, trajectory),
     "spectrum_order": ({"evaluation": "whiteness"}, 3, levels),
-    "fault_estimate": ({}, True, levels),
 }
 BANK_EFFECTS = {
     "pole": ({}, 0.8, levels),

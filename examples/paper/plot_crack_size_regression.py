@@ -13,7 +13,6 @@ import numpy as np
 from sklearn.dummy import DummyRegressor
 from sklearn.ensemble import RandomForestRegressor
 from sklearn.metrics import mean_absolute_error
-from sklearn.pipeline import make_pipeline
 
 from skarxlag import ARXLaguerre, PIObserver
 from skarxlag.datasets import simulate_rig
@@ -37,10 +36,13 @@ crack_mm = rig.crack_mm
 # keeps the amplitude.
 def observed(*, fault_estimate, **identification):
     """Compute the levels of an observer that is fitted at the training speed."""
-    observe = make_pipeline(
-        ARXLaguerre(**identification), PIObserver(fault_estimate=fault_estimate)
-    )
-    return np.log(observe.fit(rig.data[train], rig.target[train]).transform(rig.data))
+    identify, observer = ARXLaguerre(**identification), PIObserver()
+    innovations = identify.fit(rig.data[train], rig.target[train]).transform(rig.data)
+    levels = observer.fit_transform(innovations)
+    if fault_estimate:
+        estimates = observer.observe(innovations).fault_estimate
+        levels = np.hstack([levels, np.sqrt(np.mean(estimates**2, axis=2))])
+    return np.log(levels)
 
 
 healthy = {"healthy": "Normal", "unit_rms": False}

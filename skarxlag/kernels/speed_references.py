@@ -118,7 +118,7 @@ def drift_factor(variance: NDArray[Any]) -> NDArray[Any]:
 
 
 def group_speeds(log_speed: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Group the lowest speed and those up to 2 % above it, then the lowest of the others, and on.
+    """Group the lowest speed and those up to 2 % above it, then the others in the same way.
 
     Parameters
     ----------
