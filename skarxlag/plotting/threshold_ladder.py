@@ -181,6 +181,8 @@ class ThresholdLadderDisplay(Display):
         """
         (ax,) = self._set_axes(ax)
         ax.set_yscale("log")
+        ax.yaxis.set_major_formatter(_plain_decimals())
+        ax.yaxis.set_minor_formatter(_plain_decimals())
         styles = condition_styles(self.conditions)
         shown = [name for name in self.conditions if name in self.y]
         # Windows stand side by side, with a gap between two conditions.
@@ -233,6 +235,17 @@ class ThresholdLadderDisplay(Display):
             lower = upper
         ax.set_ylim(bottom, top)
         return bands
+
+
+def _plain_decimals():
+    """Return a formatter that writes 0.9 at those ticks of a log axis that are labelled."""
+    from matplotlib.ticker import LogFormatter
+
+    class Decimals(LogFormatter):
+        def __call__(self, x, pos=None):
+            return f"{x:g}" if super().__call__(x, pos) else ""
+
+    return Decimals()
 
 
 def _own_and_rival(levels, y, classes):
