@@ -160,10 +160,9 @@ def _lines(args, model, diagnoses, rows):
         if len(about) > _MOST_NAMES:
             of += f" and {len(about) - _MOST_NAMES} more"
         lines.append(f"{'All recordings' if 1 < len(rows) == len(about) else of}: {remark}")
-    if "condition" in rows:
-        n_right = (rows["verdict"].astype(str) == rows["condition"]).sum()
-        n_known = rows["condition"].notna().sum()
-        lines.append(f"{n_right} of {n_known} verdicts are the stated condition.")
+    n_right, n_known = results.agreement(rows, model)
+    if n_known:
+        lines.append(f"{n_right} of {n_known} verdicts agree with the stated condition.")
     if args.output is not None:
         lines.append("Written: " + ", ".join(map(str, results.result_paths(args.output))))
     return lines

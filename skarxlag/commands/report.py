@@ -18,7 +18,7 @@ from ..recordings.listing import ListedRecording
 from ..verdicts import NO_SIGNAL, NO_VERDICT
 from .diagnosis import Diagnosis
 from .messages import CommandError, below_common_folder, counted, percent, require
-from .results import MARK
+from .results import MARK, agreement
 
 #: Recordings with figures, the worst first.
 MOST_DRAWN = 50
@@ -74,7 +74,7 @@ def html_report(
         folder=folder,
         counts=Counter((each["verdict"], each["severity"]) for each in entries).items(),
         accuracy=_accuracy(rows, model.conditions),
-        right=(rows.get("condition") == rows["verdict"]).sum(),
+        agreement=agreement(rows, model),
         entries=entries,
         detailed=detailed,
         missing=missing,

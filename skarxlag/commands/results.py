@@ -7,9 +7,11 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from .._files import write_atomically
+from ..fault_places import place_of_label
 from ..recordings.listing import ListedRecording
 from .diagnosis import Diagnosis
 from .messages import UsageError, percent, printable
@@ -86,6 +88,23 @@ def recording_rows(
     table = table.reindex(columns=[*_FIRST, *(name for name in table if name not in _FIRST)])
     table["alarm"] = table["alarm"].fillna("-")
     return machine_names(table.astype({"windows": "Int64", "no signal": "Int64"}))
+
+
+def agreement(rows: pd.DataFrame, model: Any) -> tuple[int, int]:
+    """Count the verdicts that agree with the stated condition, and those that could.
+
+    A model of places takes the place that the name of a condition says, if it does not know the
+    name itself. A model of the healthy condition alone agrees by its alarm.
+    """
+    if "condition" not in rows:
+        return 0, 0
+    rows = rows[rows["condition"].notna() & (rows["error"] == "")]
+    stated, known = rows["condition"], set(map(str, model.conditions))
+    if len(known) == 1:
+        right = rows["alarm"] == np.where(stated == str(model.healthy), "no", "yes")
+        return int(right.sum()), len(rows)
+    named = stated.map(lambda name: name if name in known else place_of_label(name))
+    return int((rows["verdict"].astype(str) == named).sum()), int(named.isin(known).sum())
 
 
 def window_rows(recordings: list[ListedRecording], diagnoses: list[Diagnosis]) -> pd.DataFrame:

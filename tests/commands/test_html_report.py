@@ -92,7 +92,7 @@ def test_the_report_says_what_the_table_says_and_what_came_of_it(report):
     assert "Diagnosis of 5 recordings" in text
     assert "2 good" in text and "1 worn" in text and "1 no signal" in text
     # The dead sensor has no verdict, and <b> is good although worn is stated.
-    assert "2 of 4 verdicts (50 %) are the stated condition" in text
+    assert "2 of 4 verdicts agree with the stated condition" in text
     assert "hall: north & south" in text and "<b>.npy" in text
     assert "6 of 30 windows carry no signal (constant: 6)." in text
     assert "lost.npy: no such file" in text

@@ -1,6 +1,7 @@
 import json
 import os
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -9,7 +10,8 @@ from scipy.signal import lfilter
 
 from skarxlag import make_alpio, save_diagnoser
 from skarxlag.commands.journal import Journal
-from skarxlag.commands.models import SavedModel
+from skarxlag.commands.models import BearingModel, SavedModel
+from skarxlag.commands.results import agreement
 
 WINDOW = 200
 
@@ -253,3 +255,19 @@ def test_a_file_that_changes_while_it_is_read_has_no_verdict(run, plant, monkeyp
     assert "dead.npy" in err.partition("2 of 3 recordings failed")[2]
     rows = pd.read_csv(plant / "out.csv")
     assert rows["verdict"].str.startswith("no verdict").tolist() == [True, True, False]
+
+
+def test_agreement_counts_what_a_model_can_name():
+    rows = pd.DataFrame(
+        {
+            "condition": ["inner ring small", "Normal", "outer", "unbalance", "ball", None],
+            "verdict": ["inner", "healthy", "inner", "healthy", "no verdict: gone", "ball"],
+            "alarm": ["yes", "no", "no", "yes", "-", "yes"],
+            "error": ["", "", "", "", "gone", ""],
+        }
+    )
+    # No place is called unbalance, one recording failed, and of one nothing is stated.
+    assert agreement(rows, BearingModel("6205")) == (2, 3)
+    detector = SimpleNamespace(conditions=["Normal"], healthy="Normal")
+    assert agreement(rows, detector) == (3, 4)
+    assert agreement(rows.drop(columns="condition"), detector) == (0, 0)
