@@ -263,6 +263,69 @@ def test_batches_need_no_memory_for_all_innovations(data):
     assert peak < innovations / 4
 
 
+@pytest.mark.parametrize("make", MAKERS)
+@pytest.mark.parametrize("table", ["default", "pandas"])
+@pytest.mark.parametrize("routed", ["sample_weight", "identify__sample_weight"])
+def test_fit_by_batches_is_that_of_scikit_learn_bit_for_bit(make, table, routed, data, monkeypatch):
+    monkeypatch.setattr("skarxlag.pipelines._BATCH_BYTES", 5 * data[0][0].nbytes)
+    monkeypatch.setattr("skarxlag.pipelines._ROWS_TOGETHER", 5)
+    seen, transform = [], ARXLaguerre.transform
+    monkeypatch.setattr(
+        ARXLaguerre, "transform", lambda self, X: seen.append(len(X)) or transform(self, X)
+    )
+    params = {routed: np.arange(36) % 3}
+    model = make().set_output(transform=table)
+    steps = model.steps
+    assert model.fit(*data, **params).steps == steps
+    is_table = table == "pandas" and make is make_alpio
+    assert max(seen) == (36 if is_table else 5)
+    plain = Pipeline(clone(model).steps)
+    with sklearn.config_context(enable_metadata_routing="__" not in routed):
+        plain.fit(*data, **params)
+    for (name, step), (_, expected) in zip(model.steps, plain.steps, strict=True):
+        assert vars(step).keys() == vars(expected).keys(), name
+        for key in filter(lambda key: key.endswith("_"), vars(step)):
+            np.testing.assert_array_equal(vars(step)[key], vars(expected)[key], err_msg=key)
+    np.testing.assert_array_equal(model.predict_proba(data[0]), plain.predict_proba(data[0]))
+
+
+def test_steps_that_may_need_all_rows_are_given_all_rows(data, tmp_path):
+    class Remembering(PIObserver):
+        def fit(self, X, y=None):
+            self.seen = X
+            return super().fit(X, y)
+
+    def fitted(observer, X=data[0], **options):
+        steps = [("i", ARXLaguerre()), ("o", observer), ("d", ThresholdLadder())]
+        return DiagnosisPipeline(steps, **options).fit(X, data[1])
+
+    assert fitted(Remembering())["o"].seen.shape[:2] == (36, 3)
+    expected = fitted(PIObserver()).predict_proba(data[0])
+    of_lists = fitted(PIObserver(), data[0].tolist())
+    for other in (of_lists, fitted(PIObserver(), memory=str(tmp_path))):
+        np.testing.assert_array_equal(other.predict_proba(data[0]), expected)
+
+
+def test_a_failed_fit_leaves_the_steps_as_they_were(data):
+    model = make_alpio()
+    steps = list(model.steps)
+    for X in (data[0][:-1], np.full_like(data[0], np.nan)):
+        with pytest.raises(ValueError):
+            model.fit(X, data[1])
+        assert model.steps == steps
+    assert model.fit(*data).predict(data[0]).shape == (36,)
+
+
+def test_fit_needs_no_memory_for_all_innovations(data):
+    diagnoser, many = make_alpio().fit(*data), np.random.default_rng(0).normal(size=(7200, 400))
+    innovations = diagnoser["identify"].transform(many).nbytes
+    tracemalloc.start()
+    diagnoser.fit(many, np.tile(data[1], 200))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < innovations / 1.5
+
+
 def test_a_diagnosis_pipeline_has_what_its_last_step_has(data):
     identify = DiagnosisPipeline([("identify", ARXLaguerre())]).fit(*data)
     detector = make_detector(false_alarm_rate=0.1).fit(data[0])
