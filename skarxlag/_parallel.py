@@ -6,10 +6,12 @@ import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from numbers import Integral
 from typing import Any
 
 from joblib import effective_n_jobs
 from sklearn import config_context, get_config
+from sklearn.utils import check_scalar
 from threadpoolctl import OpenBLASController, ThreadpoolController
 
 
@@ -91,7 +93,7 @@ def map_batches(
     n_windows : int
         Number of windows.
     n_jobs : int or None
-        Threads, as in scikit-learn.
+        Threads, as in scikit-learn. It is checked for a single batch, too.
     batch_size : int, default=64
         Windows in a slice.
 
@@ -108,7 +110,9 @@ def map_batches(
     starts = range(0, n_windows, batch_size)
     batches = [slice(start, min(start + batch_size, n_windows)) for start in starts]
     with one_thread:
-        n_threads = min(effective_n_jobs(n_jobs), len(batches)) if len(batches) > 1 else 1
+        if n_jobs is not None:
+            check_scalar(n_jobs, "n_jobs", Integral)
+        n_threads = min(effective_n_jobs(n_jobs), len(batches))
         if n_threads < 2 or _thread.is_worker:
             return [function(batch) for batch in batches]
         # scikit-learn's settings belong to a thread.

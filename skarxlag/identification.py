@@ -15,6 +15,7 @@ from ._parallel import map_batches
 from ._state import WINDOWS, Labels, Values, remember_parameters, uses_fitted
 from ._validation import (
     UP_TO_1,
+    check_flag,
     check_input_names,
     check_labels,
     check_networks,
@@ -29,6 +30,8 @@ from .kernels.scaling import fit_percentage, unit_rms_windows
 
 #: Name of a model of all windows.
 _OF_ALL = "model"
+#: Order that windows of any length may have. Beyond it, a window has at least as many samples.
+_ORDER_OF_ANY_WINDOW = 64
 
 
 def _per_channel(estimator):
@@ -59,8 +62,9 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     Parameters
     ----------
     order : int or sequence of int, default=32
-        Number N of Laguerre filters, at least 1. One number for all channels; two, of the output
-        and of all inputs, if there are any; or one for each channel, output first.
+        Number N of Laguerre filters, at least 1, and at most the samples of a window, or 64 if it
+        has fewer. One number for all channels; two, of the output and of all inputs, if there are
+        any; or one for each channel, output first.
     pole : float, "optimise" or a sequence of these, default=0.3
         Pole of the networks in (-1, 1), given like `order`. With 0 the model is a plain ARX model.
         "optimise" searches the pole with the smallest prediction error, summed over all models.
@@ -100,7 +104,8 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     n_features_in_ : int
         Number of samples in a window, or of channels if windows have several.
     window_shape_ : ndarray of int
-        Shape of a window in `fit`. Later windows of several channels may have another length.
+        Shape of a window in `fit`. Later windows of several channels may have another length: that
+        of `fit` or twice `n_transient`, whichever is smaller, or more.
     feature_names_in_ : ndarray of str
         Column names, if fitted on a table.
 
@@ -186,6 +191,8 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         ------
         ValueError
             If a parameter is out of its range, `healthy` is not in `y`, or a weight is negative.
+        TypeError
+            If a parameter is of another type.
         """
         return self._identify(X, y, sample_weight, start_afresh=True)
 
@@ -208,6 +215,11 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         -------
         ARXLaguerre
             The fitted estimator, with the coefficients of one `fit` on all windows so far.
+
+        Raises
+        ------
+        ValueError
+            As in `fit`; also if `order` or `pole` are not those of the models so far.
         """
         return self._identify(X, y, sample_weight, start_afresh="sums_" not in vars(self))
 
@@ -215,6 +227,7 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         windows, y = self._validate_windows(X, y, reset=start_afresh)
         if not start_afresh:
             self._check_conditions_go_on(y)
+            self._check_relations()
         windows, y, weights = weighted_windows(windows, y, sample_weight)
         windows, labels, weights = self._windows_by_model(windows, y, weights)
         self._check_parameters()
@@ -245,6 +258,8 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         return self
 
     def _check_parameters(self):
+        check_flag(self.bank, "bank")
+        check_flag(self.unit_rms, "unit_rms")
         check_real(self.alpha, "alpha", min_val=0)
         check_real(self.forgetting_factor, "forgetting_factor", **UP_TO_1)
 
@@ -259,6 +274,11 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     def _choose_networks(self, scaled, counted):
         """Set orders and poles of the networks; search the poles that are not given."""
         orders, poles = check_networks(self.order, self.pole, scaled.shape[1])
+        if orders.max() > (most := max(scaled.shape[-1], _ORDER_OF_ANY_WINDOW)):
+            raise ValueError(
+                f"order == {orders.max()}, must be <= {most} for windows of {scaled.shape[-1]} "
+                "samples. Lower the order, or cut longer windows."
+            )
         self.orders_: NDArray[Any] = orders
         if None in poles:
             # Cross-spectra are squares of the signal, so a weight counts by its root.
@@ -454,6 +474,13 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
                 f"{windows.shape[2]} samples. Expected (n_windows, 1 + n_inputs, n_samples); "
                 "transpose the last two axes."
             )
+        if not reset:
+            least = min(int(self.window_shape_[-1]), 2 * self._settling_length())
+            if windows.shape[2] < least:
+                raise ValueError(
+                    f"X has windows of {windows.shape[2]} samples, expected at least {least}: "
+                    "in shorter ones the networks do not settle as in fit."
+                )
         return windows, y
 
     def _windows_by_model(self, windows, y, weights):
@@ -471,11 +498,20 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         return windows, y, weights
 
     def _n_transient(self, n_samples):
-        settled = max(map(settling_length, self.orders_.tolist(), self.poles_.tolist()))
-        return min(settled, n_samples // 2)
+        return min(self._settling_length(), n_samples // 2)
+
+    def _settling_length(self):
+        return max(map(settling_length, self.orders_.tolist(), self.poles_.tolist()))
 
     def _check_relations(self):
-        check_networks(self.order, self.pole, len(self.orders_))
+        orders, poles = check_networks(self.order, self.pole, len(self.orders_))
+        kept = zip(poles, self.poles_.tolist(), strict=True)
+        if any(orders != self.orders_) or any(pole not in (None, found) for pole, found in kept):
+            raise ValueError(
+                f"order={self.order!r} and pole={self.pole!r}, but the fitted networks have "
+                f"orders_ == {self.orders_} and poles_ == {self.poles_}. Set these, or call fit to "
+                "start afresh."
+            )
 
 
 def _rows_of(windows, rows):

@@ -336,7 +336,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         return self._in_batches(partial(self._of_last_step, "p_values"), X, params)
 
     @available_if(lambda pipeline: pipeline._step_with("adapt") is not None)
-    def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
+    def adapt(self, X: ArrayLike, y: ArrayLike, **params: Any) -> Self:
         """Adapt the references to windows of a new speed, which commonly are healthy.
 
         The windows go through the steps before the first one with a method `adapt`, which is then
@@ -348,6 +348,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             Windows at the new speed.
         y : array-like of shape (n_windows,)
             Their conditions, among those of `fit`.
+        **params : dict of str to object
+            Further arguments of the step's `adapt`, such as ``rpm``, the new speed.
 
         Returns
         -------
@@ -356,7 +358,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         """
         at = self._step_with("adapt")
         levels = self[:at].transform(X) if at > 0 else X
-        self.steps[at][1].adapt(levels, y)
+        self.steps[at][1].adapt(levels, y, **params)
         return self
 
     def _step_with(self, method):
@@ -412,7 +414,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
         with _routing(params), one_thread:
             if n_windows <= batch_size:
-                return method(X, **params)
+                return map_batches(lambda _: method(X, **params), 1, self.n_jobs)[0]
             parts = map_batches(of_batch, n_windows, self.n_jobs, batch_size)
         if isinstance(parts[0], Bunch):
             return Bunch(**{name: np.concatenate([p[name] for p in parts]) for name in parts[0]})

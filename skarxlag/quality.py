@@ -58,23 +58,22 @@ def signal_quality(
       window. Its share counts these samples.
     - ``"constant"``: the output does not move by more than rounding (8 times the resolution of
       double precision) of its largest value. The sensor is dead or not connected.
-    - ``"held"``: more than half of the samples of the output repeat the sample before, but
-      for rounding of the largest value. Most of the window is dropouts, the logger held its last
-      value, or one sample is so large that nothing else counts.
-    - ``"stuck"``: the longest run of equal samples is longer than a tenth of the window and
-      than 16 samples. A cable was loose, or the logger lost a block.
+    - ``"held"``: more than half of the samples of the output repeat the sample before, but for
+      rounding of the largest value. Most of the window is dropouts, the logger held its last value,
+      or one sample is so large that nothing else counts.
+    - ``"stuck"``: the longest run of equal samples is longer than a tenth of the window and than 16
+      samples. A cable was loose, or the logger lost a block.
     - ``"coarse"``: the range of the output is less than 7 times its smallest step, so that the
       samples lie on fewer than 8 levels. The signal is lost below the last bit of the converter.
       Its share is that of one step in the range.
-    - ``"clipped"``: more than 2 % of the samples of the output are equal to its largest
-      or to its smallest value. The amplifier or the converter is saturated.
+    - ``"clipped"``: more than 2 % of the samples of the output are equal to its largest or to its
+      smallest value. The amplifier or the converter is saturated.
     - ``"wrapped"``: the output leaps by more than 75 % of its range. A linear prediction of order
       8 misses at least 4 leaps, and at least 5 samples lie at either end of the range. Values
       beyond the range of an integer type continued at its other end. Its share counts the leaps.
     - ``"band missing"``: in a decade of frequency, the mean power density of narrow bands is more
-      than 60 dB below the
-      median of all other frequencies. The signal was filtered, or was recorded at a lower rate. Its
-      share is that of the decade in all frequencies.
+      than 60 dB below the median of all other frequencies. The signal was filtered, or was recorded
+      at a lower rate. Its share is that of the decade in all frequencies.
     - ``"hum"``: a sine of 50 or 60 Hz has more than 99 % of the energy of the output without its
       trend. A shield is not grounded. This requires `sampling_rate` and windows of at least three
       periods. A line at a harmonic of the shaft's speed is not called hum.
@@ -119,9 +118,8 @@ def signal_quality(
 
     Short windows are judged by fewer criteria. Two samples at the extremes, one at each, never
     count as clipped. A window of fewer than 64 samples is never coarse or wrapped, and one of fewer
-    than 400 never has a missing band. A few samples that wrapped
-    round cannot be told from impacts, nor can white noise of uniform distribution from a signal
-    that wrapped round often.
+    than 400 never has a missing band. A few samples that wrapped round cannot be told from impacts,
+    nor can white noise of uniform distribution from a signal that wrapped round often.
 
     Examples
     --------

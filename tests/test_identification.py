@@ -131,6 +131,43 @@ def test_partial_fit_keeps_the_optimised_pole(windows):
     assert_same_models(parts, ARXLaguerre(order=4, pole=list(first.poles_)).fit(windows))
 
 
+@pytest.mark.parametrize("changed", [{"order": 8}, {"pole": 0.5}, {"order": [4, 5]}])
+def test_partial_fit_refuses_other_networks_than_those_so_far(windows, changed):
+    model = ARXLaguerre(order=4, pole=0.2).partial_fit(windows[:3])
+    with pytest.raises(ValueError, match=r"order|pole"):
+        model.set_params(**changed).partial_fit(windows[3:])
+    assert_same_models(model.set_params(order=[4, 4], pole=[0.2, 0.2]).partial_fit(windows[3:]),
+                       ARXLaguerre(order=4, pole=0.2).fit(windows))  # fmt: skip
+
+
+def test_an_order_beyond_the_window_is_refused():
+    X = np.random.default_rng(0).normal(size=(4, 300))
+    with pytest.raises(ValueError, match="order == 1000000, must be <= 300 for windows of 300 sam"):
+        ARXLaguerre(order=10**6).fit(X)
+    with pytest.raises(ValueError, match="order == 65, must be <= 64 for windows of 3 samples"):
+        ARXLaguerre(order=65).fit(X[:, :3])
+    assert ARXLaguerre(order=64).fit(X[:, :3]).orders_ == [64]
+
+
+def test_windows_in_which_networks_do_not_settle_are_refused():
+    X = np.random.default_rng(0).normal(size=(4, 2, 300))
+    model = ARXLaguerre(order=16, pole=0.0).fit(X)
+    assert model.transform(X[..., :32]).shape == (4, 1, 16)
+    for use in (model.transform, model.partial_fit, model.predict_output):
+        with pytest.raises(ValueError, match="X has windows of 31 samples, expected at least 32"):
+            use(X[..., :31])
+    short = ARXLaguerre(order=16, pole=0.0).fit(X[..., :20])
+    assert short.transform(X[..., :20]).shape == (4, 1, 10)
+    with pytest.raises(ValueError, match="X has windows of 19 samples, expected at least 20"):
+        short.transform(X[..., :19])
+
+
+@pytest.mark.parametrize("name", ["bank", "unit_rms"])
+def test_flags_are_no_texts(windows, name):
+    with pytest.raises(TypeError, match=name):
+        ARXLaguerre(order=4, **{name: "no"}).fit(windows)
+
+
 def test_fit_forgets_what_partial_fit_knew(windows):
     model = ARXLaguerre(order=4).partial_fit(windows, list("aabbcc")).fit(windows[:2])
     assert_same_models(model, ARXLaguerre(order=4).fit(windows[:2]))

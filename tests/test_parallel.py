@@ -9,7 +9,7 @@ from sklearn import config_context, get_config
 from sklearn.base import clone
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from skarxlag import KnownConditions, SpectralDistance
+from skarxlag import KnownConditions, SpectralDistance, make_alpio
 from skarxlag._parallel import map_batches, one_thread
 
 
@@ -44,6 +44,15 @@ def test_linear_algebra_runs_on_one_thread(n_jobs):
         return {i["num_threads"] for i in threadpool_info() if i["user_api"] == "blas"}
 
     assert all(found <= {1} for found in map_batches(threads, 20, n_jobs, 5))
+
+
+@pytest.mark.parametrize(("n_jobs", "error"), [("two", TypeError), (0, ValueError)])
+def test_n_jobs_is_checked_for_one_batch_as_well(n_jobs, error):
+    with pytest.raises(error, match="n_jobs"):
+        map_batches(lambda batch: batch.stop, 1, n_jobs)
+    diagnoser = make_alpio().fit(np.random.default_rng(0).normal(size=(8, 200)), list("ab" * 4))
+    with pytest.raises(error, match="n_jobs"):
+        diagnoser.set_params(n_jobs=n_jobs).predict(np.ones((2, 200)))
 
 
 def test_an_error_in_a_batch_reaches_the_caller():

@@ -352,8 +352,8 @@ class SpeedScaled(TransformerMixin, BaseEstimator):
     def transform(self, X, rpm=None):
         return X if rpm is None else X / np.reshape(rpm, (-1, 1))
 
-    def adapt(self, X, y):
-        self.adapted_ = X, y
+    def adapt(self, X, y, rpm=None):
+        self.adapted_ = X, y, rpm
         return self
 
 
@@ -468,6 +468,8 @@ def test_adapt_reaches_its_step_through_the_steps_before(data):
     first = DiagnosisPipeline([("scale", SpeedScaled()), ("decide", ThresholdLadder())])
     first.fit(*data).adapt(X, y)
     assert first["scale"].adapted_[0] is X
+    first.adapt(X, y, rpm=900.0)
+    assert first["scale"].adapted_[2] == 900.0
 
 
 @pytest.mark.slow

@@ -203,7 +203,7 @@ MAKERS = [make_alpio, make_extended_state_pio, make_diagnoser]
 
 
 @pytest.mark.parametrize("make", MAKERS)
-@pytest.mark.parametrize("n_samples", [100, 1200])
+@pytest.mark.parametrize("n_samples", [150, 1200])
 def test_windows_of_several_channels_keep_their_length(make, n_samples):
     diagnoser = make().fit(signals((20, 2, 300)), labels(20))
     with pytest.raises(ValueError, match=r"windows of shape \(.*\), but .* was fitted on"):
