@@ -110,8 +110,7 @@ def map_batches(
     starts = range(0, n_windows, batch_size)
     batches = [slice(start, min(start + batch_size, n_windows)) for start in starts]
     with one_thread:
-        if n_jobs is not None:
-            check_scalar(n_jobs, "n_jobs", Integral)
+        check_scalar(n_jobs, "n_jobs", (Integral, type(None)))
         n_threads = min(effective_n_jobs(n_jobs), len(batches))
         if n_threads < 2 or _thread.is_worker:
             return [function(batch) for batch in batches]

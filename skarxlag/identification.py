@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.utils import Bunch
+from sklearn.utils import Bunch, check_scalar
 
 from ._base import ArrayTransformer, SignalEstimator
 from ._parallel import map_batches
@@ -104,8 +105,8 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     n_features_in_ : int
         Number of samples in a window, or of channels if windows have several.
     window_shape_ : ndarray of int
-        Shape of a window in `fit`. Later windows of several channels may have another length: that
-        of `fit` or twice `n_transient`, whichever is smaller, or more.
+        Shape of a window in `fit`. Later windows of several channels may have another length: at
+        least twice the `n_transient` of `fit`.
     feature_names_in_ : ndarray of str
         Column names, if fitted on a table.
 
@@ -274,11 +275,11 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     def _choose_networks(self, scaled, counted):
         """Set orders and poles of the networks; search the poles that are not given."""
         orders, poles = check_networks(self.order, self.pole, scaled.shape[1])
-        if orders.max() > (most := max(scaled.shape[-1], _ORDER_OF_ANY_WINDOW)):
-            raise ValueError(
-                f"order == {orders.max()}, must be <= {most} for windows of {scaled.shape[-1]} "
-                "samples. Lower the order, or cut longer windows."
-            )
+        n_samples = scaled.shape[-1]
+        most = max(n_samples, _ORDER_OF_ANY_WINDOW)
+        check_scalar(
+            orders.max(), f"order for windows of {n_samples} samples", Integral, max_val=most
+        )
         self.orders_: NDArray[Any] = orders
         if None in poles:
             # Cross-spectra are squares of the signal, so a weight counts by its root.
@@ -475,12 +476,9 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
                 "transpose the last two axes."
             )
         if not reset:
-            least = min(int(self.window_shape_[-1]), 2 * self._settling_length())
-            if windows.shape[2] < least:
-                raise ValueError(
-                    f"X has windows of {windows.shape[2]} samples, expected at least {least}: "
-                    "in shorter ones the networks do not settle as in fit."
-                )
+            least = 2 * self._n_transient(int(self.window_shape_[-1]))
+            # In shorter ones, the networks do not settle as in `fit`.
+            check_scalar(windows.shape[2], "Samples in a window of X", Integral, min_val=least)
         return windows, y
 
     def _windows_by_model(self, windows, y, weights):
@@ -498,19 +496,16 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         return windows, y, weights
 
     def _n_transient(self, n_samples):
-        return min(self._settling_length(), n_samples // 2)
-
-    def _settling_length(self):
-        return max(map(settling_length, self.orders_.tolist(), self.poles_.tolist()))
+        settled = max(map(settling_length, self.orders_.tolist(), self.poles_.tolist()))
+        return min(settled, n_samples // 2)
 
     def _check_relations(self):
         orders, poles = check_networks(self.order, self.pole, len(self.orders_))
-        kept = zip(poles, self.poles_.tolist(), strict=True)
-        if any(orders != self.orders_) or any(pole not in (None, found) for pole, found in kept):
+        kept = [pole in (None, found) for pole, found in zip(poles, self.poles_, strict=True)]
+        if any(orders != self.orders_) or not all(kept):
             raise ValueError(
-                f"order={self.order!r} and pole={self.pole!r}, but the fitted networks have "
-                f"orders_ == {self.orders_} and poles_ == {self.poles_}. Set these, or call fit to "
-                "start afresh."
+                f"order={self.order!r} and pole={self.pole!r}, but orders_ == {self.orders_} and "
+                f"poles_ == {self.poles_}. Expected those of fit, or another fit."
             )
 
 

@@ -289,8 +289,9 @@ def cross_speed_predict(
     cv : splitter or None, default=None
         Splitter. None: `SpeedSplit()`.
     params : dict of str to array-like or None, default=None
-        Metadata with an entry for each window, such as ``rpm``. `fit` and `predict` each get those
-        that they request by scikit-learn's metadata routing, as the estimators of this package do.
+        Metadata of `fit` with an entry for each window, such as ``rpm`` and ``sample_weight``.
+        `predict` gets those that it requests by scikit-learn's metadata routing, as the estimators
+        of this package do.
     n_jobs : int or None, default=None
         Number of splits that are computed at the same time.
 
@@ -299,11 +300,6 @@ def cross_speed_predict(
     DataFrame
         A row for each window of each test: ``split``, its number; ``window``, the row in X;
         ``true`` and ``predicted``, the conditions.
-
-    Raises
-    ------
-    ValueError
-        If neither `fit` nor `predict` requests one of `params`, or lengths differ.
 
     Examples
     --------
@@ -320,12 +316,6 @@ def cross_speed_predict(
     X = X if isinstance(X, pd.DataFrame) else np.asarray(X)
     y, params = column_or_1d(y), {k: np.asarray(value) for k, value in (params or {}).items()}
     check_consistent_length(X, y, *params.values())
-    for name in params:
-        if not any(requests(estimator, method, name) for method in ("fit", "predict")):
-            raise ValueError(
-                f"params has {name!r}, which neither fit nor predict of {type(estimator).__name__} "
-                "requests; see set_fit_request and set_predict_request of scikit-learn."
-            )
     splits = list((SpeedSplit() if cv is None else cv).split(X, y, groups))
     predicted = Parallel(n_jobs=n_jobs)(
         delayed(_fit_and_predict)(clone(estimator), X, y, params, train, test)
@@ -341,10 +331,7 @@ def cross_speed_predict(
 
 
 def _fit_and_predict(estimator, X, y, params, train, test):
-    of_train, of_test = (
-        {name: value[at] for name, value in params.items() if requests(estimator, method, name)}
-        for method, at in (("fit", train), ("predict", test))
-    )
     rows = X.iloc if isinstance(X, pd.DataFrame) else X
-    estimator.fit(rows[train], y[train], **of_train)
-    return estimator.predict(rows[test], **of_test)
+    estimator.fit(rows[train], y[train], **{name: value[train] for name, value in params.items()})
+    requested = [name for name in params if requests(estimator, "predict", name)]
+    return estimator.predict(rows[test], **{name: params[name][test] for name in requested})

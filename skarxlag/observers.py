@@ -97,14 +97,13 @@ class Observer(InnovationsTransformer):
             Residual levels.
         """
         innovations, _ = validate_innovations(self, X, reset=False)
-        parts = map_batches(
-            lambda batch: self._levels(innovations[batch]), len(innovations), self.n_jobs
-        )
-        return np.concatenate(parts).astype(innovations.dtype, copy=False)
 
-    def _levels(self, innovations):
-        innovations = np.require(innovations, dtype=np.float64, requirements=["C", "W"])
-        return RESIDUAL_EVALUATIONS[self.evaluation].levels(innovations, self)
+        def of_batch(batch):
+            rows = np.require(innovations[batch], dtype=np.float64, requirements=["C", "W"])
+            return RESIDUAL_EVALUATIONS[self.evaluation].levels(rows, self)
+
+        parts = map_batches(of_batch, len(innovations), self.n_jobs)
+        return np.concatenate(parts).astype(innovations.dtype, copy=False)
 
     @uses_fitted
     def small_signal_response(self, frequency: NDArray[Any]) -> NDArray[Any]:
@@ -185,8 +184,7 @@ class Observer(InnovationsTransformer):
         check_real(self.kp, "kp")
         if self.evaluation not in RESIDUAL_EVALUATIONS:
             raise ValueError(
-                f"evaluation == {self.evaluation!r}, must be one of "
-                f"{', '.join(RESIDUAL_EVALUATIONS)}."
+                f"evaluation == {self.evaluation!r}, must be one of {[*RESIDUAL_EVALUATIONS]}."
             )
         check_real(self.sliding_slope, "sliding_slope", min_val=0)
         check_real(self.adaptation_step, "adaptation_step", **UP_TO_1)
@@ -394,11 +392,7 @@ class ExtendedStatePIObserver(Observer):
         check_real(self.saturation, "saturation", min_val=0)
         with np.errstate(over="ignore"):
             largest = self.gain * (1 + np.float64(self.saturation) ** self.exponent)
-        if not np.isfinite(largest):
-            raise ValueError(
-                f"gain * (1 + saturation ** exponent) is not finite with gain={self.gain}, "
-                f"saturation={self.saturation} and exponent={self.exponent}."
-            )
+        check_real(largest, "gain * (1 + saturation ** exponent)")
         self.closed_loops_: NDArray[Any] = np.array(
             [observer.loop_matrix(self.pole, self.kp, self.ki_a, g) for g in (self.gain, largest)]
         )

@@ -142,9 +142,11 @@ def test_partial_fit_refuses_other_networks_than_those_so_far(windows, changed):
 
 def test_an_order_beyond_the_window_is_refused():
     X = np.random.default_rng(0).normal(size=(4, 300))
-    with pytest.raises(ValueError, match="order == 1000000, must be <= 300 for windows of 300 sam"):
+    with pytest.raises(
+        ValueError, match="order for windows of 300 samples == 1000000, must be <= 300"
+    ):
         ARXLaguerre(order=10**6).fit(X)
-    with pytest.raises(ValueError, match="order == 65, must be <= 64 for windows of 3 samples"):
+    with pytest.raises(ValueError, match="order for windows of 3 samples == 65, must be <= 64"):
         ARXLaguerre(order=65).fit(X[:, :3])
     assert ARXLaguerre(order=64).fit(X[:, :3]).orders_ == [64]
 
@@ -154,11 +156,11 @@ def test_windows_in_which_networks_do_not_settle_are_refused():
     model = ARXLaguerre(order=16, pole=0.0).fit(X)
     assert model.transform(X[..., :32]).shape == (4, 1, 16)
     for use in (model.transform, model.partial_fit, model.predict_output):
-        with pytest.raises(ValueError, match="X has windows of 31 samples, expected at least 32"):
+        with pytest.raises(ValueError, match="Samples in a window of X == 31, must be >= 32"):
             use(X[..., :31])
     short = ARXLaguerre(order=16, pole=0.0).fit(X[..., :20])
     assert short.transform(X[..., :20]).shape == (4, 1, 10)
-    with pytest.raises(ValueError, match="X has windows of 19 samples, expected at least 20"):
+    with pytest.raises(ValueError, match="Samples in a window of X == 19, must be >= 20"):
         short.transform(X[..., :19])
 
 
