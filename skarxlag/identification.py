@@ -275,11 +275,9 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     def _choose_networks(self, scaled, counted):
         """Set orders and poles of the networks; search the poles that are not given."""
         orders, poles = check_networks(self.order, self.pole, scaled.shape[1])
-        n_samples = scaled.shape[-1]
-        most = max(n_samples, _ORDER_OF_ANY_WINDOW)
-        check_scalar(
-            orders.max(), f"order for windows of {n_samples} samples", Integral, max_val=most
-        )
+        name = f"order for windows of {scaled.shape[-1]} samples"
+        most = max(scaled.shape[-1], _ORDER_OF_ANY_WINDOW)
+        check_scalar(orders.max(), name, Integral, max_val=most)
         self.orders_: NDArray[Any] = orders
         if None in poles:
             # Cross-spectra are squares of the signal, so a weight counts by its root.

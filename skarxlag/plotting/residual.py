@@ -147,8 +147,7 @@ class ResidualDisplay(Display):
         if trajectory is None:
             known = [name for name, each in RESIDUAL_EVALUATIONS.items() if each.trajectory]
             raise ValueError(
-                f"evaluation={observer.evaluation!r} does not measure the size of a trajectory, "
-                f"so there is none to show; expected one of {known}."
+                f"evaluation={observer.evaluation!r} has no trajectory, expected one of {known}."
             )
         m, names = chosen_model(estimator, model)
         innovations = estimator[:-2].transform(np.asarray(window)[np.newaxis])

@@ -253,8 +253,7 @@ def _own_and_rival(levels, y, classes):
     unknown = np.setdiff1d(y, classes)
     if len(unknown) > 0:
         raise ValueError(
-            f"y has the conditions {unknown.tolist()}, the bank has models of {classes.tolist()} "
-            "only."
+            f"y has {unknown.tolist()}, but the bank has models of {classes.tolist()} only."
         )
     relative = np.exp(-relative_scores(levels))
     is_own = y[:, np.newaxis] == classes

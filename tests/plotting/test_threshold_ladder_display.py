@@ -176,5 +176,5 @@ def test_wrong_parameters_are_refused(bank, detector, rig):
         draw.from_estimator(bank, rig.X, rig.y, decision="both")
     with pytest.raises(ValueError, match=r"decision='isolation', expected one of \('detection',\)"):
         draw.from_estimator(detector, rig.X, rig.y, decision="isolation")
-    with pytest.raises(ValueError, match=r"y has the conditions \['bent'\], the bank has models"):
+    with pytest.raises(ValueError, match=r"y has \['bent'\], but the bank has models"):
         draw.from_estimator(bank, rig.X[:1], ["bent"])
