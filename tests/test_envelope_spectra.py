@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from skarxlag import envelope_spectrum
-from skarxlag.envelope_spectra import match_faults
+from skarxlag.envelope_spectra import best_combs, match_faults
 
 
 def test_envelope_spectrum_of_a_band():
@@ -29,3 +29,12 @@ def test_a_row_of_unknown_speed_has_no_contrast():
     assert found.contrasts[0].any() and not found.contrasts[1].any()
     assert found.scores[1].tolist() == [0, 0, 0] and found.factors[1].tolist() == [1, 1, 1]
     assert found.rpm[0] == 1500 and np.isnan(found.rpm[1])
+
+
+@pytest.mark.parametrize(("turns_of_cage", "weight"), [(1.99, 0.0), (2.0, 0.6)])
+def test_a_cage_counts_in_rows_of_two_of_its_turns(turns_of_cage, weight):
+    contrast = np.zeros(4001)
+    contrast[[40, 80, 120, 160]] = 1.0
+    orders = np.array([[0.4, 2.3, 5.4, 3.7]])
+    scores, *_ = best_combs(contrast, turns_of_cage / 0.4, orders, 0.0, 0.03)
+    np.testing.assert_allclose(scores, [weight, 0, 0], atol=1e-12)

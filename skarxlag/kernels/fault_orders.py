@@ -237,7 +237,7 @@ def contrasts(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
     power = spectra.real**2 + spectra.imag**2
     floor = _LEAST_POWER * np.mean(envelopes**2, axis=1, keepdims=True) + np.finfo(float).tiny
     width = max(_FLOOR_WIDTH, _FLOOR_CELLS / (n_values * step))
-    half = max(int(width / cell / 2), 1)
+    half = int(width / cell / 2)
     _above_median(np.log(power + floor * n_values), half, ORDER_STEP / cell, found)
     return found
 

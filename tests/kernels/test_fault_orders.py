@@ -176,6 +176,11 @@ def test_frequencies_without_power_are_not_prewhitened():
     found = kernel.squared_envelope_spectrum(tone, (0.0, 0.5), True)
     # The envelope of one tone is constant.
     assert found.max() < 1e-12
+    # A second one beats with it, if its share of the largest magnitude is above 1e-12.
+    faint = np.sin(2 * np.pi * 24 / 64 * np.arange(64))
+    for share, beats in ((1.05e-12, True), (0.95e-12, False)):
+        found = kernel.squared_envelope_spectrum(tone + share * faint, (0.0, 0.5), True)
+        assert (found[16] > 0.1) == beats
 
 
 def test_a_neper_of_power_is_4_34_decibel():
@@ -229,3 +234,25 @@ def test_frequencies_outside_the_band_do_not_count():
     outside = inside + np.cos(60 * angle) + np.cos(450 * angle)
     found = kernel.squared_envelope_spectrum(outside, (0.1, 0.4), False)
     np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_the_bins_at_the_ends_of_the_band_count_and_their_neighbours_do_not():
+    angle = 2 * np.pi * np.arange(1000) / 1000
+    for ends, beats in (((100, 400), True), ((99, 400), False), ((100, 401), False)):
+        signal = np.cos(ends[0] * angle) + np.cos(ends[1] * angle)
+        found = kernel.squared_envelope_spectrum(signal, (0.1, 0.4), False)
+        assert (found[ends[1] - ends[0]] > 1e-3) == beats
+
+
+def test_spectra_are_kept_up_to_an_order_above_the_highest():
+    envelope = np.random.default_rng(8).normal(size=(1, 2000))
+    # The running median of order 40 needs the orders around it.
+    found, step = kernel.contrasts(envelope, 0.0101), 0.0101
+    power = (
+        np.abs(np.fft.rfft((envelope[0] - envelope[0].mean()) * np.hanning(2002)[1:-1], 8000)) ** 2
+    )
+    level, cell = np.log(power), 1 / (8000 * step)
+    above = level - median_filter(level, size=2 * int(0.75 / cell / 2) + 1)
+    expected = maximum_filter1d(np.maximum(above + np.log(np.log(2)), 0), 3)
+    at = np.interp(np.arange(3800, 4001) * 0.01, np.arange(len(expected)) * cell, expected)
+    np.testing.assert_allclose(found[0, 3800:], at, atol=1e-6)
