@@ -26,7 +26,7 @@ from ._validation import (
 )
 from .kernels import arx_laguerre, pole_search
 from .kernels.laguerre import network_matrices, settling_length
-from .kernels.least_squares import distinct_windows, solve_sums
+from .kernels.least_squares import distinct_windows, sample_keys, solve_sums
 from .kernels.scaling import fit_percentage, unit_rms_windows
 
 #: Name of a model of all windows.
@@ -232,21 +232,23 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         windows, y, weights = weighted_windows(windows, y, sample_weight)
         windows, labels, weights = self._windows_by_model(windows, y, weights)
         self._check_parameters()
-        scaled, _ = unit_rms_windows(windows)
+        scaled = _Scaled(windows, np.arange(len(windows)))
+        parts = map_batches(lambda batch: _keys(scaled[batch]), len(windows), self.n_jobs)
+        keys, moves = map(np.concatenate, zip(*parts, strict=True))
         # Windows with a constant output do not count, whatever their inputs are.
-        weights = weights * np.any(scaled[:, 0] != 0, axis=-1)
-        classes, found = np.unique(labels), {}
-        counted = {
-            name: self._counted_rows(scaled, weights, labels == name) for name in classes.tolist()
-        }
+        weights = weights * moves
+        classes, counted, found = np.unique(labels), {}, {}
+        for name in classes.tolist():
+            rows = np.flatnonzero(labels == name)
+            counted[name] = self._counted_windows(_Scaled(windows, rows), keys[rows], weights[rows])
         if start_afresh:
-            self._choose_networks(scaled, counted.values())
+            self._choose_networks(windows.shape[1:], counted.values())
         else:
             check_labels([*self.classes_.tolist(), *classes.tolist()])
             classes = np.union1d(self.classes_, classes)
             so_far = zip(self.sums_, self.weights_, strict=True)
             found = dict(zip(self.classes_.tolist(), so_far, strict=True))
-        self._add_to_sums(found, scaled, counted)
+        self._add_to_sums(found, counted, windows.shape[-1])
         self.classes_: NDArray[Any] = classes
         sums, weights = zip(*(found[name] for name in classes.tolist()), strict=True)
         self.sums_: NDArray[Any] = np.array(sums)
@@ -264,50 +266,50 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         check_real(self.alpha, "alpha", min_val=0)
         check_real(self.forgetting_factor, "forgetting_factor", **UP_TO_1)
 
-    def _counted_rows(self, scaled, weights, own):
-        """Return the indices of one model's windows, and their weights."""
-        rows = np.flatnonzero(own)
+    def _counted_windows(self, scaled, keys, weights):
+        """Return the windows of one model that count, and their weights."""
         if self.forgetting_factor < 1:
-            return rows, weights[rows]
-        distinct, counted = distinct_windows(_rows_of(scaled, rows), weights[rows])
-        return rows[distinct], counted
+            return scaled, weights
+        distinct, weights = distinct_windows(scaled, keys, weights)
+        return _Scaled(scaled.windows, scaled.rows[distinct]), weights
 
-    def _choose_networks(self, scaled, counted):
+    def _choose_networks(self, shape, counted):
         """Set orders and poles of the networks; search the poles that are not given."""
-        orders, poles = check_networks(self.order, self.pole, scaled.shape[1])
-        name = f"order for windows of {scaled.shape[-1]} samples"
-        most = max(scaled.shape[-1], _ORDER_OF_ANY_WINDOW)
+        n_channels, n_samples = shape
+        orders, poles = check_networks(self.order, self.pole, n_channels)
+        name = f"order for windows of {n_samples} samples"
+        most = max(n_samples, _ORDER_OF_ANY_WINDOW)
         check_scalar(orders.max(), name, Integral, max_val=most)
         self.orders_: NDArray[Any] = orders
         if None in poles:
             # Cross-spectra are squares of the signal, so a weight counts by its root.
             spectra = np.array(
                 [
-                    pole_search.cross_spectra(scaled[rows] * np.sqrt(weights)[:, None, None])
-                    for rows, weights in counted
+                    pole_search.cross_spectra(scaled[:] * np.sqrt(weights)[:, None, None])
+                    for scaled, weights in counted
                 ]
             )
             poles = pole_search.search_poles(spectra, self.orders_, poles, self.alpha)
         self.poles_: NDArray[Any] = np.asarray(poles, dtype=np.float64)
 
-    def _add_to_sums(self, found, scaled, counted):
+    def _add_to_sums(self, found, counted, n_samples):
         """Add sums and weight of each model's windows to those so far, by condition."""
-        n_transient = self._n_transient(scaled.shape[-1])
-        for name, (rows, weights) in counted.items():
-            fading = self.forgetting_factor ** np.arange(len(rows) - 1, -1, -1.0) * weights
-            kept = self.forgetting_factor ** len(rows)
+        n_transient = self._n_transient(n_samples)
+        for name, (scaled, weights) in counted.items():
+            fading = self.forgetting_factor ** np.arange(len(weights) - 1, -1, -1.0) * weights
+            kept = self.forgetting_factor ** len(weights)
             sums, weight = found.get(name, (0.0, 0.0))
             found[name] = (
-                kept * sums + self._sums(_rows_of(scaled, rows), fading, n_transient),
-                kept * weight + fading.sum() * (scaled.shape[-1] - n_transient),
+                kept * sums + self._sums(scaled, fading, n_transient),
+                kept * weight + fading.sum() * (n_samples - n_transient),
             )
 
-    def _sums(self, windows, weights, n_transient):
+    def _sums(self, scaled, weights, n_transient):
         parts = map_batches(
             lambda batch: arx_laguerre.accumulate_sums(
-                windows[batch], weights[batch], self.orders_, self.poles_, n_transient
+                scaled[batch], weights[batch], self.orders_, self.poles_, n_transient
             ),
-            len(windows),
+            len(weights),
             self.n_jobs,
         )
         power, driven, moved = (sum(part) for part in zip(*parts, strict=True))
@@ -507,6 +509,16 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
             )
 
 
-def _rows_of(windows, rows):
-    """Return windows by index, without a copy if these are all windows in their order."""
-    return windows if np.array_equal(rows, np.arange(len(windows))) else windows[rows]
+class _Scaled:
+    """Windows of unit root mean square, which are computed when some of them are taken by index."""
+
+    def __init__(self, windows, rows):
+        self.windows, self.rows = windows, rows
+
+    def __getitem__(self, batch):
+        return unit_rms_windows(self.windows[self.rows[batch]])[0]
+
+
+def _keys(scaled):
+    """Return a few samples of each window, and whether its output is not constant."""
+    return sample_keys(scaled), np.any(scaled[:, 0] != 0, axis=-1)

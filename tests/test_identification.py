@@ -1,3 +1,5 @@
+import tracemalloc
+
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
@@ -346,3 +348,13 @@ def test_two_orders_are_those_of_the_output_and_of_all_inputs():
     assert ARXLaguerre(order=(2, 5)).fit(X[:, 0]).orders_.tolist() == [2]
     with pytest.raises(ValueError, match=r"order=.* has 3 entries, but windows have 2 channels"):
         ARXLaguerre(order=(2, 5, 5)).fit(X[:, :2])
+
+
+def test_fit_copies_no_more_than_batches_of_windows():
+    windows, y = np.random.default_rng(0).normal(size=(4000, 400)), np.arange(4000) % 3
+    model = ARXLaguerre(order=4).fit(windows[:9], y[:9])
+    tracemalloc.start()
+    model.fit(windows, y)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < windows.nbytes / 4

@@ -44,8 +44,25 @@ def solve_sums(sums: NDArray[Any], alpha: float) -> tuple[NDArray[Any], float]:
     return coef, max(float(error), 0.0)
 
 
+def sample_keys(windows: NDArray[Any]) -> NDArray[Any]:
+    """Return the samples of each window's output by which `distinct_windows` sorts.
+
+    Parameters
+    ----------
+    windows : ndarray of shape (n_windows, n_channels, n_samples)
+        Windows without NaN.
+
+    Returns
+    -------
+    ndarray of shape (n_windows, 8)
+        Samples at equal distances.
+    """
+    places = np.linspace(0, windows.shape[-1] - 1, _N_KEYS).astype(int)
+    return windows[:, 0, places]
+
+
 def distinct_windows(
-    windows: NDArray[Any], weights: NDArray[Any]
+    windows: Any, keys: NDArray[Any], weights: NDArray[Any]
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return the indices of the distinct windows, and the weight of each.
 
@@ -56,7 +73,9 @@ def distinct_windows(
     Parameters
     ----------
     windows : ndarray of shape (n_windows, n_channels, n_samples)
-        Windows without NaN.
+        Windows without NaN. Two are taken by their indices if their keys are equal.
+    keys : ndarray of shape (n_windows, n_keys)
+        Their `sample_keys`.
     weights : ndarray of shape (n_windows,)
         Number of windows that each window stands for.
 
@@ -71,16 +90,14 @@ def distinct_windows(
     Examples
     --------
     >>> windows = np.array([[[2.0, 3.0]], [[1.0, 5.0]], [[2.0, 3.0]]])
-    >>> distinct_windows(windows, np.array([1.0, 1.0, 2.0]))
+    >>> distinct_windows(windows, sample_keys(windows), np.array([1.0, 1.0, 2.0]))
     (array([0, 1]), array([3., 1.]))
     """
-    places = np.linspace(0, windows.shape[-1] - 1, _N_KEYS).astype(int)
-    keys = windows[:, 0, places]
     order = np.lexsort(keys.T)
     same = np.all(keys[order[1:]] == keys[order[:-1]], axis=1)
     for i in np.flatnonzero(same):
-        same[i] = np.array_equal(windows[order[i + 1]], windows[order[i]])
+        same[i] = np.array_equal(*windows[order[i : i + 2]])
     if not np.any(same) and np.all((weights == 0) | (weights == 1)):
-        return np.arange(len(windows)), weights
+        return np.arange(len(keys)), weights
     first = np.flatnonzero(np.concatenate([[True], ~same]))
     return order[first], np.add.reduceat(weights[order], first)
