@@ -86,6 +86,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
     (600,)
     """
 
+    steps: list[tuple[str, Any]]
+
     # scikit-learn 1.6 asks the class, not its steps, what a search may pass to `score`.
     __metadata_request__score = {"rpm": True, "sample_weight": True}  # noqa: RUF012
 
