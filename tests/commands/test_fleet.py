@@ -1,9 +1,8 @@
 import asyncio
 import multiprocessing
 import os
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext, suppress
-from functools import partial
 from importlib import import_module
 from types import SimpleNamespace
 
@@ -104,8 +103,7 @@ def test_threads_and_processes_change_nothing(diagnose, in_order):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("is_pool", [True, False])
-def test_processes_that_are_spawned_change_nothing(run, fleet, tmp_path, is_pool):
+def test_processes_that_are_spawned_change_nothing(run, fleet, tmp_path):
     """Workers of a pool cannot start processes of their own."""
     table, context = tmp_path / "table.csv", multiprocessing.get_context("spawn")
     lines = [f"{fleet}/{number}.npy,{name},5e3" for number, name in ((0, "good"), (9, "worn"))]
@@ -121,10 +119,8 @@ def test_processes_that_are_spawned_change_nothing(run, fleet, tmp_path, is_pool
         if folder == "own":
             assert [run(*command)[0] for command in commands] == [0, 0]
         else:
-            kind = context.Pool if is_pool else partial(ProcessPoolExecutor, mp_context=context)
-            with kind(1) as pool:
-                call = pool.apply if is_pool else lambda f, args: pool.submit(f, *args).result()
-                assert call(run_commands, commands) == [0, 0]
+            with context.Pool(1) as pool:
+                assert pool.apply(run_commands, commands) == [0, 0]
         outputs.append(output.read_bytes())
     assert outputs[0] == outputs[1]
 
