@@ -299,7 +299,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         )
 
     def _is_far(self, rpm):
-        """Whether no healthy row had about the speed of each row, or the speed is not known."""
+        """Return whether no healthy row had about the speed of a row, or its speed is not known."""
         distances = np.abs(np.log(rpm[:, np.newaxis] / self.healthy_speeds_))
         return ~(distances.min(axis=1, initial=np.inf) <= _SAME_SPEED)
 

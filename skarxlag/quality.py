@@ -118,8 +118,8 @@ def signal_quality(
 
     Short windows are judged by fewer criteria. Two samples at the extremes, one at each, never
     count as clipped. A window of fewer than 64 samples is never coarse or wrapped, and one of fewer
-    than 400 never has a missing band. A few samples that wrapped round cannot be told from impacts,
-    nor can white noise of uniform distribution from a signal that wrapped round often.
+    than 400 never has a missing band. A few samples that wrapped round look like impacts, and white
+    noise of uniform distribution looks like a signal that wrapped round often.
 
     Examples
     --------
@@ -277,7 +277,7 @@ def _hum(windows, sampling_rate, shaft_frequency):
         with np.errstate(divide="ignore", invalid="ignore"):
             order = np.maximum(np.round(mains / shaft_frequency[slow]), 1)
             distance = np.abs(order * shaft_frequency[slow] - mains)
-        # Closer lines cannot be told apart in the window.
+        # The window does not resolve closer lines.
         is_of_shaft = distance <= max(_DEVIATION, _SPEED_ERROR * mains, 1 / duration)
         candidates = slow[~is_of_shaft]
         # With its derivative, a sine fits frequencies that differ by a quarter of the resolution.

@@ -77,7 +77,7 @@ class Case:
 
     @property
     def is_own(self) -> bool:
-        """Whether the recordings are those of a table."""
+        """Return whether the recordings are those of a table."""
         return bool(self.note)
 
     @property
