@@ -59,8 +59,14 @@ def _relink_page(app, docname, source):
     source[0] = source[0].replace("\n\n```\n", "\n```\n")
 
 
+def _relink_included(app, path, docname, content):
+    if str(path).startswith(".."):
+        content[0] = relink(content[0], os.path.normpath(os.path.join("docs", path)), f"{docname}.md")
+
+
 def setup(app):
     """Copy before pages are read, and relink while they are."""
     app.connect("builder-inited", _copy_pages)
     app.connect("source-read", _relink_page)
+    app.connect("include-read", _relink_included)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
