@@ -61,7 +61,8 @@ def _relink_page(app, docname, source):
 
 def _relink_included(app, path, docname, content):
     if str(path).startswith(".."):
-        content[0] = relink(content[0], os.path.normpath(os.path.join("docs", path)), f"{docname}.md")
+        source = os.path.normpath(os.path.join("docs", path))
+        content[0] = relink(content[0], source, f"{docname}.md")
 
 
 def setup(app):
