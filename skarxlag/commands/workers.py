@@ -31,7 +31,7 @@ _AHEAD, _TRIALS = 2, 2
 #: died with its worker, but only after 30 s (distributed.comm.timeouts.connect).
 _LOOK_SECONDS = 60
 _CONNECT_SECONDS, _WORKER_SECONDS = 10, 30
-#: Set at the end of a run, because a thread cannot be stopped from outside.
+#: Set while a run ends, because a thread cannot be stopped from outside.
 cancelled: threading.Event = threading.Event()
 
 
@@ -119,13 +119,13 @@ def executors(args: argparse.Namespace) -> AbstractContextManager[Workers]:
 
 @contextmanager
 def _threads(n_workers):
-    cancelled.clear()
     executor = ThreadPoolExecutor(n_workers)
     try:
         yield Workers(executor.submit, lambda: n_workers)
     finally:
         cancelled.set()
         executor.shutdown(cancel_futures=True)
+        cancelled.clear()
 
 
 @contextmanager

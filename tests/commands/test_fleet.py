@@ -19,7 +19,9 @@ from skarxlag import load_diagnoser, make_alpio, save_diagnoser
 from skarxlag.commands.diagnosis import Diagnosis, Task
 from skarxlag.commands.journal import Journal
 from skarxlag.commands.messages import CommandError, Progress
+from skarxlag.commands.models import SavedModel
 from skarxlag.commands.workers import TaskFailed, Workers, executors, run_tasks
+from skarxlag.recordings.listing import list_files
 
 from .deadly_tasks import KILL, Deadly, DiesWhileSending, Harmless, run_commands
 
@@ -296,6 +298,13 @@ def test_a_cluster_on_which_nothing_happens_is_not_waited_for(monkeypatch, work,
         assert workers.count() == 2
         with expected:
             workers.check()
+
+
+def test_the_end_of_a_run_cancels_no_later_diagnosis(fleet):
+    with executors(SimpleNamespace(dask=None, processes=False, n_jobs=1)) as workers:
+        assert dict(run_tasks([Harmless(5)], workers)) == {0: 5}
+    known = list_files(fleet / "0.npy", sampling_rate=5e3)[0]
+    assert Task(known, SavedModel(fleet / "m.skops").loader())().verdict
 
 
 def test_workers_that_are_silent_are_looked_after(monkeypatch):
