@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Iterator, Sequence
-from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +9,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from .formats import describe, find_format, read_blocks
-from .formats._contents import choose_channel
+from .formats import find_format, read_file
 from .formats._facts import names_speed
 from .formats._isolation import isolated
+from .formats._signals import describe_channels, signal_blocks
 from .speeds import SpeedProfile
 from .windows import block_length, cut_blocks
 
@@ -189,36 +188,19 @@ def list_channels(path: str | os.PathLike[str], *, dtype: str | None = None) -> 
     0       time            NaN    s  NaN
     1  vibration         1000.0    g  NaN
     """
-    rows = [*_described(path, dtype).values()]
+    rows = _read(path, dtype, describe_channels)
     table = pd.DataFrame(rows, columns=["channel", "sampling_rate", "unit", "rpm"], dtype=object)
     return table.astype({"sampling_rate": float, "rpm": float})
 
 
-def _described(path, dtype):
-    (rows,) = _read(describe, path, dtype)
-    return {row["channel"]: row for row in rows}
-
-
-def _chosen(rows, channel):
-    """Return the facts of the first chosen channel, or of all if none is chosen."""
-    if channel is None:
-        return [*rows.values()]
-    first = channel if isinstance(channel, str | Integral) else channel[0]
-    return [rows[choose_channel(list(rows), first)]]
-
-
-def _stated(rows, channel, fact):
-    return [row[fact] for row in _chosen(rows, channel) if row[fact] is not None]
-
-
-def _read(function, path, dtype, *arguments):
+def _read(path, dtype, function, *arguments):
     path = Path(path)
-    module, _ = find_format(path, dtype)
+    format_ = find_format(path, dtype).FORMAT
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
-    if module.FORMAT.isolated:
-        return isolated(function, path, dtype, *arguments)
-    return function(path, dtype, *arguments)
+    if format_.isolated:
+        return isolated(read_file, path, dtype, function, *arguments)
+    return read_file(path, dtype, function, *arguments)
 
 
 def recording_speed(
@@ -247,25 +229,23 @@ def recording_speed(
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`.
     """
-    rows = _described(path, dtype)
-    if stated := set(_stated(rows, channel, "rpm")):
+    rows = [*_read(path, dtype, describe_channels, channel)]
+    chosen = [row for row in rows if row["is_chosen"]]
+    if stated := {row["rpm"] for row in chosen} - {None}:
         return stated.pop() if len(stated) == 1 else None
-    held = [name for name, row in rows.items() if names_speed(name, row["unit"])]
-    if not held:
+    held = next((row for row in rows if names_speed(row["channel"], row["unit"])), None)
+    if held is None:
         return None
-    rate = rows[held[0]]["sampling_rate"]
+    rate = held["sampling_rate"]
     if rate is None:
         # Channels of different lengths last equally long.
-        signal = max(_chosen(rows, channel), key=lambda row: row["length"] or 0)
+        signal = max(chosen, key=lambda row: row["length"] or 0)
         rate = signal["sampling_rate"] or sampling_rate
         if rate is not None and signal["length"]:
-            rate *= rows[held[0]]["length"] / signal["length"]
+            rate *= held["length"] / signal["length"]
     n_mean = max(int(0.01 * (rate or 0)), 1)
-    means = []
-    for speeds, _ in recording_blocks(path, 2**20 // n_mean * n_mean, channel=held[0], dtype=dtype):
-        parts = np.arange(0, len(speeds), n_mean)
-        means.append(np.add.reduceat(speeds, parts) / np.diff([*parts, len(speeds)]))
-    rpm = np.concatenate(means)
+    parts = iter_windows(path, n_mean, channel=held["channel"], dtype=dtype)
+    rpm = np.concatenate([speeds.mean(axis=1) for speeds in parts])
     if rate is None:
         return float(rpm.mean())
     return SpeedProfile((np.arange(len(rpm)) + 0.5) * n_mean / rate, rpm)
@@ -289,7 +269,9 @@ def recording_start(path: Any, *, channel: Any = None, dtype: Any = None) -> flo
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`.
     """
-    return next(iter(_stated(_described(path, dtype), channel, "start")), None)
+    rows = _read(path, dtype, describe_channels, channel)
+    starts = [row["start"] for row in rows if row["is_chosen"]]
+    return next((start for start in starts if start is not None), None)
 
 
 def recording_blocks(
@@ -320,4 +302,4 @@ def recording_blocks(
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`, when the block in question is reached.
     """
-    return _read(read_blocks, path, dtype, channel, n_samples)
+    return _read(path, dtype, signal_blocks, channel, n_samples)

@@ -11,25 +11,20 @@ This package imports nothing from the rest of skarxlag, so that the process that
 formats starts fast.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from . import arrow, audio, hdf5, matlab, npy, npz, raw, tdms, text, uff, vallen, wav
-from ._contents import ContentError, Contents
-from ._signals import describe_channels, signal_blocks
+from ._contents import ContentError
 
 #: All formats, in the order in which the documentation lists them.
 FORMATS = (matlab, npy, npz, text, wav, audio, arrow, hdf5, tdms, uff, vallen, raw)
 
 
-def find_format(
-    path: Path, dtype: str | None = None
-) -> tuple[ModuleType, Callable[[Path], Iterator[Contents]]]:
-    """Return the module of a file's format, and the function that opens the file.
+def find_format(path: Path, dtype: str | None = None) -> ModuleType:
+    """Return the module of a file's format.
 
     Parameters
     ----------
@@ -44,67 +39,45 @@ def find_format(
         If no format has the ending.
     """
     if dtype is not None:
-        return raw, partial(raw.contents, dtype=dtype)
-    name = path.name.lower()
+        return raw
     for module in FORMATS:
-        if name.endswith(module.FORMAT.suffixes):
-            return module, module.contents
+        if path.name.lower().endswith(module.FORMAT.suffixes):
+            return module
     known = ", ".join(suffix for module in FORMATS for suffix in module.FORMAT.suffixes)
     raise ValueError(f"{path}: unknown suffix {path.suffix!r}; expected one of {known}")
 
 
-def read_blocks(
-    path: Path, dtype: str | None, channel: Any, n_samples: int | None
+def read_file(
+    path: Path, dtype: str | None, function: Callable[..., Iterable[Any]], *arguments: Any
 ) -> Iterator[Any]:
-    """Yield blocks of the chosen channels and their sampling rate, see `signal_blocks`.
+    """Yield what ``function(contents, *arguments)`` yields for the contents of a file.
+
+    Parsers raise all kinds of exceptions on damaged input, and few of them name the file.
 
     Raises
     ------
-    FileNotFoundError, ValueError, ImportError
+    ValueError, ImportError
         The message begins with the path.
     """
-    with _opened(path, dtype) as contents:
-        yield from signal_blocks(contents, channel, n_samples)
-
-
-def describe(path: Path, dtype: str | None) -> Iterator[list[dict[str, Any]]]:
-    """Yield what `describe_channels` returns; errors as in `read_blocks`."""
-    with _opened(path, dtype) as contents:
-        yield describe_channels(contents)
-
-
-@contextmanager
-def _opened(path, dtype):
-    module, contents = find_format(path, dtype)
+    module = find_format(path, dtype)
     try:
-        with contextmanager(contents)(path) as opened:
-            yield opened
-    except Exception as error:
-        raise _error_of(path, error, module) from error
-
-
-def _error_of(path, error, module):
-    """Return the exception that reports a failure to read a file.
-
-    Parsers raise all kinds of exceptions on damaged input, and few of them name the file.
-    """
-    if isinstance(error, ContentError):
-        return ValueError(f"{path}: {error}")
-    if isinstance(error, FileNotFoundError) and not path.is_file():
-        return FileNotFoundError(f"{path}: no such file")
-    if isinstance(error, PermissionError | IsADirectoryError):
-        return ValueError(f"{path}: cannot be read ({error})")
-    if isinstance(error, ImportError):
-        return ImportError(
-            f"{path}: reading this format needs {module.FORMAT.library or error.name}: "
+        for contents in module.contents(path, *([] if dtype is None else [dtype])):
+            yield from function(contents, *arguments)
+    except ImportError as error:
+        library = module.FORMAT.library or error.name
+        raise ImportError(
+            f"{path}: reading this format needs {library}: "
             f"pip install 'skarxlag[{module.FORMAT.extra}]'"
-        )
-    if isinstance(error, MemoryError):
-        return ValueError(f"{path}: needs more memory than a file of its size may, damaged?")
-    if "pickle" in str(error) or "Python objects" in str(error):
-        return ValueError(
-            f"{path}: holds pickled objects, which are refused because they can run code, or "
-            "is damaged; expected plain numeric arrays"
-        )
-    kind = "".join(path.suffixes[-2:] if path.suffix == ".gz" else path.suffixes[-1:]).lower()
-    return ValueError(f"{path}: cannot be read as {kind}, damaged? ({error})")
+        ) from error
+    except ContentError as error:
+        raise ValueError(f"{path}: {error}") from error
+    except Exception as error:
+        reason = f"cannot be read as {path.suffix.lower()}, damaged? ({error})"
+        if isinstance(error, MemoryError):
+            reason = "needs more memory than a file of its size may, damaged?"
+        elif "pickle" in str(error) or "Python objects" in str(error):
+            reason = (
+                "holds pickled objects, which are refused because they can run code, or "
+                "is damaged; expected plain numeric arrays"
+            )
+        raise ValueError(f"{path}: {reason}") from error

@@ -36,7 +36,6 @@ _PATHS = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
 
 #: One idle reader for each process that has started one: a fork must not use that of its parent.
 _idle: dict[int, subprocess.Popen[bytes]] = {}
-_lock = threading.Lock()
 
 
 def isolated(function: Callable[..., Iterable[Any]], path: Path, *arguments: Any) -> Iterator[Any]:
@@ -58,8 +57,7 @@ def isolated(function: Callable[..., Iterable[Any]], path: Path, *arguments: Any
         As raised by the function; and ValueError if the process crashes, or takes too much
         processor time or time. The message begins with the path.
     """
-    with _lock:
-        process = _idle.pop(os.getpid(), None)
+    process = _idle.pop(os.getpid(), None)
     if process is None or process.poll() is not None:
         process = _started()
     patience = _PATIENCE + path.stat().st_size / _BYTES_PER_SECOND
@@ -76,11 +74,7 @@ def isolated(function: Callable[..., Iterable[Any]], path: Path, *arguments: Any
             yield reply
         is_free = True
     finally:
-        with _lock:
-            is_kept = is_free and os.getpid() not in _idle
-            if is_kept:
-                _idle[os.getpid()] = process
-        if not is_kept:
+        if not is_free or _idle.setdefault(os.getpid(), process) is not process:
             _end(process)
 
 
@@ -96,7 +90,6 @@ def _started():
 
 
 def _received(process, path, patience):
-    deadline = time.monotonic() + _CLOCK * patience
     timer = threading.Timer(_CLOCK * patience, process.kill)
     timer.daemon = True
     timer.start()
@@ -107,7 +100,7 @@ def _received(process, path, patience):
         reason = f"crashed (exit status {status}), damaged?"
         if sys.platform != "win32" and status == -signal.SIGXCPU:
             reason = f"took more than {patience:.0f} s of processor time, damaged?"
-        elif time.monotonic() >= deadline:
+        elif timer.finished.is_set():
             reason = f"gave no answer in {_CLOCK * patience:.0f} s; is the disk or machine busy?"
         raise ValueError(f"{path}: its reader {reason}") from error
     finally:
@@ -147,10 +140,10 @@ def serve() -> None:
             return
         try:
             _limit_memory(path)
-            _limit_time(patience)
+            _limit("RLIMIT_CPU", time.process_time() + patience)
             for reply in function(path, *arguments):
                 send(reply)
-                _limit_time(patience)
+                _limit("RLIMIT_CPU", time.process_time() + patience)
             send(None)
         except Exception as error:
             send(error)
@@ -158,29 +151,19 @@ def serve() -> None:
 
 def _limit_memory(path):
     """Limit the growth of this process to the needs of a file of this size, if possible."""
-    try:
-        import resource
-
+    with suppress(OSError, ValueError):
+        n_pages = int(Path("/proc/self/statm").read_text().split()[0])
         page = os.sysconf("SC_PAGE_SIZE")
-        used = int(Path("/proc/self/statm").read_text().split()[0]) * page
         allowed = _MEMORY + _MEMORY_PER_BYTE * path.stat().st_size
-        limit = used + min(allowed, os.sysconf("SC_PHYS_PAGES") * page)
-        _, hard = resource.getrlimit(resource.RLIMIT_AS)
-        if hard != resource.RLIM_INFINITY:
-            limit = min(limit, hard)
-        resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
-    except (ImportError, OSError, ValueError):
-        return
+        _limit("RLIMIT_AS", page * n_pages + min(allowed, os.sysconf("SC_PHYS_PAGES") * page))
 
 
-def _limit_time(seconds):
-    """Limit the processor time of this process from here on, if possible."""
+def _limit(name, value):
     try:
         import resource
     except ImportError:
         return
-    used = time.process_time()
-    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
-    limit = math.ceil(used + seconds)
-    if hard == resource.RLIM_INFINITY or limit < hard:
-        resource.setrlimit(resource.RLIMIT_CPU, (limit, hard))
+    kind = getattr(resource, name)
+    hard = resource.getrlimit(kind)[1]
+    if hard == resource.RLIM_INFINITY or value < hard:
+        resource.setrlimit(kind, (math.ceil(value), hard))

@@ -46,30 +46,32 @@ def signal_blocks(
     if is_timed:
         rate = axis.sampling_rate
         chosen.setdefault(axis.name, axis.channel)
-    start = None
+    start = 0
     for block in contents.read(list(chosen), n_samples):
-        start = start or 0
+        if not len(block[0]):
+            continue
         by_name = dict(zip(chosen, block, strict=True))
         signals = [_as_signal(name, by_name[name], start) for name in names]
         if is_timed:
             axis.check(by_name[axis.name], start)
         yield signals[0] if is_single else np.stack(signals), rate
         start += len(signals[0])
-    if start is None:
+    if start == 0:
         raise ContentError(f"channel {names[0]!r} is empty")
 
 
-def describe_channels(contents: Contents) -> list[dict[str, Any]]:
-    """Return name, sampling rate, unit, shaft speed and date of the start of every channel."""
-    axis = find_time_axis(contents)
-    rows = []
-    for name, channel in contents.channels.items():
-        row = {"channel": name} | asdict(channel)
-        if axis is not None and axis.covers(channel):
-            row["sampling_rate"] = channel.sampling_rate or axis.sampling_rate
-            row["start"] = axis.start if channel.start is None else channel.start
-        rows.append(row)
-    return rows
+def describe_channels(contents: Contents, channel: Any = None) -> Iterator[dict[str, Any]]:
+    """Yield the facts of every channel, and whether it is chosen first; None chooses all."""
+    axis, names = find_time_axis(contents), list(contents.channels)
+    if channel is not None:
+        first = channel if isinstance(channel, str | Integral) else channel[0]
+        names = choose_channels(names, [first])
+    for name, found in contents.channels.items():
+        row = {"channel": name, "is_chosen": name in names} | asdict(found)
+        if axis is not None and axis.covers(found):
+            row["sampling_rate"] = found.sampling_rate or axis.sampling_rate
+            row["start"] = axis.start if found.start is None else found.start
+        yield row
 
 
 def _agreed(what, values):
@@ -99,8 +101,6 @@ def _chosen_names(contents, channel, axis):
 
 def _as_signal(name, values, start):
     where = f"channel {name!r}"
-    if values.size == 0 and start == 0:
-        raise ContentError(f"{where} is empty")
     if values.dtype.kind == "c":
         raise ContentError(f"{where} is complex; store its real part or its magnitude")
     if values.dtype == object:

@@ -21,60 +21,39 @@ _BUFFER_BYTES = 2**20
 
 def contents(path: Path) -> Iterator[Contents]:
     """Return the channels by the names of the columns."""
-    import pyarrow
+    from pyarrow.dataset import dataset
     from pyarrow.parquet import ParquetFile
-
-    if path.suffix.lower() == ".parquet":
-        # With the defaults, a whole row group is loaded before its first rows are returned.
-        opened = ParquetFile(path, pre_buffer=False, buffer_size=_BUFFER_BYTES)
-        schema, batches = opened.schema_arrow, _parquet_batches
-    else:
-        opened = pyarrow.ipc.open_file(str(path))
-        schema, batches = opened.schema, _feather_batches
-    with opened as file:
-        columns = _columns(schema)
-
-        def read(names, n_samples):
-            chosen = [columns[name] for name in names]
-            if n_samples is None and batches is _parquet_batches:
-                # Constants take no space in a file: a small file can hold any number of samples.
-                check_unpacked(path.stat().st_size, file.metadata.num_rows * 8 * len(chosen))
-            for batch in batches(file, chosen, n_samples):
-                yield [batch.column(name).to_numpy(zero_copy_only=False) for name in chosen]
-
-        yield Contents({name: Channel() for name in columns}, read)
-
-
-def _columns(schema):
-    """Columns by channel; of the columns that are an index of pandas, those of times alone."""
     from pyarrow.types import is_timestamp
 
-    index, columns = (schema.pandas_metadata or {}).get("index_columns", []), {}
-    for field in schema:
-        is_index, name = field.name in index, field.name
-        if is_index and is_timestamp(field.type) and not names_times(name):
+    is_parquet = path.suffix.lower() == ".parquet"
+    file = dataset(str(path), format="parquet" if is_parquet else "feather")
+    index, columns = (file.schema.pandas_metadata or {}).get("index_columns", []), {}
+    for field in file.schema:
+        name = field.name
+        # Of the columns that are an index of pandas, only those of times are channels.
+        if name in index and is_timestamp(field.type) and not names_times(name):
             name = "time"
-        if not is_index or names_times(name):
+        if field.name not in index or names_times(name):
             columns[name] = field.name
-    return columns
 
+    def tables(options, n_samples):
+        if n_samples is None:
+            yield file.to_table(**options)
+        elif is_parquet:
+            # With the defaults, a whole row group is loaded before its first rows are returned.
+            with ParquetFile(path, pre_buffer=False, buffer_size=_BUFFER_BYTES) as groups:
+                # In one call, pyarrow would keep all row groups until the last is read.
+                for group in range(groups.num_row_groups):
+                    yield from groups.iter_batches(n_samples, row_groups=[group], **options)
+        else:
+            yield from file.to_batches(batch_size=n_samples, batch_readahead=0, **options)
 
-def _parquet_batches(file, columns, n_samples):
-    if n_samples is None:
-        yield file.read(columns, use_threads=False)
-        return
-    # In one call, pyarrow would keep all row groups until the last is read.
-    for group in range(file.num_row_groups):
-        yield from file.iter_batches(
-            n_samples, row_groups=[group], columns=columns, use_threads=False
-        )
+    def read(names, n_samples):
+        chosen = [columns[name] for name in names]
+        if n_samples is None and is_parquet:
+            # Constants take no space in a file: a small file can hold any number of samples.
+            check_unpacked(path.stat().st_size, file.count_rows() * 8 * len(chosen))
+        for table in tables({"columns": chosen, "use_threads": False}, n_samples):
+            yield [table.column(name).to_numpy(zero_copy_only=False) for name in chosen]
 
-
-def _feather_batches(file, columns, n_samples):
-    if n_samples is None:
-        yield file.read_all().select(columns)
-        return
-    for i in range(file.num_record_batches):
-        batch = file.get_batch(i).select(columns)
-        for start in range(0, batch.num_rows, n_samples):
-            yield batch.slice(start, n_samples)
+    yield Contents({name: Channel() for name in columns}, read)

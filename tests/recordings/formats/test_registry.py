@@ -21,7 +21,7 @@ def test_a_format_is_complete(module):
     about = module.FORMAT
     assert about.title and about.suffixes and about.states
     for suffix in about.suffixes:
-        assert find_format(Path("run" + suffix.upper()))[0] is module
+        assert find_format(Path("run" + suffix.upper())) is module
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     if about.library is not None:
         declared = " ".join(extras["optional-dependencies"][about.extra]).lower()
