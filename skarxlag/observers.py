@@ -17,7 +17,12 @@ from ._parallel import map_batches
 from ._state import Values, uses_fitted
 from ._validation import ABOVE_0, UP_TO_1, WITHIN_1, check_real, validate_innovations
 from .kernels import observer, residual_levels
-from .kernels.spectra import LOG_SPECTRUM_CELLS, autoregressive_log_spectrum, frequency_grid
+from .kernels.spectra import (
+    LOG_SPECTRUM_CELLS,
+    autoregressive_log_spectrum,
+    frequency_grid,
+    unit_peak,
+)
 
 #: Exponent of the cepstral norm, half-way between the plain norm (0) and Martin's metric (1).
 _QUEFRENCY_EXPONENT = 0.5
@@ -51,7 +56,7 @@ def _switching_gain(innovations, fitted):
 
 def _whiteness(innovations, fitted):
     error = observer.observe(innovations, fitted._loop())[0]
-    signals = error.reshape(-1, error.shape[-1])
+    signals = unit_peak(error.reshape(-1, error.shape[-1]))
     spectra = autoregressive_log_spectrum(signals, fitted.spectrum_order, LOG_SPECTRUM_CELLS)
     response = fitted.small_signal_response(frequency_grid(LOG_SPECTRUM_CELLS))
     spectra -= 2 * np.log(np.abs(response))

@@ -11,6 +11,7 @@ from .spectra import (
     autoregressive_log_spectrum,
     cepstrum,
     short_time_log_spectra,
+    unit_peak,
 )
 
 #: Order of a window's own autoregressive model.
@@ -121,7 +122,7 @@ def measure_rows(signals: NDArray[Any], n_windows: int, *, with_level: bool) -> 
     """
     length = signals.shape[-1] // n_windows
     unit, peak = centred(signals[:, : n_windows * length])
-    windows = unit.reshape(-1, length)
+    windows = unit_peak(unit.reshape(-1, length))
     segment = min(SEGMENT, length)
     colour = autoregressive_log_spectrum(windows, SPECTRUM_ORDER, LOG_SPECTRUM_CELLS)
     mean, median = short_time_log_spectra(windows, segment, min(HOP, segment))

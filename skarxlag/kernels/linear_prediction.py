@@ -45,85 +45,60 @@ def predictors(signals: NDArray[Any], order: int, alpha: float) -> NDArray[Any]:
     >>> predictors(0.5 ** np.arange(20.0)[np.newaxis], 1, 1e-12).round(6)
     array([[0.5]])
     """
-    first_rows = lagged_products(signals, order)
-    entering, leaving = np.zeros_like(first_rows), np.zeros_like(first_rows)
-    entering[:, 1:], leaving[:, 1:] = signals[:, -order:], signals[:, :order]
-    power = first_rows[:, 0] + np.cumsum(entering**2 - leaving**2, axis=1).mean(axis=1)
-    return schur_solutions(first_rows, entering, leaving, alpha * power)[:, ::-1]
-
-
-def lagged_products(signals: NDArray[Any], order: int) -> NDArray[Any]:
-    """Compute the first row R(0, 0) ... R(0, order) of each signal's normal equations.
-
-    Parameters
-    ----------
-    signals : ndarray of shape (n_signals, n_samples)
-        Signals.
-    order : int
-        Largest lag, below n_samples.
-
-    Returns
-    -------
-    ndarray of shape (n_signals, order + 1)
-        Entry b is the sum of s(m) s(m + b) over m = 0 .. n_samples - order - 1.
-    """
-    # All products of the samples at each lag, less those of the last `order` samples.
-    return _autocorrelation(signals, order) - _autocorrelation(signals[:, -order:], order)
-
-
-def _autocorrelation(signals, order):
-    """Compute the sums of s(m) s(m + b) over all m, for b = 0 .. order."""
     n = fft.next_fast_len(signals.shape[1] + order, real=True)
     spectra = fft.rfft(signals, n)
-    return fft.irfft(spectra.real**2 + spectra.imag**2, n)[:, : order + 1]
+    products = fft.irfft(spectra.real**2 + spectra.imag**2, n)[:, : order + 1].copy()
+    entering, leaving = np.zeros((2, len(signals), order + 1))
+    entering[:, 1:], leaving[:, 1:] = signals[:, -order:], signals[:, :order]
+    v, factor = np.empty(order + 1), np.empty((order + 1, order + 1))
+    solutions = np.zeros((len(signals), order))
+    _fill_solutions(products, entering, leaving, alpha, v, factor, solutions)
+    return solutions[:, ::-1]
 
 
-def schur_solutions(
-    first_rows: NDArray[Any], entering: NDArray[Any], leaving: NDArray[Any], ridges: NDArray[Any]
-) -> NDArray[Any]:
+@compiled
+def _fill_solutions(products, entering, leaving, alpha, v, factor, solutions):
     r"""Solve :math:`\sum_b (R(a, b) + \rho\,\delta_{ab})\,c_b = R(a, p)`, a, b = 0 .. p - 1.
 
     The difference between R and R shifted by one place along its diagonal is
     :math:`u u^T + e e^T - v v^T - l l^T`. At each step, rotations of (u, e) and (v, l) set the
     first entries of e and l to 0. A hyperbolic rotation of (u, v) sets the first entry of v to 0.
-    Then u is a row of the triangular factor, and it is shifted by one place.
+    Then u is a row of the triangular factor, and it is shifted by one place. If the ridge
+    :math:`\rho` is 0, the solution is not written.
 
     Parameters
     ----------
-    first_rows : ndarray of shape (n_signals, order + 1)
-        R(0, b).
+    products : ndarray of shape (n_signals, order + 1)
+        Sum of s(m) s(m + b) over all m. It is overwritten by the first row of R.
     entering, leaving : ndarray of shape (n_signals, order + 1)
         e and l, with 0 in front. They are overwritten.
-    ridges : ndarray of shape (n_signals,)
-        The ridge of each signal, above 0. If it is 0, the solution is 0.
-
-    Returns
-    -------
-    ndarray of shape (n_signals, order)
-        The solutions.
+    alpha : float
+        The ridge, relative to the power of the signal.
+    v, factor : ndarray of shape (order + 1,) and (order + 1, order + 1)
+        Working memory. The last row of the factor is u at first.
+    solutions : ndarray of shape (n_signals, order)
+        Receives the solutions.
     """
-    order = first_rows.shape[1] - 1
-    solutions = np.zeros((len(first_rows), order))
-    u, v = np.empty((2, order + 1))
-    factor = np.empty((order, order + 1))
-    _fill_solutions(first_rows, entering, leaving, ridges, u, v, factor, solutions)
-    return solutions
-
-
-@compiled
-def _fill_solutions(first_rows, entering, leaving, ridges, u, v, factor, solutions):
-    """Fill `solutions`; u, v and the factor are those of one signal."""
     n_signals, order = solutions.shape
     for w in range(n_signals):
-        if ridges[w] == 0:
+        first_row, enters, leaves = products[w], entering[w], leaving[w]
+        for m in range(1, order + 1):
+            for b in range(order + 1 - m):
+                first_row[b] -= enters[m] * enters[m + b]
+        diagonal = power = first_row[0]
+        for a in range(1, order + 1):
+            diagonal += enters[a] * enters[a] - leaves[a] * leaves[a]
+            power += diagonal
+        ridge = alpha * power / (order + 1)
+        if ridge == 0:
             continue
-        scale = 1 / np.sqrt(first_rows[w, 0] + ridges[w])
+        scale = 1 / np.sqrt(first_row[0] + ridge)
         for b in range(order + 1):
-            u[b] = v[b] = first_rows[w, b] * scale
-        u[0], v[0] = 1 / scale, 0.0
+            factor[order, b] = v[b] = first_row[b] * scale
+        factor[order, 0], v[0] = 1 / scale, 0.0
+        plus = factor[order]
         for a in range(order):
-            n = order + 1 - a
-            plus, enters, minus, leaves = u[:n], entering[w, a:], v[a:], leaving[w, a:]
+            enters, minus, leaves = entering[w, a:], v[a:], leaving[w, a:]
             factor_row = factor[a, a:]
             gain = np.sqrt(plus[0] * plus[0] + enters[0] * enters[0])
             loss = np.sqrt(minus[0] * minus[0] + leaves[0] * leaves[0])
@@ -133,15 +108,15 @@ def _fill_solutions(first_rows, entering, leaving, ridges, u, v, factor, solutio
             # Above 0 by the ridge, but for rounding.
             sech = np.sqrt(max((1 - tanh) * (1 + tanh), _EPS))
             cosh = 1 / sech
-            for j in range(n):
+            for j in range(order + 1 - a):
                 p, q, r, s = plus[j], enters[j], minus[j], leaves[j]
                 enters[j] = cos_plus * q - sin_plus * p
                 leaves[j] = cos_minus * s - sin_minus * r
                 r = cos_minus * r + sin_minus * s
                 p = (cos_plus * p + sin_plus * q - tanh * r) * cosh
                 minus[j] = sech * r - tanh * p
-                plus[j] = p
                 factor_row[j] = p
+            plus = factor_row
         # The last column of the factor has been through forward substitution. Backward, two
         # unknowns at a time share what is read from a row.
         solution = solutions[w]

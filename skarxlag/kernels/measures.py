@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .spectra import autoregressive_log_spectrum, short_time_log_spectra
+from .spectra import autoregressive_log_spectrum, short_time_log_spectra, unit_peak
 
 #: Frequencies at which a signal's own model is evaluated, at least. Their logarithms are averaged
 #: over each band, so that a sharp line counts wherever in its band it lies.
@@ -26,7 +26,7 @@ def own_model(signals: NDArray[Any], segment: int, order: int) -> dict[str, Any]
     Parameters
     ----------
     signals : ndarray of shape (n_signals, n_samples)
-        Signals, in any unit.
+        Signals as `unit_peak` returns them.
     segment : int
         Length of a segment of the short-time spectrum, which determines the number of bands.
     order : int
@@ -55,7 +55,7 @@ def short_time(signals: NDArray[Any], segment: int, order: Any) -> dict[str, Any
     Parameters
     ----------
     signals : ndarray of shape (n_signals, n_samples)
-        Signals, in any unit.
+        Signals as `unit_peak` returns them.
     segment : int
         Samples in the window of the short-time Fourier transform, at most n_samples.
     order : ignored
@@ -109,7 +109,7 @@ def measure(signals: NDArray[Any], names: Sequence[str], segment: int, order: in
     >>> measure(noise, ["floor", "colour"], 128, 16).shape
     (2, 2, 63)
     """
-    found = {}
+    found, signals = {}, unit_peak(signals)
     for function in dict.fromkeys(MEASURES[name] for name in names):
         found |= function(signals, segment, order)
     return np.stack([found[name] for name in names], axis=1)

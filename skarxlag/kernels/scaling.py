@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: A channel whose values differ by less than this times its largest value is rounding, not signal.
+#: A channel whose largest and smallest value differ by less than twice this times the largest
+#: absolute value is rounding, not signal.
 ROUNDING = 8 * np.finfo(np.float64).eps
 
 
@@ -25,12 +26,13 @@ def centred(signals: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
         Largest absolute value of the row, in the unit of the signal; 1 if the row is zero.
     """
     signals = np.ascontiguousarray(signals, dtype=np.float64)
-    peak = largest(signals)
+    highest, lowest = signals.max(axis=-1, keepdims=True), signals.min(axis=-1, keepdims=True)
+    peak = np.maximum(highest, -lowest)
     peak[peak == 0] = 1.0
     # Dividing in two steps: the reciprocal of a subnormal peak is infinite.
     unit = signals / peak
     unit -= unit.mean(axis=-1, keepdims=True)
-    unit[largest(unit)[..., 0] <= ROUNDING] = 0.0
+    unit[(highest / peak - lowest / peak)[..., 0] <= 2 * ROUNDING] = 0.0
     return unit, peak
 
 
@@ -63,9 +65,7 @@ def unit_rms_windows(windows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]
     constant = rms == 0
     rms[constant] = 1.0
     peak[constant, 0] = 1.0
-    unit[:, 0] /= rms[:, np.newaxis]
-    ratio = peak[:, 1:] / peak[:, :1]
-    unit[:, 1:] *= ratio / rms[:, np.newaxis, np.newaxis]
+    unit *= peak / peak[:, :1] / rms[:, np.newaxis, np.newaxis]
     return unit, rms * peak[:, 0, 0]
 
 

@@ -45,7 +45,7 @@ def autoregressive_log_spectrum(
     Parameters
     ----------
     signals : ndarray of shape (n_signals, n_samples)
-        Signals, in any unit.
+        Signals as `unit_peak` returns them.
     order : int
         Number of filters. At most n_samples / 8 filters are used.
     n_frequencies : int
@@ -60,7 +60,7 @@ def autoregressive_log_spectrum(
     if order == 0:
         return np.zeros((len(signals), n_frequencies))
     whitening = np.ones((len(signals), order + 1))
-    whitening[:, 1:] = -predictors(_unit_peak(signals), order, _RIDGE)
+    whitening[:, 1:] = -predictors(signals, order, _RIDGE)
     return -np.log(np.maximum(_midpoint_power(whitening, n_frequencies), _TINY))
 
 
@@ -92,7 +92,7 @@ def short_time_log_spectra(
     Parameters
     ----------
     signals : ndarray of shape (n_signals, n_samples)
-        Signals, in any unit.
+        Signals as `unit_peak` returns them.
     segment : int
         Samples in the Hann window, at most n_samples.
     hop : int
@@ -107,17 +107,33 @@ def short_time_log_spectra(
     n_bands = max(segment // 2 - 1, 1)
     if segment < 4:
         return np.zeros((len(signals), n_bands)), np.zeros((len(signals), n_bands))
-    unit = _unit_peak(signals)
     window = np.hanning(segment + 2)[1:-1]
     # A band without power is steady: what rounding leaves in it must not count.
-    floor = _ROUNDING * segment / unit.shape[1] * np.einsum("wk,wk->w", unit, unit)
+    floor = _ROUNDING * segment / signals.shape[1] * np.einsum("wk,wk->w", signals, signals)
     floor[floor == 0] = 1.0
-    mean, median = band_levels(unit, window, hop, floor)
+    mean, median = band_levels(signals, window, hop, floor)
     return np.log(mean, dtype=np.float64), np.log(median, dtype=np.float64)
 
 
-def _unit_peak(signals):
-    """Divide signals by their largest value, in one layout and type for the compiled kernels."""
+def unit_peak(signals: NDArray[Any]) -> NDArray[Any]:
+    """Divide signals by their largest value, so that no square overflows or vanishes.
+
+    Parameters
+    ----------
+    signals : ndarray of shape (n_signals, n_samples)
+        Signals, in any unit.
+
+    Returns
+    -------
+    ndarray of shape (n_signals, n_samples)
+        In one layout and type, for the compiled kernels; a signal of zeros stays one.
+
+    Examples
+    --------
+    >>> unit_peak(np.array([[1e300, -2e300], [0.0, 0.0]]))
+    array([[ 0.5, -1. ],
+           [ 0. ,  0. ]])
+    """
     signals = np.ascontiguousarray(signals, dtype=np.float64)
     peak = largest(signals)
     peak[peak == 0] = 1.0

@@ -7,7 +7,7 @@ from skarxlag.kernels.healthy_rows import (
     measure_rows,
     number_of_cepstra,
 )
-from skarxlag.kernels.spectra import autoregressive_log_spectrum, short_time_log_spectra
+from skarxlag.kernels.spectra import autoregressive_log_spectrum, short_time_log_spectra, unit_peak
 
 
 @pytest.mark.parametrize(("n_windows", "length"), [(1, 300), (3, 200), (4, 100), (1, 1100)])
@@ -20,7 +20,7 @@ def test_rows_are_means_over_their_windows(n_windows, length):
         cut = signal[: n_windows * length] - signal[: n_windows * length].mean()
         colours, steady = [], []
         for window in cut.reshape(n_windows, length):
-            one = window[np.newaxis]
+            one = unit_peak(window[np.newaxis])
             colours.append(autoregressive_log_spectrum(one, 128, 256)[0])
             segment = min(128, length)
             mean, median = short_time_log_spectra(one, segment, min(16, segment))

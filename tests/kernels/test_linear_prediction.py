@@ -38,16 +38,6 @@ def test_the_ridge_is_a_share_of_the_power(alpha):
         )
 
 
-@pytest.mark.parametrize("order", [1, 5, 128])
-def test_lagged_products_are_the_first_row_of_the_normal_equations(order):
-    samples = np.random.default_rng(2).normal(size=(3, 500))
-    n = 500 - order
-    literal = [[s[:n] @ s[b : b + n] for b in range(order + 1)] for s in samples]
-    np.testing.assert_allclose(
-        linear_prediction.lagged_products(samples, order), literal, atol=1e-10
-    )
-
-
 def test_as_few_samples_as_there_can_be():
     samples = np.array([[1.0, 2.0, 4.0, 8.0]])
     np.testing.assert_allclose(linear_prediction.predictors(samples, 1, 1e-12), [[2.0]])

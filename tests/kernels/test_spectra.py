@@ -8,8 +8,12 @@ from skarxlag.kernels.arx_laguerre import accumulate_sums, sums_of_products
 from skarxlag.kernels.linear_prediction import predictors
 
 
+def colour(signals, order, n_frequencies):
+    return spectra.autoregressive_log_spectrum(spectra.unit_peak(signals), order, n_frequencies)
+
+
 def band_steadiness(signals, segment, hop):
-    mean, median = spectra.short_time_log_spectra(signals, segment, hop)
+    mean, median = spectra.short_time_log_spectra(spectra.unit_peak(signals), segment, hop)
     return median - mean
 
 
@@ -24,7 +28,7 @@ def ar2_log_spectrum(frequency):
 
 
 def test_autoregressive_log_spectrum_is_that_of_the_process():
-    estimated = spectra.autoregressive_log_spectrum(ar2(1, 200_000), 2, 64)[0]
+    estimated = colour(ar2(1, 200_000), 2, 64)[0]
     np.testing.assert_allclose(estimated, ar2_log_spectrum(spectra.frequency_grid(64)), atol=0.05)
 
 
@@ -42,7 +46,7 @@ def test_autoregressive_log_spectrum_agrees_with_freqz_of_plain_least_squares():
     lagged = np.stack([samples[10 - j : 400 - j] for j in range(1, 11)], axis=1)
     coef = np.linalg.lstsq(lagged, samples[10:], rcond=None)[0]
     _, response = signal.freqz([1], np.r_[1, -coef], worN=spectra.frequency_grid(32))
-    estimated = spectra.autoregressive_log_spectrum(samples[np.newaxis], 10, 32)[0]
+    estimated = colour(samples[np.newaxis], 10, 32)[0]
     np.testing.assert_allclose(estimated, np.log(np.abs(response) ** 2), atol=1e-5)
 
 
@@ -50,7 +54,7 @@ def test_autoregressive_log_spectrum_agrees_with_freqz_of_plain_least_squares():
 def test_log_spectra_do_not_depend_on_the_unit(scale):
     signals = ar2(3, 600)
     for log_spectrum in (
-        lambda s: spectra.autoregressive_log_spectrum(s, 16, 32),
+        lambda s: colour(s, 16, 32),
         lambda s: band_steadiness(s, 64, 8),
     ):
         np.testing.assert_allclose(
@@ -60,7 +64,7 @@ def test_log_spectra_do_not_depend_on_the_unit(scale):
 
 def test_signals_of_zeros_have_flat_log_spectra():
     zeros = np.zeros((2, 100))
-    assert np.all(spectra.autoregressive_log_spectrum(zeros, 16, 32) == 0)
+    assert np.all(colour(zeros, 16, 32) == 0)
     np.testing.assert_allclose(band_steadiness(zeros, 64, 8), 0, atol=1e-12)
 
 
@@ -95,7 +99,7 @@ def test_steadiness_against_the_literal_short_time_spectrum():
 @pytest.mark.parametrize("n_samples", [1, 2, 3, 4, 7])
 def test_short_signals(n_samples):
     signals = np.random.default_rng(0).normal(size=(2, n_samples))
-    assert np.isfinite(spectra.autoregressive_log_spectrum(signals, 64, 32)).all()
+    assert np.isfinite(colour(signals, 64, 32)).all()
     steadiness = band_steadiness(signals, n_samples, 1)
     assert steadiness.shape == (2, max(n_samples // 2 - 1, 1))
     assert np.isfinite(steadiness).all()
@@ -122,7 +126,7 @@ def test_cepstrum_of_a_first_order_model_is_its_closed_form():
 def test_each_signal_is_worked_on_by_itself():
     signals = ar2(9, 500)
     for log_spectrum in (
-        lambda s: spectra.cepstrum(spectra.autoregressive_log_spectrum(s, 32, 64)),
+        lambda s: spectra.cepstrum(colour(s, 32, 64)),
         lambda s: spectra.cepstrum(band_steadiness(s, 64, 8)),
     ):
         alone = np.concatenate([log_spectrum(s[np.newaxis]) for s in signals])
@@ -152,7 +156,7 @@ def test_signals_of_any_layout_and_type(change):
     changed.flags.writeable = False
     plain = np.array(changed, dtype=np.float64, order="C")
     for log_spectrum in (
-        lambda s: spectra.autoregressive_log_spectrum(s, 16, 32),
+        lambda s: colour(s, 16, 32),
         lambda s: band_steadiness(s, 64, 8),
     ):
         np.testing.assert_array_equal(log_spectrum(changed), log_spectrum(plain))
@@ -163,7 +167,7 @@ def test_a_short_signal_gets_a_model_of_fewer_coefficients():
     coef = predictors(signals / np.abs(signals).max(), 10, 1e-9)[0]
     _, response = signal.freqz([1], np.r_[1, -coef], worN=spectra.frequency_grid(32))
     np.testing.assert_allclose(
-        spectra.autoregressive_log_spectrum(signals, 64, 32)[0],
+        colour(signals, 64, 32)[0],
         np.log(np.abs(response) ** 2),
         rtol=1e-9,
         atol=1e-12,
@@ -177,7 +181,7 @@ def test_more_coefficients_than_frequencies(order, n_frequencies):
     coef = predictors(samples / np.abs(samples).max(), order, 1e-9)[0]
     _, response = signal.freqz([1], np.r_[1, -coef], worN=spectra.frequency_grid(n_frequencies))
     np.testing.assert_allclose(
-        spectra.autoregressive_log_spectrum(samples, order, n_frequencies)[0],
+        colour(samples, order, n_frequencies)[0],
         np.log(np.abs(response) ** 2),
         rtol=1e-9,
         atol=1e-10,
@@ -199,7 +203,7 @@ def test_floor_of_the_power_is_1e_12_of_the_power_of_the_signal():
     # More than half of the segments hold noise that is about as weak as the floor.
     weak = 1e-6 * np.random.default_rng(8).normal(size=(1, 3200))
     weak[0, 1920:] *= 6e5
-    mean, median = spectra.short_time_log_spectra(weak, 32, 32)
+    mean, median = spectra.short_time_log_spectra(spectra.unit_peak(weak), 32, 32)
     unit = weak[0] / np.abs(weak).max()
     window = np.sin(np.pi * np.arange(1, 33) / 33) ** 2
     power = np.abs(np.fft.fft(unit.reshape(100, 32) * window)[:, 1:16]) ** 2
@@ -230,8 +234,8 @@ def test_signals_of_zeros_have_levels_of_0():
 
 def test_ridge_parameter_is_1e_9():
     signals = ar2(1, 200)
-    ours = -spectra.predictors(spectra._unit_peak(signals), 8, 1e-9)
+    ours = -spectra.predictors(spectra.unit_peak(signals), 8, 1e-9)
     response = np.exp(-1j * np.outer(np.arange(9), spectra.frequency_grid(32)))
     expected = -np.log(np.abs(np.column_stack([np.ones(len(ours)), ours]) @ response) ** 2)
-    found = spectra.autoregressive_log_spectrum(signals, 8, 32)
+    found = colour(signals, 8, 32)
     np.testing.assert_allclose(found, expected, rtol=1e-11)
