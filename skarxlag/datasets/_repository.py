@@ -15,12 +15,11 @@ from zipfile import BadZipFile
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
-from scipy.io import loadmat
 from sklearn.datasets import fetch_file, get_data_home
 from sklearn.utils import Bunch
 
 from skarxlag.bearings import BearingGeometry
+from skarxlag.recordings.files import read_recording
 from skarxlag.recordings.windows import block_length, cut_blocks
 
 #: The array of samples in the converted files that a data home may hold.
@@ -40,21 +39,25 @@ class Recording(NamedTuple):
     converted: str | None = None
 
 
+def _read_only_channel(path):
+    return read_recording(path)[0]
+
+
 class Source(NamedTuple):
     """Source of a rig.
 
     ``folder`` is that in the data home, and the name of the description if no other is given.
     ``recordings`` begin with the healthy condition. ``read_signal`` takes the path of an original
-    file and returns its samples.
+    file and returns its samples; by default, those of its only channel.
     """
 
     folder: str
     url: str
     sampling_rate: float
     recordings: list[Recording]
-    read_signal: Callable[[Path], Any]
     bearing: BearingGeometry | None = None
     description: str | None = None
+    read_signal: Callable[[Path], Any] = _read_only_channel
 
 
 def fetcher(source_of: Callable[..., Source]) -> Callable[..., Any]:
@@ -178,16 +181,13 @@ def fetch_rig(
                 url = f"{(mirror or source.url).rstrip('/')}/{quote(recording.path)}"
                 _download(url, path, recording.sha256)
             elif not _is_intact(path, recording.sha256):
-                state = (
-                    "is not the original (its SHA-256 differs)" if path.exists() else "is missing"
-                )
+                state = "is not the original (another SHA-256)" if path.exists() else "is missing"
                 raise OSError(f"{path} {state} and download_if_missing is False")
             signal = np.ravel(source.read_signal(path))
         names.append(str(path))
         windows.append(np.concatenate([*cut_blocks([signal], str(path), window_length)]))
     counts = [len(each) for each in windows]
     row = np.repeat(np.arange(len(counts)), counts)
-    start = np.concatenate([np.arange(count) * window_length for count in counts])
     recordings = pd.DataFrame(source.recordings)
     rig = Bunch(
         data=np.concatenate(windows),
@@ -195,7 +195,7 @@ def fetch_rig(
         target_names=recordings["condition"].unique().tolist(),
         rpm=recordings["rpm"].to_numpy(dtype=float)[row],
         recording=recordings["name"].to_numpy(dtype=str)[row],
-        start=start,
+        start=np.concatenate([np.arange(count) * window_length for count in counts]),
         sampling_rate=source.sampling_rate,
         bearing=source.bearing,
         filenames=names,
@@ -231,18 +231,4 @@ def _download(url, path, sha256):
 def _is_intact(path, sha256):
     if not path.is_file() or sha256 is None:
         return path.is_file()
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest() == sha256
-
-
-def read_only_signal(path: Path) -> NDArray[Any]:
-    """Read the only array of numbers in a MATLAB file.
-
-    Its name differs between files. All other values are single numbers or strings.
-    """
-    (signal,) = (
-        values
-        for values in loadmat(path).values()
-        if isinstance(values, np.ndarray) and values.dtype.kind == "f" and values.size > 1
-    )
-    return signal
+    return hashlib.sha256(path.read_bytes()).hexdigest() == sha256

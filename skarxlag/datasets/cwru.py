@@ -85,4 +85,4 @@ def fetch_cwru(*, end: str = "drive") -> Source:
         own = f"X{int(path.stem):03d}_{sensor}_time"
         return content.get(own, next((v for k, v in content.items() if k.endswith(own[4:])), None))
 
-    return Source("cwru", URL, SAMPLING_RATE, recordings, read_signal, bearing)
+    return Source("cwru", URL, SAMPLING_RATE, recordings, bearing, read_signal=read_signal)

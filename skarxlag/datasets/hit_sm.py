@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from skarxlag.bearings import SKF_6205
-from skarxlag.datasets._repository import Recording, Source, checksums, fetcher, read_only_signal
+from skarxlag.datasets._repository import Recording, Source, checksums, fetcher
 
 URL = (
     "https://raw.githubusercontent.com/hitwzc/Bearing-datasets/"
@@ -66,6 +66,4 @@ def fetch_hit_sm(*, rig: str = "spectraquest") -> Source:
             name = Path(path).stem
             condition, rpm = name.split("_")
             recordings.append(Recording(path, condition, float(rpm), name, sha256))
-    return Source(
-        "hit_sm", URL, SAMPLING_RATE, recordings, read_only_signal, bearing, f"hit_sm_{rig}"
-    )
+    return Source("hit_sm", URL, SAMPLING_RATE, recordings, bearing, f"hit_sm_{rig}")

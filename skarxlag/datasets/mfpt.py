@@ -61,7 +61,7 @@ def fetch_mfpt() -> Source:
             name = f"{condition}_load{load}"
             converted = f"mfpt/{name}.npz"
             recordings.append(Recording(path, condition, RPM, name, None, converted))
-    return Source("mfpt", URL, SAMPLING_RATE, recordings, _read_signal, NICE)
+    return Source("mfpt", URL, SAMPLING_RATE, recordings, NICE, read_signal=_read_signal)
 
 
 def _read_signal(path):

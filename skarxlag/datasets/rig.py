@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import oaconvolve
+from sklearn.utils import check_scalar
 
 from skarxlag._validation import check_real
 from skarxlag.bearings import SKF_6205, BearingGeometry, contact_speed
@@ -123,20 +124,15 @@ class Rig:
     def __post_init__(self) -> None:
         for name in ("sampling_rate", "load_distribution", "asperity_um"):
             check_real(getattr(self, name), name, min_val=0, include_boundaries="neither")
-        for name in ("impact_level", "entry_ratio", "friction_level", "rubbing_level"):
+        levels = ("impact_level", "friction_level", "rubbing_level", "noise_level")
+        for name in (*levels, "entry_ratio"):
             check_real(getattr(self, name), name, min_val=0)
-        check_real(self.noise_level, "noise_level", min_val=0)
         check_real(self.slip, "slip", min_val=0, max_val=0.1)
-        for name, kind in (("bearing", BearingGeometry), ("paths", TransmissionPaths)):
-            value = getattr(self, name)
-            if not isinstance(value, kind):
-                raise TypeError(f"{name} must be a {kind.__name__}, got {value!r}.")
+        check_scalar(self.bearing, "bearing", BearingGeometry)
+        check_scalar(self.paths, "paths", TransmissionPaths)
         leak = np.asarray(self.torque_leak)
         if leak.ndim != 1 or leak.dtype.kind not in "fiu" or not np.all(np.isfinite(leak)):
-            raise ValueError(
-                "torque_leak must be a sequence of finite numbers in V/(N m), "
-                f"got {self.torque_leak!r}."
-            )
+            raise ValueError(f"torque_leak must hold finite numbers, got {self.torque_leak!r}.")
 
 
 #: The rig of `simulate_rig` if no other is given.
@@ -289,8 +285,7 @@ def drive_torque(
         Torque in N m.
     """
     turns = rpm / 60 * np.arange(n_samples) / sampling_rate
-    relative = np.ones(n_samples)
-    phases = rng.uniform(0, 2 * np.pi, len(TORQUE_RIPPLES))
-    for (ripple, order), phase in zip(TORQUE_RIPPLES, phases, strict=True):
-        relative += ripple * np.cos(2 * np.pi * order * turns + phase)
+    ripples, orders = np.transpose(TORQUE_RIPPLES)
+    phases = rng.uniform(0, 2 * np.pi, len(ripples))
+    relative = 1 + ripples @ np.cos(2 * np.pi * np.outer(orders, turns) + phases[:, np.newaxis])
     return MEAN_TORQUE * relative + TORQUE_FLUCTUATION * rng.standard_normal(n_samples)

@@ -189,13 +189,10 @@ def simulate_rig(
         raise ValueError(
             f"n_samples must be a multiple of window_length={window_length}, got {n_samples}."
         )
-    if not isinstance(rig, Rig):
-        raise TypeError(f"rig must be a Rig, got {rig!r}.")
-    if max(cracks) > rig.bearing.element_diameter:
-        raise ValueError(
-            "crack_mm must not exceed the diameter of an element, "
-            f"{rig.bearing.element_diameter} mm, got {crack_mm!r}."
-        )
+    check_scalar(rig, "rig", Rig)
+    diameter = rig.bearing.element_diameter
+    if max(cracks) > diameter:
+        raise ValueError(f"crack_mm must not exceed an element, {diameter} mm, got {crack_mm!r}.")
     entropy = check_random_state(random_state).randint(2**32, size=4, dtype=np.uint32).tolist()
 
     recordings = [

@@ -50,11 +50,8 @@ class TransmissionPath:
 
     def __post_init__(self) -> None:
         n_modes = max(len(self.frequencies), 1)
-        for name, least, largest in (
-            ("frequencies", 0, np.inf),
-            ("damping", 0, 1),
-            ("amplitudes", -np.inf, np.inf),
-        ):
+        bounds = {"frequencies": (0, np.inf), "damping": (0, 1), "amplitudes": (-np.inf, np.inf)}
+        for name, (least, largest) in bounds.items():
             values = np.array(getattr(self, name))
             if values.shape != (n_modes,) or not np.all((values > least) & (values < largest)):
                 raise ValueError(

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from skarxlag.datasets._repository import Recording, Source, checksums, fetcher, read_only_signal
+from skarxlag.datasets._repository import Recording, Source, checksums, fetcher
 
 URL = (
     "https://raw.githubusercontent.com/ChangLiu2024/UESTC-Bearing-Dataset/"
@@ -51,4 +51,4 @@ def fetch_uestc() -> Source:
         name = Path(path).stem
         condition, rpm, _ = name.split("_")
         recordings.append(Recording(path, condition, float(rpm), name, sha256))
-    return Source("uestc", URL, SAMPLING_RATE, recordings, read_only_signal)
+    return Source("uestc", URL, SAMPLING_RATE, recordings)

@@ -191,7 +191,7 @@ def test_compound_faults_are_superpositions():
         ({"n_samples": 1200.0}, TypeError, "n_samples"),
         ({"window_length": 0}, ValueError, "window_length == 0"),
         ({"rig": Rig(sampling_rate=100e3)}, ValueError, "sampling_rate / 2 = 50000 Hz"),
-        ({"rig": {"slip": 0.02}}, TypeError, "rig must be a Rig, got {'slip': 0.02}"),
+        ({"rig": {"slip": 0.02}}, TypeError, "rig must be an instance of .*Rig, not dict"),
         ({"random_state": "seed"}, ValueError, "seed"),
     ],
 )
@@ -204,8 +204,8 @@ def test_bad_input_is_refused_by_name_and_value(parameters, error, message):
     ("parameters", "error", "message"),
     [
         ({"sampling_rate": 0.0}, ValueError, "sampling_rate == 0"),
-        ({"bearing": "6205"}, TypeError, "bearing must be a BearingGeometry, got '6205'"),
-        ({"paths": (1,)}, TypeError, "paths must be a TransmissionPaths"),
+        ({"bearing": "6205"}, TypeError, "bearing must be an instance of .*, not str"),
+        ({"paths": (1,)}, TypeError, "paths must be an instance of .*TransmissionPaths"),
         ({"torque_leak": 0.1}, ValueError, "torque_leak .* got 0.1"),
         ({"torque_leak": (np.inf,)}, ValueError, "torque_leak .*inf"),
         ({"torque_leak": ("a",)}, ValueError, "torque_leak .*'a'"),

@@ -1,6 +1,6 @@
 """Find the channels in files of named arrays, and read them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,37 +24,28 @@ class NamedArrays:
     ----------
     scalars : dict of str to number
         Single numbers by name, of which some state sampling rates and speeds.
+    refused : dict of str to str
+        Arrays that are not channels, and the reason.
     """
 
     def __init__(self, array_of: Callable[[Any], Any], separator: str = ".") -> None:
         self.scalars: dict[str, Any] = {}
+        self.refused: dict[str, str] = {}
         self._array_of, self._separator = array_of, separator
-        self._channels, self._refused, self._places, self._parts = {}, {}, {}, {}
+        self._channels, self._places, self._parts = {}, {}, {}
 
-    def add_variable(
-        self, name: str, shape: Sequence[int], dtype: DTypeLike, key: Any = None, **facts: Any
-    ) -> None:
-        """Add a numeric array of several values, or a single number; others are left out.
-
-        Parameters
-        ----------
-        name, shape, key, **facts
-            As in `add`.
-        dtype : dtype
-            Type of the array.
-        """
-        if not is_numeric(dtype):
-            return
-        if np.prod(shape) == 1:
-            values = self._array_of(name if key is None else key)
-            self.scalars[name] = np.asarray(values[()]).item()
-        elif np.prod(shape) > 1:
-            self.add(name, shape, key=key, **facts)
+    def add_numbers(self, place: str, properties: Mapping[str, Any]) -> None:
+        """Add the single numbers among the properties of a place in the file."""
+        for key, value in properties.items():
+            number = np.asarray(value)
+            if is_numeric(number.dtype) and number.size == 1:
+                self.scalars[f"{place}{self._separator}{key}" if place else key] = number.item()
 
     def add(
         self,
         name: str,
         shape: Sequence[int],
+        dtype: DTypeLike | None = None,
         *,
         key: Any = None,
         place: str | None = None,
@@ -69,6 +60,9 @@ class NamedArrays:
             a name they are ``0``, ``1``, ...
         shape : sequence of int
             One dimension or more.
+        dtype : dtype or None
+            If it is given, single numbers become scalars, and arrays that are not numeric are left
+            out.
         key : object, default=None
             Passed to the function that returns the array. None takes `name`.
         place : str, default=None
@@ -76,12 +70,16 @@ class NamedArrays:
         **facts
             Of the channels, such as ``unit``, see `Channel`.
         """
+        key = name if key is None else key
+        if dtype is not None and (np.prod(shape) <= 1 or not is_numeric(dtype)):
+            if np.prod(shape) == 1:
+                self.add_numbers("", {name: self._array_of(key)[()]})
+            return
         long = [axis for axis, size in enumerate(shape) if size != 1]
         if len(long) > 2 or (len(long) == 2 and shape[long[0]] == shape[long[1]]):
-            self.refuse(
-                name,
+            self.refused[name] = (
                 f"array {name!r} of shape {tuple(shape)}: expected a vector, or a matrix that is "
-                "longer in time than in channels",
+                "longer in time than in channels"
             )
             return
         time = shape.index(0) if 0 in shape else max(long, key=lambda axis: shape[axis], default=0)
@@ -93,19 +91,15 @@ class NamedArrays:
             index: list[int | None] = [i if axis in across else 0 for axis in range(len(shape))]
             index[time] = None
             self._channels[channel] = Channel(shape[time], **facts)
-            self._parts[channel] = (name if key is None else key, index)
+            self._parts[channel] = (key, index)
             # Numbers below the name of the array take precedence.
             own = name if place is None else place
             self._places[channel] = f"{own}{self._separator}{channel}"
 
-    def refuse(self, name: str, reason: str) -> None:
-        """Record why an array is not a channel."""
-        self._refused[name] = reason
-
     def contents(self) -> Contents:
         """Return the contents of the file."""
         state_facts(self._channels, self._places, self.scalars, self._separator)
-        return Contents(self._channels, self._read, self._refused)
+        return Contents(self._channels, self._read, self.refused)
 
     def _read(self, names, n_samples):
         for part in slices(self._channels[names[0]].length, n_samples):

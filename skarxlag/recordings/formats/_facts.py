@@ -28,18 +28,27 @@ SECONDS = {
     "ms": 1e-3,
     "ns": 1e-9,
 }
+_UNIT_NAMES = ("unitstring", "unit", "units", "niunitdescription")
 #: Times from which the sampling rate is computed, and more if they are too coarse.
 _N_PROBED, _N_COARSE = 10_000, 1_000_000
 #: Stated rates that differ by this share agree.
 RATE_TOLERANCE = 1e-3
 #: Coarse times give a sampling rate if it is known to this share.
 _COARSE_TOLERANCE = 5e-3
-_DAY_FIRST = re.compile(r"\s*(\d{1,2})([./])(\d{1,2})\2(\d{4})[ T,]*")
+_DAY_FIRST = re.compile(r"\s*(\d{1,2})([./])(\d{1,2})\2(\d\d)?(\d\d)(?!\d)[ T,]*")
 
 
 def letters(name: str) -> str:
     """Return the letters of a name in lower case, without units in brackets."""
     return "".join(c for c in re.split(r"[(\[]", name)[0].lower() if c.isalpha())
+
+
+def stated_unit(properties: Mapping[str, Any]) -> str | None:
+    """Return the unit among the properties of a channel, None if there is none."""
+    for key, value in properties.items():
+        if letters(key) in _UNIT_NAMES and isinstance(value, str | bytes) and value:
+            return value if isinstance(value, str) else value.decode(errors="replace")
+    return None
 
 
 def rounded(value: float, tolerance: float) -> float:
@@ -160,8 +169,8 @@ def names_times(name: str) -> bool:
 def seconds_of_dates(texts: Iterable[Any]) -> NDArray[Any]:
     """Return dates in seconds since 1970, NaN if a text is not a date.
 
-    Dates are in ISO 8601, or with the day first as in ``22.11.2026 07:00:00,5`` or
-    ``22/11/2026``. They are in UTC unless they state a zone.
+    Dates are in ISO 8601, or with the day first as in ``22.11.2026 07:00:00,5``, ``22/11/2026`` or
+    ``22.11.26``, which is in this century. They are in UTC unless they state a zone.
 
     Examples
     --------
@@ -175,8 +184,8 @@ def _seconds_of_date(text):
     try:
         text = text.strip().strip('"')
         if match := _DAY_FIRST.match(text):
-            day, _, month, year = match.groups()
-            text = f"{year}-{month:0>2}-{day:0>2}T{text[match.end() :] or '00:00'}"
+            day, _, month, century, year = match.groups("20")
+            text = f"{century}{year}-{month:0>2}-{day:0>2}T{text[match.end() :] or '00:00'}"
         date = datetime.fromisoformat(text)
     except (ValueError, AttributeError):
         return np.nan
@@ -217,18 +226,14 @@ class TimeAxis:
         times = _in_seconds(values, self.channel.unit)
         if times is None:
             raise ContentError(f"channel {self.name!r} is not numeric, expected times")
-        steps = np.diff(times, prepend=self._last)
-        if start == 0:
-            steps = steps[1:]
+        steps = np.diff(times, prepend=self._last if start else times[0])
         bad = np.flatnonzero(~((steps >= 0) & (steps <= self.largest)))
         if bad.size:
-            sample = start + bad[0] + (start == 0)
             raise ContentError(
                 f"channel {self.name!r} is not evenly spaced: {steps[bad[0]]:g} s before sample "
-                f"{sample}, expected {1 / self.sampling_rate:g} s"
+                f"{start + bad[0]}, expected {1 / self.sampling_rate:g} s"
             )
-        if len(times):
-            self._last = times[-1]
+        self._last = times[-1]
 
 
 def find_time_axis(contents: Contents) -> TimeAxis | None:

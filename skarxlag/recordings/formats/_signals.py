@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._contents import ContentError, Contents, choose_channels, listed
-from ._facts import find_time_axis, names_speed
+from ._facts import find_time_axis, names_speed, names_times
 
 
 def signal_blocks(
@@ -90,7 +90,7 @@ def _chosen_names(contents, channel, axis):
         if not chosen:
             raise ContentError(f"channel is an empty sequence; available: {listed(names)}")
         return chosen, is_single
-    signals = [name for name in names if axis is None or name != axis.name]
+    signals = [name for name in names if axis is None or not names_times(name)]
     if len(signals) > 1:
         units = {name: each.unit for name, each in contents.channels.items()}
         signals = [name for name in signals if not names_speed(name, units[name])]

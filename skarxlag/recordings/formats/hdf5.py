@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from ._arrays import NamedArrays
-from ._contents import ContentError, Contents, Format, is_numeric
-from ._facts import letters
+from ._contents import ContentError, Contents, Format
+from ._facts import stated_unit
 
 FORMAT = Format(
     "HDF5, MATLAB 7.3",
@@ -41,19 +41,15 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
     with h5py.File(path, "r") as file:
         arrays = NamedArrays(file.__getitem__, separator)
         for name, node in _nodes("", file, file, is_matlab, set(), count()):
-            for key, value in node.attrs.items():
-                value = np.asarray(value)
-                if is_numeric(value.dtype) and value.size == 1:
-                    place = f"{name}{separator}{key}" if name else key
-                    arrays.scalars[place] = value.item()
+            arrays.add_numbers(name, node.attrs)
             if not isinstance(node, h5py.Dataset) or not _is_signal(node):
                 continue
             if node.external or node.is_virtual:
                 where = "lies in another file" if node.external else "is a view of other files"
-                arrays.refuse(name, f"data set {node.name!r} {where}, which is not followed")
+                arrays.refused[name] = f"data set {node.name!r} {where}, which is not followed"
             else:
-                unit = _unit(node.attrs)
-                arrays.add_variable(name, node.shape, node.dtype, node.name, unit=unit)
+                unit = stated_unit(node.attrs)
+                arrays.add(name, node.shape, node.dtype, key=node.name, unit=unit)
         yield arrays.contents()
 
 
@@ -106,17 +102,7 @@ def _below(name, node, file, is_matlab):
 
 
 def _is_signal(node):
-    if node.dtype is None or node.shape is None or not is_numeric(node.dtype):
-        return False
     # MATLAB stores texts, flags, objects, and the shapes of empty arrays as integers.
-    if "MATLAB_object_decode" in node.attrs or "MATLAB_empty" in node.attrs:
+    if node.shape is None or {"MATLAB_object_decode", "MATLAB_empty"} & {*node.attrs}:
         return False
     return node.attrs.get("MATLAB_class", b"") not in (b"char", b"logical", b"cell")
-
-
-def _unit(attributes):
-    for key, value in attributes.items():
-        if letters(key) in ("unit", "units", "unitstring"):
-            text = value.decode(errors="replace") if isinstance(value, bytes) else value
-            return text if isinstance(text, str) else None
-    return None

@@ -51,7 +51,7 @@ def contents(path: Path) -> Iterator[Contents]:
             found |= _arrays(variable, content)
     arrays = NamedArrays(found.__getitem__)
     for name, values in found.items():
-        arrays.add_variable(name, values.shape, values.dtype)
+        arrays.add(name, values.shape, values.dtype)
     yield arrays.contents()
 
 
@@ -71,11 +71,9 @@ def _unpacked_size(path):
     """Bytes of all variables, from the tags of the elements, which are unpacked no further."""
     total, n_bytes = 0, path.stat().st_size
     with path.open("rb") as file:
-        head = file.read(128)
-        if len(head) < 128 or 0 in head[:4]:  # version 4, which is never compressed
-            return n_bytes
-        order = "<" if head[126:] == b"IM" else ">"
-        while len(tag := file.read(8)) == 8:
+        # Version 4, which is never compressed, has no such mark.
+        order = {b"IM": "<", b"MI": ">"}.get(file.read(128)[126:])
+        while order and len(tag := file.read(8)) == 8:
             kind, size = struct.unpack(f"{order}II", tag)
             if kind == _COMPRESSED:
                 inner = zlib.decompressobj().decompress(file.read(min(size, 4096)), 8)

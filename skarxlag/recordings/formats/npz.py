@@ -29,7 +29,7 @@ def contents(path: Path) -> Iterator[Contents]:
             name = member.filename.removesuffix(".npy")
             with archive.zip.open(member) as array:
                 shape, dtype = _shape_and_dtype(array)
-            arrays.add_variable(name, shape, dtype)
+            arrays.add(name, shape, dtype)
         yield arrays.contents()
 
 

@@ -27,10 +27,7 @@ def contents(path: Path, dtype: str | None = None) -> Iterator[Contents]:
         floating-point numbers.
     """
     if dtype is None:
-        raise ContentError(
-            "raw binary states no type; expected dtype, such as '<i2' or '(4,)<f4' for four "
-            "interleaved channels"
-        )
+        raise ContentError("raw binary states no type; expected dtype, such as '<i2' or '(4,)<f4'")
     frame = frame_type(dtype)
     n_bytes = path.stat().st_size
     if n_bytes % frame.itemsize:
@@ -50,17 +47,15 @@ def contents(path: Path, dtype: str | None = None) -> Iterator[Contents]:
 
 def frame_type(text: str) -> np.dtype[Any]:
     """Structured type of one sample of all channels, from what the user states."""
+    message = f"dtype is {text!r}, expected at most {_MOST_CHANNELS} numeric channels, as in '<i2'"
     try:
         dtype = np.dtype(text)
     except (TypeError, ValueError, SyntaxError) as error:
-        raise ContentError(f"dtype is {text!r}, expected a type such as '<i2'") from error
-    if dtype.names is None:
-        base, shape = dtype.base, dtype.shape
-        n_channels = int(np.prod(shape, dtype=int))
-        if n_channels > _MOST_CHANNELS:
-            raise ContentError(f"dtype is {text!r}, expected at most {_MOST_CHANNELS} channels")
-        dtype = np.dtype([(str(i), base) for i in range(n_channels)])
-    kinds = [field for field, *_ in dtype.fields.values()] if dtype.fields else []
+        raise ContentError(message) from error
+    if dtype.names is None and np.prod(dtype.shape) <= _MOST_CHANNELS:
+        n_channels = int(np.prod(dtype.shape, dtype=int))
+        dtype = np.dtype([(str(i), dtype.base) for i in range(n_channels)])
+    kinds = [field for field, *_ in (dtype.fields or {}).values()]
     if not kinds or not all(is_numeric(kind) and kind.itemsize for kind in kinds):
-        raise ContentError(f"dtype is {text!r}, expected numeric channels such as '<i2'")
+        raise ContentError(message)
     return dtype

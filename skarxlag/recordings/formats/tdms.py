@@ -8,7 +8,7 @@ import numpy as np
 
 from ._arrays import NamedArrays
 from ._contents import ContentError, Contents, Format, is_numeric
-from ._facts import letters
+from ._facts import stated_unit
 
 FORMAT = Format(
     "NI TDMS",
@@ -22,7 +22,6 @@ FORMAT = Format(
 #: LabVIEW counts from 1904, and writes this if no date was set. NaT is not later either.
 _NO_DATE = np.datetime64("1904-01-02")
 _SEPARATOR = "\0"
-_UNIT_NAMES = ("unitstring", "unit", "units", "niunitdescription")
 
 
 def contents(path: Path) -> Iterator[Contents]:
@@ -34,19 +33,15 @@ def contents(path: Path) -> Iterator[Contents]:
     with path.open("rb") as stream, TdmsFile.open(stream) as file:
         channels = _by_name(file)
         arrays = NamedArrays(channels.__getitem__, _SEPARATOR)
-        _add_numbers(arrays, file)
+        arrays.add_numbers("", file.properties)
         for group in file.groups():
-            _add_numbers(arrays, group, group.name)
+            arrays.add_numbers(group.name, group.properties)
         for name, channel in channels.items():
             if len(channel) > 8 * n_bytes:
                 raise ContentError(f"{len(channel)} samples are stated in {n_bytes} bytes")
-            _add_numbers(arrays, channel, channel.group_name, name)
-            place = _SEPARATOR.join((channel.group_name, name))
-            unit = start = None
-            for key, value in channel.properties.items():
-                if letters(key) in _UNIT_NAMES and value:
-                    unit = str(value)
-            date = channel.properties.get("wf_start_time")
+            place, start = f"{channel.group_name}{_SEPARATOR}{name}", None
+            arrays.add_numbers(place, channel.properties)
+            unit, date = stated_unit(channel.properties), channel.properties.get("wf_start_time")
             if isinstance(date, np.datetime64) and date > _NO_DATE:
                 start = float(date.astype("datetime64[us]").astype(float) / 1e6)
                 start += arrays.scalars.get(f"{place}{_SEPARATOR}wf_start_offset", 0.0)
@@ -62,16 +57,8 @@ def _by_name(file):
         if channel.dtype is not None and is_numeric(channel.dtype)
     ]
     counts = Counter(channel.name for channel in channels)
-    return {
-        channel.name
-        if counts[channel.name] == 1
-        else f"{channel.group_name}/{channel.name}": channel
-        for channel in channels
-    }
-
-
-def _add_numbers(arrays, node, *place):
-    """Add the properties that are numbers, by their place in the file."""
-    for key, value in node.properties.items():
-        if isinstance(value, int | float | np.number) and not isinstance(value, bool):
-            arrays.scalars[_SEPARATOR.join((*place, key))] = float(value)
+    named = {}
+    for channel in channels:
+        is_single = counts[channel.name] == 1
+        named[channel.name if is_single else f"{channel.group_name}/{channel.name}"] = channel
+    return named

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from ._contents import Channel, ContentError, Contents, Format, check_unpacked
-from ._facts import SECONDS, names_times, seconds_of_dates
+from ._facts import SECONDS, letters, names_times, seconds_of_dates
 
 FORMAT = Format(
     "text, also packed by gzip",
@@ -64,15 +64,22 @@ class TextLayout:
 
 
 def contents(path: Path) -> Iterator[Contents]:
-    """Return the channels by the names in the header, ``0``, ``1``, ... if there is none."""
+    """Return the channels by the names in the header, ``0``, ``1``, ... if there is none.
+
+    If dates and times of day are in two columns, both hold both together.
+    """
     with _open(path) as file:
         head = file.read(_HEAD)
     layout = text_layout(head, is_whole=len(head) < _HEAD)
+    parts = [name for name in layout.names if letters(name) in ("date", "datum")]
+    parts += [name for name in layout.names if letters(name) in ("time", "zeit", "uhrzeit")]
 
     def read(names, n_samples):
-        positions = [layout.names.index(name) for name in names]
         for frame in _frames(path, layout, n_samples or sys.maxsize):
-            yield [frame.iloc[:, position].to_numpy() for position in positions]
+            if len(parts) == 2 and {*parts} & {*names}:
+                joined = frame[parts[0]].astype(str) + " " + frame[parts[1]].astype(str)
+                frame = frame.assign(**dict.fromkeys(parts, joined))
+            yield [frame[name].to_numpy() for name in names]
 
     yield Contents({name: Channel(unit=layout.units.get(name)) for name in layout.names}, read)
 
@@ -122,33 +129,22 @@ def _check_complete(path, layout):
                 )
 
 
-@contextmanager
 def _open(path):
+    if path.suffix.lower() != ".gz":
+        return path.open("rb")
     with path.open("rb") as file:
-        if path.suffix.lower() != ".gz":
-            yield file
-            return
         # A gzip file ends with the number of bytes that it holds.
         n_packed = file.seek(-4, io.SEEK_END) + 4
         check_unpacked(n_packed, int.from_bytes(file.read(), "little"))
-        file.seek(0)
-        with gzip.open(file) as unpacked, io.BufferedReader(_Bounded(unpacked, n_packed)) as text:
-            yield text
+    return _Bounded(path, "rb")
 
 
-class _Bounded(io.RawIOBase):
-    """A stream that is unpacked while it is read, up to the bound for its file."""
+class _Bounded(gzip.GzipFile):
+    """A packed text that is unpacked while it is read, up to the bound for its file."""
 
-    def __init__(self, stream, n_packed):
-        self._stream, self._n_packed = stream, n_packed
-
-    def readable(self):
-        return True
-
-    def readinto(self, buffer):
-        n_bytes = self._stream.readinto(buffer)
-        check_unpacked(self._n_packed, self._stream.tell())
-        return n_bytes
+    def read1(self, size=-1):
+        check_unpacked(Path(self.name).stat().st_size, self.tell())
+        return super().read1(size)
 
 
 def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> TextLayout:
@@ -230,14 +226,15 @@ def _first_sample(kinds, may_be_cut):
         )
 
     first = next(i for i, row in enumerate(kinds) if is_usual(row))
-    # Damaged samples are not taken for a preamble: the reader refuses them.
-    damaged = [
-        i for i in range(may_be_cut, first) if any(kinds[i]) and {*kinds[i]} <= {"number", ""}
-    ]
-    above = [i for i in range(first) if len(kinds[i]) == n_fields]
-    if any(_is_text(kinds[i]) for i in above) and not _is_text(kinds[above[-1]]):
-        damaged.append(above[-1])
-    return n_fields, n_filled, min([first, *damaged])
+    above = kinds[:first]
+    headers = [i for i, row in enumerate(above) if row and _is_text(row)]
+    headers = headers or [i for i, row in enumerate(above) if "text" in row]
+    if headers:
+        first = headers[-1] + 1
+    elif not may_be_cut:
+        # Damaged samples are not taken for a preamble: the reader refuses them.
+        first = next(i for i, row in enumerate(kinds) if row)
+    return n_fields, n_filled, first
 
 
 def _names_and_units(above, n_fields, n_filled, decimal):

@@ -71,13 +71,34 @@ def test_times_that_are_too_coarse(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "form", ["%d.%m.%Y %H:%M:%S,%f", "%d/%m/%Y %H:%M:%S.%f", "%d.%m.%YT%H:%M:%S.%f"]
+    "form",
+    [
+        "%d.%m.%Y %H:%M:%S,%f",
+        "%d/%m/%Y %H:%M:%S.%f",
+        "%d.%m.%YT%H:%M:%S.%f",
+        "%d.%m.%y %H:%M:%S,%f",
+    ],
 )
 def test_dates_with_the_day_first(tmp_path, form):
     times = pd.Timestamp("2026-02-03 23:59:59.5") + pd.to_timedelta(np.arange(N) * 40, unit="us")
     lines = [f"{time:{form}};{y}" for time, y in zip(times, Y, strict=True)]
     (tmp_path / "run.csv").write_text("\n".join(["Datum;y", *lines]))
     assert read_recording(tmp_path / "run.csv")[1] == 25_000
+    assert recording_start(tmp_path / "run.csv") == times[0].timestamp()
+
+
+@pytest.mark.parametrize("names", ["Date;Time;y", "Zeit;Datum;y"])
+@pytest.mark.parametrize("form", ["%d.%m.%y", "%Y-%m-%d"])
+def test_dates_and_times_of_day_in_two_columns(tmp_path, names, form):
+    times = pd.Timestamp("2026-02-03 23:59:59.99") + pd.to_timedelta(np.arange(N) * 40, unit="us")
+    parts = {"Date": form, "Datum": form, "Time": "%H:%M:%S.%f", "Zeit": "%H:%M:%S,%f"}
+    first, second, _ = names.split(";")
+    rows = zip(times, Y, strict=True)
+    lines = [f"{time:{parts[first]}};{time:{parts[second]}};{y}" for time, y in rows]
+    (tmp_path / "run.csv").write_text("\n".join([names, *lines]))
+    signal, rate = read_recording(tmp_path / "run.csv")
+    np.testing.assert_allclose(signal, Y, rtol=1e-13)
+    assert rate == 25_000
     assert recording_start(tmp_path / "run.csv") == times[0].timestamp()
 
 
