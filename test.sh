@@ -25,26 +25,27 @@ tests() {
         ".venv-$environment/bin/python" -m pytest -n logical --maxprocesses 8 --dist loadfile "$@"
 }
 
-environment lowest-direct test &
-environment highest test,docs
-wait $!
+# What rests on other libraries, with their oldest versions: scikit-learn's contract, compiled code,
+# files, and the main job. These tests are fewer, so half of the processes suffice: each has to
+# collect the tests and to compile the loops. They begin while the other environment is installed,
+# and all parts run next to each other, so that no processor idles.
+mkdir -p .venv-lowest-direct
+report=.venv-lowest-direct/report.txt
+half=$((($(getconf _NPROCESSORS_ONLN) + 1) / 2))
+(
+    environment lowest-direct test
+    tests lowest-direct -n "$half" -m "not any_version" tests/kernels tests/recordings/formats \
+        tests/test_common.py tests/test_persistence.py tests/commands/test_evaluate.py "$@"
+) >$report 2>&1 &
+oldest=$! site= failed=0
+trap 'kill $oldest $site 2>/dev/null || true' EXIT
 
-# The parts run next to each other, so that no processor idles. The tests run the examples, so the
-# site is built without their output.
+# The tests run the examples, so the site is built without their output.
+environment highest test,docs
 rm -rf docs/_build docs/gallery docs/project docs/api/generated docs/api/backreferences
 .venv-highest/bin/python -m sphinx -q -W --keep-going -D plot_gallery=0 -b html docs docs/_build/html &
-site=$! oldest=
-trap 'kill $site $oldest 2>/dev/null || true' EXIT
+site=$!
 sh checks.sh .venv-highest/bin
-
-# What rests on other libraries: scikit-learn's contract of one estimator of each class, compiled
-# code, files, and the main job. These tests are fewer, so half of the processes suffice: each has to
-# collect the tests and to compile the loops.
-report=.venv-lowest-direct/report.txt
-half=$(.venv-highest/bin/python -c 'import os; print(min(4, max(1, os.cpu_count() // 2)))')
-(tests lowest-direct -n "$half" -m "not variant" tests/kernels tests/recordings/formats tests/test_common.py \
-    tests/test_main.py tests/test_persistence.py tests/commands/test_evaluate.py "$@") >$report &
-oldest=$! failed=0
 (tests highest "$@") || failed=1
 wait $oldest || failed=1
 echo "With the oldest versions:"

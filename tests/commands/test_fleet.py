@@ -173,7 +173,7 @@ LIES = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("options", [["--dask"], ["--processes", "--n-jobs", "2"], []])
+@pytest.mark.parametrize("options", [["--dask"], ["--processes", "--n-jobs", "1"], []])
 def test_workers_that_lie_or_die_while_they_write_cost_their_recording(
     diagnose, in_order, cluster, fleet, tmp_path, monkeypatch, options
 ):

@@ -14,7 +14,8 @@ SMALL = {"rpm": 500, "crack_mm": 3, "n_samples": 6000}
 
 @pytest.fixture(scope="module")
 def default_rig():
-    return simulate_rig()
+    """All recordings, shorter than the default."""
+    return simulate_rig(n_samples=24_000)
 
 
 def select(rig, **columns):
@@ -24,30 +25,30 @@ def select(rig, **columns):
     return rig.data[rows]
 
 
-@pytest.mark.slow
 def test_default_is_table_1(default_rig):
+    assert simulate_rig(conditions="Normal", rpm=500).data.shape == (100, 2, 1200)
     rig = default_rig
     assert isinstance(rig, Bunch)
-    # Four normal recordings, and seven faults at four speeds with two cracks, 100 windows each.
-    assert rig.data.shape == (100 * (4 + 7 * 4 * 2), 2, 1200)
+    # Four normal recordings, and seven faults at four speeds with two cracks, 20 windows each.
+    assert rig.data.shape == (20 * (4 + 7 * 4 * 2), 2, 1200)
     assert rig.data.dtype == np.float64
     assert rig.target_names == TABLE_1
     assert rig.sampling_rate == 250e3
     assert np.unique(rig.rpm).tolist() == [300, 400, 450, 500]
     assert np.unique(rig.crack_mm).tolist() == [0, 3, 6]
     for rpm in (300, 400, 450, 500):
-        assert len(select(rig, rpm=rpm, target="Normal", crack_mm=0)) == 100
+        assert len(select(rig, rpm=rpm, target="Normal", crack_mm=0)) == 20
         for condition, crack in ((c, w) for c in TABLE_1[1:] for w in (3, 6)):
-            assert len(select(rig, rpm=rpm, target=condition, crack_mm=crack)) == 100
+            assert len(select(rig, rpm=rpm, target=condition, crack_mm=crack)) == 20
 
 
 def test_windows_lie_in_time_order_in_one_recording_after_another(default_rig):
     rig = default_rig
     assert len(np.unique(rig.recording)) == 60
-    starts = rig.start.reshape(60, 100)
-    np.testing.assert_array_equal(starts, np.tile(np.arange(0, 120_000, 1200), (60, 1)))
+    starts = rig.start.reshape(60, 20)
+    np.testing.assert_array_equal(starts, np.tile(np.arange(0, 24_000, 1200), (60, 1)))
     for name in ("recording", "target", "rpm", "crack_mm"):
-        column = rig[name].reshape(60, 100)
+        column = rig[name].reshape(60, 20)
         assert np.all(column == column[:, :1])
     assert rig.recording[0] == "Normal_300rpm"
     assert rig.recording[-1] == "IR-OR-Ball_500rpm_6mm"
@@ -61,7 +62,7 @@ def test_scale_is_that_of_an_amplified_sensor_and_a_small_motor(default_rig):
     assert 1e-3 < rms.min() < rms.max() < 0.1
     assert np.abs(emission).max() < 10.0
     # The mean torque does not pass: the leak sums to zero.
-    assert np.all(np.abs(recordings.mean(axis=1)) < 0.02 * rms)
+    assert np.all(np.abs(recordings.mean(axis=1)) < 0.05 * rms)
     np.testing.assert_allclose(torque.reshape(60, -1).mean(axis=1), 2.0, rtol=0.02)
 
 
@@ -143,19 +144,20 @@ def test_random_state_decides_everything_random():
 
 
 def test_a_recording_does_not_depend_on_what_else_is_generated(default_rig):
-    alone = simulate_rig(rpm=450, crack_mm=6, conditions="IR-Ball").data
+    alone = simulate_rig(rpm=450, crack_mm=6, conditions="IR-Ball", n_samples=24_000).data
     among = select(default_rig, rpm=450, crack_mm=6, target="IR-Ball")
     np.testing.assert_array_equal(alone, among)
 
 
 def test_recordings_are_independent_of_one_another():
     # Without defects, whose emission single and compound recordings share.
-    rig = simulate_rig(rpm=(400, 500), rig=Rig(impact_level=0.0, rubbing_level=0.0))
+    silent = Rig(impact_level=0.0, rubbing_level=0.0)
+    rig = simulate_rig(rpm=(400, 500), rig=silent, n_samples=24_000)
     emission = rig.data[:, 0].reshape(30, -1)
     fluctuation = np.diff(rig.data[:, 1].reshape(30, -1))
     for signals in (emission, fluctuation):
         correlation = np.corrcoef(signals) - np.eye(30)
-        assert np.abs(correlation).max() < 0.1
+        assert np.abs(correlation).max() < 0.2
 
 
 def test_compound_faults_are_superpositions():

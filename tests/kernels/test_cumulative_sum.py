@@ -68,11 +68,6 @@ def test_healthy_windows_that_exceed_too_often_are_refused(rate, faulty):
         reference_step(rate, faulty)
 
 
-def test_an_alarm_that_cannot_be_rare_is_refused():
-    with pytest.raises(ValueError, match=r"at a rate of 0.4 .* allow no alarm"):
-        alarm_limit(1e15, 2, 0.4, 0.999)
-
-
 @pytest.mark.parametrize("limit", [1, 8, 13, 20])
 def test_a_limit_that_just_holds_is_enough(limit):
     just = mean_run_length(limit, 7, 0.01, 0.05)
@@ -95,5 +90,5 @@ def test_the_largest_limit_is_still_tried(monkeypatch):
     monkeypatch.setattr(cumulative_sum, "_LARGEST_LIMIT", 8)
     just = mean_run_length(8, 7, 0.01, 0.05)
     assert alarm_limit(just, 7, 0.01, 0.05) == 8
-    with pytest.raises(ValueError, match="allow no alarm"):
+    with pytest.raises(ValueError, match=r"at a rate of 0.01 .* allow no alarm"):
         alarm_limit(np.nextafter(just, np.inf), 7, 0.01, 0.05)
