@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import math
+import warnings
 from collections.abc import Sequence
 from numbers import Integral, Real
 from typing import Any
@@ -277,6 +279,13 @@ def _one_for_each(name, value, n_channels):
             "expected one value, two (of the output and of all inputs), or one for each channel."
         )
     return entries
+
+
+def warn_user(text: str) -> None:
+    """Issue a UserWarning for the line that called this package, or scikit-learn about it."""
+    names = [each.frame.f_globals["__name__"].partition(".")[0] for each in inspect.stack(0)]
+    ours = [level for level, name in enumerate(names, 1) if name in ("skarxlag", "sklearn")]
+    warnings.warn(text, stacklevel=ours[-1] + 1)
 
 
 def check_rate(value: float, name: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, ClassVar, Self
@@ -15,7 +14,13 @@ from sklearn.utils import check_scalar
 from ._base import SignalEstimator
 from ._parallel import BATCH, map_batches, one_thread
 from ._state import INNOVATIONS, SPEEDS, Values, remember_parameters, uses_fitted
-from ._validation import check_rate, of_one_model, validate_innovations, weighted_windows
+from ._validation import (
+    check_rate,
+    of_one_model,
+    validate_innovations,
+    warn_user,
+    weighted_windows,
+)
 from .kernels.healthy_limits import (
     HealthyRows,
     Limits,
@@ -109,7 +114,7 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
         sentences = self._learn(X, y, log_speed[rows], weights)
         remember_parameters(self)
         for sentence in sentences:
-            warnings.warn(sentence, stacklevel=2)
+            warn_user(sentence)
         return self
 
     def score_samples(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
@@ -500,11 +505,10 @@ class FaultDetector(RowOutlierDetector):
             beyond = np.abs(speed_distance(log_speed, np.log(known)).beyond)
             outside = np.exp(log_speed[beyond > UNIT_DISTANCE + 1e-9])
             if len(outside) > 0:
-                warnings.warn(
+                warn_user(
                     f"{len(outside)} of {len(X)} rows at {outside.min():g} to {outside.max():g} "
                     f"rpm lie more than the factor 1.3 outside the speeds of fit, {known[0]:g} to "
-                    f"{known[-1]:g} rpm: limits are wide there, and faults are missed.",
-                    stacklevel=5,
+                    f"{known[-1]:g} rpm: limits are wide there, and faults are missed."
                 )
         return log_speed, is_plausible
 

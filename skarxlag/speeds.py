@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from numbers import Integral
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array, check_scalar
 
-from ._validation import ABOVE_0, check_real
+from ._validation import ABOVE_0, check_real, warn_user
 from .kernels.comb import comb_frequency
 
 #: Least number of turns of the shaft in a stretch whose orders are compared.
@@ -140,10 +139,9 @@ def with_plausible_speeds(
     is_plausible = errors == ""
     if is_plausible.all():
         return rpm, is_plausible
-    warnings.warn(
+    warn_user(
         f"{np.sum(~is_plausible)} of {n_rows} rows are treated as rows without a signal: "
-        f"{errors[~is_plausible][0]}. rpm must be in revolutions per minute.",
-        stacklevel=5,
+        f"{errors[~is_plausible][0]}. rpm must be in revolutions per minute."
     )
     speeds = speeds_of_rows(rpm, n_rows).copy()
     speeds[~is_plausible] = train_rpm[0] if len(train_rpm) > 0 else 1.0
