@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -20,10 +21,10 @@ from .kernels.fault_orders import (
     order_contrast,
     squared_envelope_spectrum,
 )
-from .speeds import samples_a_turn, speeds_of_rows
+from .speeds import check_speeds, with_plausible_speeds
 
 #: Turns of the shaft that a row must have.
-_LEAST_TURNS = 2
+LEAST_TURNS = 2
 
 
 def match_faults(
@@ -107,35 +108,29 @@ def turns_of_rows(
     sampling_rate: float,
     rpm: ArrayLike | None,
     speed_range: tuple[float, float] | None,
-    is_required: bool,
+    train_rpm: Sequence[float] = (),
 ) -> NDArray[Any]:
-    """Return the samples in a turn of each row; NaN for rows too short for a search of the speed.
+    """Return the samples in a turn of each row.
 
-    If they are not required, they are also NaN for rows without a speed, or of less than two
-    turns.
+    They are NaN for rows without a plausible speed, of less than two turns, or too short for a
+    search of the speed.
 
     Raises
     ------
     ValueError
-        If they are required, and there is neither a speed nor a range of speeds, or a row has less
-        than two turns.
+        If `rpm` has neither one speed for each row, nor one for each of their samples.
     """
-    if not is_required and (rpm is not None or speed_range is None):
-        speeds = speeds_of_rows(np.nan if rpm is None else rpm, len(rows))
-        mean = speeds.reshape(len(rows), -1).mean(axis=1)
-        is_enough = rows.shape[1] * mean >= _LEAST_TURNS * 60 * sampling_rate
-        return np.where(is_enough, 60 * sampling_rate / speeds.T, np.nan).T
+    n_rows, length = rows.shape
+    rpm, is_plausible = with_plausible_speeds(rpm, n_rows, train_rpm)
     if rpm is not None:
-        return samples_a_turn(rpm, sampling_rate, *rows.shape, _LEAST_TURNS)
-    if speed_range is None:
-        raise ValueError(
-            "rpm is None, expected the speed of each row, or speed_range, in which the speed is "
-            "searched."
-        )
-    low, high = speed_range
+        speeds = check_speeds(rpm, n_rows, length)
+        n_turns = length * speeds.reshape(n_rows, -1).mean(axis=1) / (60 * sampling_rate)
+        is_usable = is_plausible & (n_turns >= LEAST_TURNS) & (n_turns <= length / 2)
+        return np.where(is_usable, 60 * sampling_rate / speeds.T, np.nan).T
+    low, high = speed_range or (0.0, 0.0)
+    if length * low < LEAST_TURNS * 60 * sampling_rate:
+        return np.full(n_rows, np.nan)
     turn = 60 * sampling_rate / np.sqrt(low * high)
-    if rows.shape[1] < _LEAST_TURNS * 60 * sampling_rate / low:
-        return np.full(len(rows), np.nan)
     tolerance = np.log(high / low) / 2
     return 1 / np.array([comb_frequency(row, 1 / turn, tolerance, 40) for row in rows])
 

@@ -18,6 +18,7 @@ from ._answers import answers
 from ._base import SignalEstimator
 from ._state import INNOVATIONS, Labels, Values, remember_parameters, uses_fitted
 from ._validation import (
+    ABOVE_0,
     check_rate,
     check_real,
     of_one_model,
@@ -25,7 +26,7 @@ from ._validation import (
     weighted_windows,
 )
 from .bearings import BearingLike, bearing_orders, listed
-from .envelope_spectra import best_combs, match_faults, turns_of_rows
+from .envelope_spectra import LEAST_TURNS, best_combs, match_faults, turns_of_rows
 from .evidence import COMB_CORRELATION, effective_number
 from .fault_places import (
     CONFIDENCE,
@@ -47,10 +48,12 @@ from .fault_places import (
     place_of_label,
     tail_scale,
 )
-from .speeds import speeds_of_rows
+from .speeds import samples_a_turn, speeds_of_rows
 
 #: Logarithm of speed up to which rows count as rows of the same speed.
 _SAME_SPEED = 0.05
+#: Why there is no verdict on a row.
+_NO_COMBS = "combs need a plausible speed, and two turns of the shaft in a row"
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -262,7 +265,10 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         """Learn places of labels, limits of healthy rows, and spectra of conditions."""
         rows, labels, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         counts = np.ceil(weights).astype(int)
-        found = self._match(X[rows], None if rpm is None else speeds_of_rows(rpm, len(X))[rows])
+        speeds = None if rpm is None else speeds_of_rows(rpm, len(X))[rows]
+        if speeds is not None:
+            samples_a_turn(speeds, self.sampling_rate, len(rows), X.shape[-1], LEAST_TURNS)
+        found = self._match(X[rows], speeds)
         scores, speeds = (np.repeat(each, counts, axis=0) for each in (found.scores, found.rpm))
         self.classes_, target = np.unique(np.repeat(labels, counts), return_inverse=True)
         self.class_places_ = np.array(
@@ -317,7 +323,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
             Rows.
         rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), default=None
-            Nominal speed; None only with `speed_range`.
+            Nominal speed; None only with `speed_range`. Rows of less than two turns, or without a
+            plausible speed, get the score 0, and the speed NaN.
 
         Returns
         -------
@@ -331,8 +338,15 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         return self._match(X, rpm)
 
     def _match(self, X, rpm):
-        rows, rate = X[:, 0], self.sampling_rate
-        turns = turns_of_rows(rows, rate, rpm, self.speed_range, self.conditions_ is None)
+        rows, rate, train_rpm = X[:, 0], self.sampling_rate, ()
+        if self.conditions_ is not None:
+            train_rpm = answers(self.conditions_).speeds
+        elif rpm is None and self.speed_range is None:
+            raise ValueError(
+                "rpm is None, expected the speed of each row, or speed_range, in which the speed "
+                "is searched."
+            )
+        turns = turns_of_rows(rows, rate, rpm, self.speed_range, train_rpm)
         return match_faults(
             rows, turns, rate, self.orders_, self.speed_tolerance, self.slip, self.n_jobs
         )
@@ -354,7 +368,9 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             ``score``, ``probability``, ``verdict``, ``alarm`` and ``p_value``: the results of
             `decision_function`, `predict_proba`, `predict`, `detect` and `p_values`. ``named``: the
             verdict, or "not identifiable" if a comb exceeds the limit, but the second place is too
-            close, see `wrong_name_rate`. ``evidence``: a sentence with the order and the place of
+            close, see `wrong_name_rate`. ``refusal``: without `conditions`, why a row has no
+            verdict but equal probabilities: its speed is not plausible, or it has less than two
+            turns; else an empty text. ``evidence``: a sentence with the order and the place of
             the best comb, its contrast in dB, and the difference from the nominal order, which slip
             and an error of the speed cause together. ``contrasts`` and ``rpm``: as in `match`. With
             `conditions`, ``spectra`` are the log probabilities by spectra alone, as they count, and
@@ -365,7 +381,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         found = self._match(X, rpm)
         own = {"contrasts": found.contrasts, "rpm": found.rpm}
         if self.conditions_ is None:
-            return Bunch(**self._judge(found), **own)
+            refusal = np.where(np.isnan(found.rpm), _NO_COMBS, "").astype(object)
+            return Bunch(**self._judge(found), **own, refusal=refusal)
         learned = self.conditions_.diagnose(X, **({} if rpm is None else {"rpm": rpm}))
         # Spectra that decide alone need not count less.
         levels = np.where(np.isnan(found.rpm)[:, np.newaxis], 1.0, learned.levels)
@@ -445,11 +462,13 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         elsewhere = np.where(is_far, gumbel_p_value(best, OTHER_SPEED_LOCATION), 0.0)
         judged = Bunch(alarm=best > limits, p_value=np.maximum(p_value, elsewhere))
         is_close = judged.alarm & (best - second < margin)
+        is_unused = np.isnan(found.rpm)
         scores = CONFIDENCE * np.column_stack([above, limits])[:, self.class_places_]
+        scores[is_unused] = 0.0
         if spectra is not None:
             without = self.reference_ if len(self.healthy_scores_) > 0 else WITHOUT_COMB
             evidence = comb_evidence((found.scores - without) * gain, self.class_places_)
-            is_unused, is_close = np.isnan(found.rpm), False
+            is_close = False
             scores = spectra + np.where(is_unused[:, np.newaxis], 0.0, evidence)
             is_fault = self.class_places_ != PLACES.index(HEALTHY)
             comb = np.exp(evidence).max(axis=1, where=is_fault, initial=0.0)
@@ -591,13 +610,11 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         for name in ("bearing", "sampling_rate"):
             if getattr(self, name) is None:
                 raise ValueError(f"{name} is None, expected a value: it has no default.")
-        above = {"min_val": 0, "include_boundaries": "neither"}
-        check_real(self.sampling_rate, "sampling_rate", **above)
-        check_real(self.gear_ratio, "gear_ratio", **above)
+        for name in ("sampling_rate", "gear_ratio", "slip"):
+            check_real(getattr(self, name), name, **ABOVE_0)
         check_rate(self.false_alarm_rate, "false_alarm_rate")
-        check_real(self.wrong_name_rate, "wrong_name_rate", max_val=0.5, **above)
+        check_real(self.wrong_name_rate, "wrong_name_rate", max_val=0.5, **ABOVE_0)
         check_real(self.speed_tolerance, "speed_tolerance", min_val=0, max_val=0.3)
-        check_real(self.slip, "slip", **above)
         if self.speed_range is not None:
             ends = np.asarray(self.speed_range, dtype=np.float64)
             if ends.shape != (2,) or not 0 < ends[0] < ends[1] < np.inf:

@@ -179,7 +179,8 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         Bunch
             ``verdict`` of shape (n_rows,); ``probability`` of shape (n_rows, n_classes);
             ``verdict_of_outputs``, the verdict of each output by itself, of shape
-            (n_rows, n_outputs); and, if `estimator` has a detection threshold, ``alarm``, of bool.
+            (n_rows, n_outputs); if `estimator` has a detection threshold, ``alarm``, of bool; and
+            ``refusal``, if `estimator` returns it.
         """
         found = self._asked("diagnose", X, params)
         logs = np.log(np.maximum([each.probability for each in found], SMALLEST_PROBABILITY))
@@ -188,6 +189,8 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         answer.verdict_of_outputs = np.array([each.verdict for each in found], dtype=object).T
         if all("alarm" in each for each in found):
             answer.alarm = np.any([each.alarm for each in found], axis=0)
+        if "refusal" in found[0]:
+            answer.refusal = found[0].refusal
         return answer
 
     def predict(self, X: ArrayLike, **params: Any) -> NDArray[Any]:

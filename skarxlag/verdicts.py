@@ -238,6 +238,11 @@ class Judge:
         within = usable & (limits == HOLD)
         if "diagnoser" in self._can and usable.any():
             said = self._asked("diagnoser", "diagnose", X, rpm, usable)
+            if "refusal" in said:
+                refusal[usable], is_judged = said.refusal, said.refusal == ""
+                said = Bunch(**{name: each[is_judged] for name, each in said.items()})
+                usable &= refusal == ""
+                within &= usable
             classes = self._can["diagnoser"].conditions
             order = [classes.index(name) for name in self.conditions]
             found.probability[usable] = said.probability[:, order]

@@ -10,6 +10,7 @@ from skarxlag import (
     FaultOrderClassifier,
     bearing_orders,
     load_diagnoser,
+    make_diagnoser,
     save_diagnoser,
 )
 from skarxlag._answers import answers
@@ -202,10 +203,36 @@ def test_bad_parameters_are_named(options, message, rows):
         classifier(**options).fit(rows, rpm=900)
 
 
+@pytest.mark.filterwarnings("ignore:1 of 2 rows:UserWarning")
+@pytest.mark.parametrize("rpm", [119.0, 0.0, -900.0, np.nan, np.inf, 1e9, 310_000.0])
+def test_a_row_whose_combs_cannot_be_seen_names_no_place(rows, rpm):
+    fitted, speeds = classifier().fit(rows), np.array([900.0, rpm])
+    found = fitted.diagnose(rows[1:], rpm=speeds)
+    np.testing.assert_array_equal(found.probability[1], np.full(4, 0.25))
+    assert found.probability[0].max() > 0.9 and not found.alarm[1]
+    assert found.refusal.tolist() == [
+        "",
+        "combs need a plausible speed, and two turns of the shaft in a row",
+    ]
+    assert np.isnan(found.rpm[1]) and found.p_value[1] == pytest.approx(1)
+    searched = classifier(speed_range=(100.0, 119.0)).fit(rows).diagnose(rows)
+    np.testing.assert_array_equal(searched.probability, np.full((3, 4), 0.25))
+
+
+@pytest.mark.filterwarnings("ignore:1 of 2 rows:UserWarning")
+@pytest.mark.parametrize("rpm", [0.0, np.nan, 1e9, 7000.0])
+def test_combs_do_not_decide_at_a_speed_that_spectra_refuse(healthy, rpm):
+    X = np.concatenate([healthy[:10], [row("outer", seed=seed) for seed in range(10)]])
+    joint = make_diagnoser(sampling_rate=RATE, bearing="6205")
+    joint.fit(X, ["healthy"] * 10 + ["outer"] * 10, rpm=900)
+    probability = joint.predict_proba(X[-2:], rpm=np.array([900.0, rpm]))
+    assert probability[0, 1] > 0.9
+    np.testing.assert_allclose(probability[1], 0.5)
+
+
 def test_speeds_are_checked(rows):
-    fitted = classifier().fit(rows)
     with pytest.raises(ValueError, match="turns at 100 rpm"):
-        fitted.predict(rows, rpm=100)
+        classifier().fit(rows, NAMES, rpm=100)
     with pytest.raises(ValueError, match="expected those of one: ARXLaguerre"):
         classifier().fit(np.ones((2, 3, 100)))
 
