@@ -68,13 +68,12 @@ def run(args: argparse.Namespace) -> int:
         refuse(args, [*FACTS, "outputs", unfit], f"not allowed with --rig {args.rig}")
     else:
         refuse(args, ["data_home", "n_samples", "train_rpm"], "not allowed with a table")
-    try:
-        args.output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UsageError(f"argument --output: {error}") from error
+    if args.output.exists() and not args.output.is_dir():
+        raise UsageError(f"argument --output: {args.output} is a file, expected a folder")
     cases = rig_cases(args) if is_rig else [own_case(args)]
     texts, n_fits = [], sum(len(case.methods) for case in cases)
     with as_command_error(), Progress(n_fits, "diagnosers", args) as progress:
+        args.output.mkdir(parents=True, exist_ok=True)
         for case in cases:
             verdicts = _verdicts(case, args.n_jobs, progress)
             text, tables = report(case, verdicts)

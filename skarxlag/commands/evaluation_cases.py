@@ -105,7 +105,7 @@ def rig_cases(args: argparse.Namespace) -> list[Case]:
         # The files of a fetcher are the original ones, so only the window length can be wrong.
         raise UsageError(f"argument --window-length: {error}") from error
     # A tail that fills no window is not simulated.
-    n_samples = (args.n_samples or N_SAMPLES) // length * length
+    n_samples = max((args.n_samples or N_SAMPLES) // length, 1) * length
     cases = []
     for crack in _CRACKS_MM:
         rig = simulate_rig(crack_mm=crack, n_samples=n_samples, window_length=length)

@@ -249,3 +249,12 @@ def test_output_that_is_a_file_is_refused_before_anything_is_computed(run, tmp_p
     (tmp_path / "file").write_text("")
     code, _, err = run(*TINY, "--output", tmp_path / "file")
     assert code == 2 and "argument --output" in err and "loading" not in err
+
+
+@pytest.mark.parametrize(
+    "wrong", [["--train-rpm", 77], ["--window-length", 5000], ["--rpm", 900], ["no_such_table.csv"]]
+)
+def test_a_wrong_argument_leaves_no_folder(run, tmp_path, wrong):
+    code, _, err = run(*TINY, *wrong, "--output", tmp_path / "new" / "folder")
+    assert code in (1, 2) and "error:" in err
+    assert not (tmp_path / "new").exists()
