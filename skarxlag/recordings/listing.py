@@ -122,15 +122,13 @@ class ListedRecording:
         Raises
         ------
         FileNotFoundError, ImportError, ValueError
-            As there; if the stated rate differs from the rate in the file; and, for an entry of a
-            table, if neither is stated. The message names the entry.
+            As there, and if the stated rate differs from the rate in the file. The message names
+            the entry.
         """
         stated = self.sampling_rate
         with self.named():
             read = recording_blocks(self.path, n_samples, channel=self.channel, dtype=self.dtype)
             for signal, known in read:
-                if stated is None and known is None and self.where is not None:
-                    raise ValueError(f"sampling_rate is missing and {self.path} does not state it")
                 if not rates_agree(stated, known):
                     raise ValueError(
                         f"{self.path}: sampling_rate is {stated:g} Hz but the file states "
@@ -193,7 +191,12 @@ def list_files(
         If the pattern is no regular expression, has no named group, or does not fit a file.
     """
     stated = {"channel": channel, "sampling_rate": sampling_rate, "dtype": dtype}
-    expression = re.compile("") if pattern is None else _compiled(pattern)
+    try:
+        expression = re.compile(pattern or "")
+    except re.error as error:
+        raise ValueError(f"pattern is {pattern!r}, no regular expression ({error})") from error
+    if pattern is not None and not expression.groupindex:
+        raise ValueError(f"pattern is {pattern!r}, expected named groups such as (?P<condition>..)")
     listed = []
     for name, path in _found(source):
         match = expression.search(name)
@@ -227,18 +230,16 @@ def positive(where: str, name: str, text: str) -> float:
 
 
 def _found(source):
-    folder = Path(source)
-    if folder.is_dir():
-        found = [(path.relative_to(folder).as_posix(), path) for path in _files_below(folder)]
-        expected = f"a recording with a known suffix in {source}"
-    elif folder.exists():
-        return [(str(source), folder)]
+    root = Path(source)
+    if root.is_dir():
+        found = [(path.relative_to(root).as_posix(), path) for path in _files_below(root)]
     else:
-        paths = [Path(path) for path in glob(str(source), recursive=True)]
+        paths = [root] if root.exists() else map(Path, glob(str(source), recursive=True))
         found = [(path.as_posix(), path) for path in paths if path.is_file()]
-        expected = "files that fit the glob" if is_file_source(source) else "a file"
     if not found:
-        raise FileNotFoundError(f"{source}: no such file, expected {expected}")
+        raise FileNotFoundError(
+            f"{source}: no such file, expected a recording, a folder of recordings or a glob"
+        )
     return sorted(found)
 
 
@@ -253,16 +254,6 @@ def _files_below(folder):
         folders[:] = sorted(folders, key=lambda name: Path(parent, name).is_symlink()) * is_new
         paths = (Path(parent, name) for name in names if name.lower().endswith(suffixes))
         yield from (path for path in paths if is_new and path.is_file())
-
-
-def _compiled(pattern):
-    try:
-        expression = re.compile(pattern)
-    except re.error as error:
-        raise ValueError(f"pattern is {pattern!r}, no regular expression ({error})") from error
-    if not expression.groupindex:
-        raise ValueError(f"pattern is {pattern!r}, expected named groups such as (?P<condition>..)")
-    return expression
 
 
 def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedRecording]:
@@ -342,9 +333,8 @@ def _column_name(name):
 def _check_columns(path, names):
     missing = [each for each in _COLUMNS if each not in names]
     wrong = ["'path' is missing"] if "path" in missing else []
+    wrong += [f"{name!r} is there twice" for name in _COLUMNS if names.count(name) > 1]
     for name in names:
-        if name in _COLUMNS and names.count(name) > 1:
-            wrong.append(f"{name!r} is there twice")
         for close in difflib.get_close_matches(name.lower(), missing, n=1, cutoff=0.8):
             wrong.append(f"is {name!r} meant to be {close!r}?")
     if wrong:

@@ -283,22 +283,29 @@ def cut_recordings(
     inputs = {Path(file).resolve() for file in (source, *(entry.path for entry in listed))}
     if memory_map is not None and Path(memory_map).resolve() in inputs:
         raise ValueError(f"memory_map={str(memory_map)!r} is among the files that are read")
-    reader, store = _Reader(resample), _WindowStore(memory_map)
-    starts, available = [], []
-    for entry in listed:
-        blocks = reader.blocks(entry, block_length(window_length))
-        parts = cut_blocks(blocks, str(entry.path), window_length, hop)
-        if max_windows is None:
-            # A recording may be larger than memory.
-            position = np.arange(sum(map(store.add, parts)))
-            available.append(len(position))
-        else:
-            windows, position, n_available = thin_windows(parts, max_windows)
-            store.add(windows)
+    reader, starts, available = _Reader(resample), [], []
+    with nullcontext(io.BytesIO()) if memory_map is None else open(memory_map, "wb") as store:
+        for entry in listed:
+            blocks = reader.blocks(entry, block_length(window_length))
+            parts = cut_blocks(blocks, str(entry.path), window_length, hop)
+            if max_windows is not None:
+                windows, position, n_available = thin_windows(parts, max_windows)
+                parts = [windows]
+            n_windows = 0
+            for windows in parts:
+                store.write(windows)
+                n_windows += len(windows)
+            if max_windows is None:
+                position, n_available = np.arange(n_windows), n_windows
             available.append(n_available)
-        starts.append(position * hop)
-        if note is not None:
-            note(entry, available[-1])
+            starts.append(position * hop)
+            if note is not None:
+                note(entry, n_available)
+    if memory_map is None:
+        # Without a copy, or memory would hold all windows twice.
+        data = np.frombuffer(store.getbuffer())
+    else:
+        data = np.memmap(memory_map, np.float64, "r")
     table = reader.facts(listed)
     conditions = [] if table.condition is None else list(dict.fromkeys(table.condition.tolist()))
     if healthy is not None:
@@ -321,7 +328,7 @@ def cut_recordings(
             few = profile.rows(starts[i] / step, _N_MEAN, table.sampling_rate / step)
             speeds[row == i] = few.mean(axis=1)
     return Bunch(
-        data=store.windows(),
+        data=data.reshape(-1, *windows.shape[1:]),
         target=None if targets is None else targets[row],
         target_names=conditions,
         rpm=speeds,
@@ -381,7 +388,7 @@ class _Reader:
         with entry.named():
             for signal, rate in blocks:
                 if rate is None:
-                    raise ValueError("sampling_rate is missing and the file does not state it")
+                    raise ValueError(f"sampling_rate is missing and {entry.path} does not state it")
                 self._check(entry, "sampling rates (Hz)", rate, rates_agree)
                 n_channels = 1 if signal.ndim == 1 else len(signal)
                 self._check(entry, "numbers of channels", n_channels, int.__eq__)
@@ -413,25 +420,3 @@ class _Reader:
         first, where = self._common.setdefault(what, (value, entry.where or entry.path))
         if not agree(value, first):
             raise ValueError(f"different {what}: {value:g}, but {first:g} in {where}")
-
-
-class _WindowStore:
-    """Windows of all recordings, in memory or in a memory-mapped file."""
-
-    def __init__(self, path: Any) -> None:
-        self._path, self._held, self._shape = path, io.BytesIO(), (0,)
-        if path is not None:
-            Path(path).write_bytes(b"")
-
-    def add(self, windows: NDArray[Any]) -> int:
-        """Keep windows and return their number."""
-        self._shape = (self._shape[0] + len(windows), *windows.shape[1:])
-        with nullcontext(self._held) if self._path is None else Path(self._path).open("ab") as file:
-            file.write(windows)
-        return len(windows)
-
-    def windows(self) -> NDArray[Any]:
-        if self._path is None:
-            # Without a copy, or memory would hold all windows twice.
-            return np.frombuffer(self._held.getbuffer()).reshape(self._shape)
-        return np.memmap(self._path, np.float64, "r", shape=self._shape)

@@ -67,7 +67,7 @@ def test_one_file_is_listed_and_its_rate_may_be_unknown(folder):
         ("", {"pattern": "x"}, r"pattern is 'x', expected named groups"),
         ("", {"pattern": "(?P<rpm>x)"}, r"OR_900_a.npy: does not fit the pattern"),
         ("", {"pattern": "(?P<rpm>[A-Z]+)"}, r"OR_900_a.npy: rpm is 'OR', expected a positive"),
-        ("*.mat", {}, r"\*.mat: no such file, expected files that fit the glob"),
+        ("*.mat", {}, r"\*.mat: no such file, expected a recording"),
         ("none", {}, r"none: no such file"),
         ("", {}, r"OR_900_a.npy: sampling_rate is missing"),
         ("", {"sampling_rate": 5, "channel": "x"}, r"OR_900_a.npy: no channel 'x'"),
@@ -79,7 +79,7 @@ def test_errors(folder, source, options, message):
 
 
 def test_an_empty_folder(tmp_path):
-    with pytest.raises(FileNotFoundError, match="no such file, expected a recording with a known"):
+    with pytest.raises(FileNotFoundError, match="no such file, expected a recording, a folder"):
         list_recordings(tmp_path)
 
 
