@@ -51,7 +51,7 @@ import numpy as np
 from ._arrays import NamedArrays
 from ._contents import Format
 
-FORMAT = Format("Marked numbers", (".marked",), "neither", in_parts=False)
+FORMAT = Format((".marked",))
 
 
 def contents(path):

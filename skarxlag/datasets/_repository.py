@@ -11,16 +11,14 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
-from zipfile import BadZipFile
 
-import numpy as np
-import pandas as pd
 from sklearn.datasets import fetch_file, get_data_home
-from sklearn.utils import Bunch
 
 from skarxlag.bearings import BearingGeometry
-from skarxlag.recordings.files import read_recording
-from skarxlag.recordings.windows import block_length, cut_blocks
+from skarxlag.recordings.files import list_channels, read_recording
+from skarxlag.recordings.listing import ListedRecording
+from skarxlag.recordings.rig import cut_recordings
+from skarxlag.recordings.windows import block_length
 
 #: The array of samples in the converted files that a data home may hold.
 CONVERTED = "acceleration"
@@ -29,7 +27,7 @@ N_RETRIES = 3
 
 
 class Recording(NamedTuple):
-    """One recording: its file in the repository, its labels, and a converted file to accept."""
+    """One recording: its file in the repository, its labels, a converted file, and its channel."""
 
     path: str
     condition: str
@@ -37,18 +35,15 @@ class Recording(NamedTuple):
     name: str
     sha256: str | None
     converted: str | None = None
-
-
-def _read_only_channel(path):
-    return read_recording(path)[0]
+    channel: str | None = None
 
 
 class Source(NamedTuple):
     """Source of a rig.
 
     ``folder`` is that in the data home, and the name of the description if no other is given.
-    ``recordings`` begin with the healthy condition. ``read_signal`` takes the path of an original
-    file and returns its samples; by default, those of its only channel.
+    ``recordings`` begin with the healthy condition. ``channel`` is read from files that do not hold
+    the channel of their recording. ``n_samples`` is the length of original files, if it is checked.
     """
 
     folder: str
@@ -57,7 +52,8 @@ class Source(NamedTuple):
     recordings: list[Recording]
     bearing: BearingGeometry | None = None
     description: str | None = None
-    read_signal: Callable[[Path], Any] = _read_only_channel
+    channel: str | None = None
+    n_samples: int | None = None
 
 
 def fetcher(source_of: Callable[..., Source]) -> Callable[..., Any]:
@@ -164,18 +160,16 @@ def fetch_rig(
         If a file is missing or is not the original and `download_if_missing` is False, or if it
         cannot be downloaded. The message names the file.
     ValueError
-        If there is no such part of the rig, or if `window_length` is below 1 or longer than a
-        recording.
+        If there is no such part of the rig, if `window_length` is below 1 or longer than a
+        recording, or if a file cannot be read.
     """
     block_length(window_length)  # Checks it before a file is downloaded.
     # A given folder is not created if no file is stored there in the end.
     home = Path(get_data_home() if data_home is None else data_home).expanduser()
-    names, windows = [], []
+    listed = []
     for recording in source.recordings:
-        path = home / (recording.converted or "")
-        if path.is_file():
-            signal = _read_converted(path)
-        else:
+        path, channel = home / (recording.converted or ""), CONVERTED
+        if not path.is_file():
             path = home / source.folder / recording.path
             if download_if_missing:
                 url = f"{(mirror or source.url).rstrip('/')}/{quote(recording.path)}"
@@ -183,37 +177,23 @@ def fetch_rig(
             elif not _is_intact(path, recording.sha256):
                 state = "is not the original (another SHA-256)" if path.exists() else "is missing"
                 raise OSError(f"{path} {state} and download_if_missing is False")
-            signal = np.ravel(source.read_signal(path))
-        names.append(str(path))
-        windows.append(np.concatenate([*cut_blocks([signal], str(path), window_length)]))
-    counts = [len(each) for each in windows]
-    row = np.repeat(np.arange(len(counts)), counts)
-    recordings = pd.DataFrame(source.recordings)
-    rig = Bunch(
-        data=np.concatenate(windows),
-        target=recordings["condition"].to_numpy(dtype=str)[row],
-        target_names=recordings["condition"].unique().tolist(),
-        rpm=recordings["rpm"].to_numpy(dtype=float)[row],
-        recording=recordings["name"].to_numpy(dtype=str)[row],
-        start=np.concatenate([np.arange(count) * window_length for count in counts]),
-        sampling_rate=source.sampling_rate,
-        bearing=source.bearing,
-        filenames=names,
-        DESCR=description(source.description or source.folder),
-    )
+            is_held = recording.channel in set(list_channels(path)["channel"])
+            channel = recording.channel if is_held else source.channel
+            n_samples = source.n_samples and len(read_recording(path, channel=channel)[0])
+            if n_samples != source.n_samples:
+                original = f"the original has {source.n_samples}"
+                raise OSError(f"{path} has {n_samples} samples, but {original}.")
+        labels = {"condition": recording.condition, "rpm": float(recording.rpm)}
+        listed.append(
+            ListedRecording(None, recording.name, path, channel, source.sampling_rate, **labels)
+        )
+    rig = cut_recordings(listed, source.folder, window_length)
+    rig.update(bearing=source.bearing, DESCR=description(source.description or source.folder))
     return (rig.data, rig.target) if return_X_y else rig
 
 
 def _text(path):
     return files("skarxlag.datasets").joinpath(path).read_text("utf-8")
-
-
-def _read_converted(path):
-    try:
-        with np.load(path, allow_pickle=False) as content:
-            return content[CONVERTED].astype(float).ravel()
-    except (KeyError, ValueError, BadZipFile) as error:
-        raise OSError(f"{path} must be an npz file with an array {CONVERTED!r}: {error}") from error
 
 
 def _download(url, path, sha256):

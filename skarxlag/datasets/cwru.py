@@ -1,7 +1,5 @@
 """The rig of Case Western Reserve University: nine faults at four loads."""
 
-from scipy.io import loadmat
-
 from skarxlag.bearings import SKF_6205, BearingGeometry
 from skarxlag.datasets._repository import Recording, Source, checksums, fetcher
 
@@ -75,14 +73,12 @@ def fetch_cwru(*, end: str = "drive") -> Source:
     for condition, first in first_files.items():
         for load in range(first_load, len(SPEEDS)):
             number, name = first + load, f"{condition}_{SPEEDS[load]}"
-            path = f"{OUT_OF_SEQUENCE.get(number, number)}.mat"
-            converted = f"cwru_{end}_end/{name}.npz"
-            recordings.append(Recording(path, condition, SPEEDS[load], name, sums[path], converted))
-
-    def read_signal(path):
-        # Some files repeat the arrays of another file.
-        content = loadmat(path)
-        own = f"X{int(path.stem):03d}_{sensor}_time"
-        return content.get(own, next((v for k, v in content.items() if k.endswith(own[4:])), None))
-
-    return Source("cwru", URL, SAMPLING_RATE, recordings, bearing, read_signal=read_signal)
+            number = OUT_OF_SEQUENCE.get(number, number)
+            path, converted = f"{number}.mat", f"cwru_{end}_end/{name}.npz"
+            # Some files repeat the arrays of another file.
+            own = f"X{number:03d}_{sensor}_time"
+            recordings.append(
+                Recording(path, condition, SPEEDS[load], name, sums[path], converted, own)
+            )
+    pattern = f"*_{sensor}_time"
+    return Source("cwru", URL, SAMPLING_RATE, recordings, bearing, channel=pattern)

@@ -1,7 +1,5 @@
 """The bearing fault data of the MFPT society: two faults at seven loads."""
 
-from scipy.io import loadmat
-
 from skarxlag.bearings import BearingGeometry
 from skarxlag.datasets._repository import Recording, Source, fetcher
 
@@ -61,11 +59,5 @@ def fetch_mfpt() -> Source:
             name = f"{condition}_load{load}"
             converted = f"mfpt/{name}.npz"
             recordings.append(Recording(path, condition, RPM, name, None, converted))
-    return Source("mfpt", URL, SAMPLING_RATE, recordings, NICE, read_signal=_read_signal)
-
-
-def _read_signal(path):
-    signal = loadmat(path)["bearing"]["gs"][0, 0]
-    if signal.size != N_SAMPLES:
-        raise OSError(f"{path} has {signal.size} samples, but the original has {N_SAMPLES}.")
-    return signal
+    facts = {"channel": "bearing.gs", "n_samples": N_SAMPLES}
+    return Source("mfpt", URL, SAMPLING_RATE, recordings, NICE, **facts)

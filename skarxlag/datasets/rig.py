@@ -19,6 +19,7 @@ from skarxlag.datasets.transmission import (
     impulse_response,
 )
 
+_Generators = Callable[[str], np.random.Generator]
 LOCATIONS = ("outer", "inner", "ball")
 METRES_PER_MICROMETRE = 1e-6
 #: Mean drive torque in N m: the rated torque of a four-pole motor of about 0.37 kW.
@@ -154,16 +155,8 @@ def _strikes_at_sensor(rig, rpm, location, crack_mm, n_samples, rng):
     transit = transit_time(rig.bearing, rpm, crack_mm)
     # Strikes before the start of the recording still ring in it.
     lead = len(response) - 1
-    times, load = simulate_strikes(
-        rig.bearing,
-        rpm,
-        location,
-        duration=n_samples / rig.sampling_rate,
-        before=lead / rig.sampling_rate + transit,
-        slip=rig.slip,
-        load_distribution=rig.load_distribution,
-        rng=rng,
-    )
+    duration, before = n_samples / rig.sampling_rate, lead / rig.sampling_rate + transit
+    times, load = simulate_strikes(rig, rpm, location, duration, before, rng)
     peak = rig.impact_level * impact_velocity(rig.bearing, rpm, crack_mm)
     train = np.zeros(n_samples + lead)
     for delay, strength in ((0.0, rig.entry_ratio * peak), (transit, peak)):
@@ -174,12 +167,7 @@ def _strikes_at_sensor(rig, rpm, location, crack_mm, n_samples, rng):
 
 
 def defect_emission(
-    rig: Rig,
-    rpm: float,
-    location: str,
-    crack_mm: float,
-    n_samples: int,
-    generator: Callable[..., Any],
+    rig: Rig, rpm: float, location: str, crack_mm: float, n_samples: int, generator: _Generators
 ) -> NDArray[Any]:
     r"""Simulate the emission of one defect at the sensor: its strikes, and rubbing at its crack.
 
@@ -214,7 +202,7 @@ def defect_emission(
 
 
 def background(
-    rig: Rig, rpm: float, n_samples: int, generator: Callable[..., Any]
+    rig: Rig, rpm: float, n_samples: int, generator: _Generators
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     r"""Simulate the background, which is the part of a recording that no defect causes.
 

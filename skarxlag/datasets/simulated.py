@@ -234,15 +234,7 @@ def simulate_rig(
         recording=np.array(names_of_recordings)[source],
         start=np.tile(np.arange(n_windows) * window_length, len(recordings)),
         sampling_rate=float(rig.sampling_rate),
-        DESCR=description("simulated").format(
-            conditions=", ".join(names),
-            rpm=", ".join(f"{speed:g}" for speed in speeds),
-            crack_mm=", ".join(f"{crack:g}" for crack in sorted(set(crack_of))),
-            sampling_rate=rig.sampling_rate,
-            n_recordings=len(recordings),
-            n_samples=n_samples,
-            window_length=window_length,
-        ),
+        DESCR=description("simulated"),
     )
     if return_fault:
         found.fault = fault.reshape(-1, window_length)

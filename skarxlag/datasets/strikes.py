@@ -123,15 +123,7 @@ def _interval_sums(expected, slip, rng):
 
 
 def simulate_strikes(
-    bearing: BearingGeometry,
-    rpm: float,
-    location: str,
-    *,
-    duration: float,
-    before: float,
-    slip: float,
-    load_distribution: float,
-    rng: np.random.Generator,
+    rig: Any, rpm: float, location: str, duration: float, before: float, rng: np.random.Generator
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     r"""Simulate the times at which elements enter a defect, and the load at each time.
 
@@ -144,8 +136,9 @@ def simulate_strikes(
 
     Parameters
     ----------
-    bearing : BearingGeometry
-        The bearing.
+    rig : Rig
+        The physical parameters, of which the bearing, the slip and the load distribution factor
+        are used.
     rpm : float
         Speed of the shaft, in revolutions per minute.
     location : {"outer", "inner", "ball"}
@@ -155,10 +148,6 @@ def simulate_strikes(
     before : float
         Duration of the simulation before time 0, in seconds. The strikes from time 0 on do not
         depend on it.
-    slip : float
-        Standard deviation of an interval relative to its mean, in [0, 0.1].
-    load_distribution : float
-        Load distribution factor, see :func:`load_distribution_at`.
     rng : numpy.random.Generator
         Generator of the random phases and intervals.
 
@@ -179,21 +168,20 @@ def simulate_strikes(
     Examples
     --------
     >>> import numpy as np
-    >>> from skarxlag.bearings import SKF_6205
+    >>> from skarxlag.datasets.rig import Rig
     >>> from skarxlag.datasets.strikes import simulate_strikes
-    >>> times, load = simulate_strikes(
-    ...     SKF_6205, 300.0, "outer", duration=10.0, before=0.0, slip=0.01, load_distribution=0.5,
-    ...     rng=np.random.default_rng(0))
+    >>> times, load = simulate_strikes(Rig(), 300.0, "outer", 10.0, 0.0, np.random.default_rng(0))
     >>> len(times), float(load.min())
     (179, 1.0)
     """
-    rate = defect_frequencies(bearing, rpm)[location]
+    frequencies = defect_frequencies(rig.bearing, rpm)
+    rate = frequencies[location]
     zone_phase, first = rng.uniform(size=2)
-    ahead = first + _interval_sums(duration * rate, slip, rng)
-    behind = first - 1 - _interval_sums(before * rate, slip, rng)
+    ahead = first + _interval_sums(duration * rate, rig.slip, rng)
+    behind = first - 1 - _interval_sums(before * rate, rig.slip, rng)
     times = np.concatenate([behind[::-1], ahead]) / rate
     times = times[(times >= -before) & (times < duration)]
     if location == "outer":
         return times, np.ones(len(times))
-    turns = rpm / 60 if location == "inner" else defect_frequencies(bearing, rpm)["cage"]
-    return times, load_distribution_at(2 * np.pi * (zone_phase + turns * times), load_distribution)
+    angle = zone_phase + (rpm / 60 if location == "inner" else frequencies["cage"]) * times
+    return times, load_distribution_at(2 * np.pi * angle, rig.load_distribution)

@@ -275,11 +275,7 @@ def recording_start(path: Any, *, channel: Any = None, dtype: Any = None) -> flo
 
 
 def recording_blocks(
-    path: str | os.PathLike[str],
-    n_samples: int | None = None,
-    *,
-    channel: str | int | Sequence[str | int] | None = None,
-    dtype: str | None = None,
+    path: Any, n_samples: int | None = None, *, channel: Any = None, dtype: str | None = None
 ) -> Iterator[tuple[NDArray[Any], float | None]]:
     """Yield a recording block by block.
 

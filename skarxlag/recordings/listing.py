@@ -3,7 +3,7 @@
 import difflib
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from glob import glob
@@ -154,14 +154,7 @@ def is_file_source(source: str | os.PathLike[str]) -> bool:
     return path.is_dir() or (not path.exists() and any(sign in str(source) for sign in "*?["))
 
 
-def list_files(
-    source: str | os.PathLike[str],
-    *,
-    pattern: str | None = None,
-    channel: str | int | Sequence[str | int] | None = None,
-    sampling_rate: float | None = None,
-    dtype: str | None = None,
-) -> list[ListedRecording]:
+def list_files(source: Any, *, pattern: str | None = None, **stated: Any) -> list[ListedRecording]:
     r"""List the recordings of a folder, a glob, or one file.
 
     Parameters
@@ -175,7 +168,7 @@ def list_files(
         the glob gives it, written with ``/``. Its named groups are facts of the recording:
         ``condition``, ``rpm``, ``sampling_rate``, ``channel``; groups of other names are kept. An
         example is ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)``.
-    channel, sampling_rate, dtype
+    **stated : channel, sampling_rate, dtype
         Of all recordings, unless the pattern states it.
 
     Returns
@@ -190,7 +183,6 @@ def list_files(
     ValueError
         If the pattern is no regular expression, has no named group, or does not fit a file.
     """
-    stated = {"channel": channel, "sampling_rate": sampling_rate, "dtype": dtype}
     try:
         expression = re.compile(pattern or "")
     except re.error as error:
@@ -237,9 +229,7 @@ def _found(source):
         paths = [root] if root.exists() else map(Path, glob(str(source), recursive=True))
         found = [(path.as_posix(), path) for path in paths if path.is_file()]
     if not found:
-        raise FileNotFoundError(
-            f"{source}: no such file, expected a recording, a folder of recordings or a glob"
-        )
+        raise FileNotFoundError(f"{source}: no such file, expected a recording, folder or glob")
     return sorted(found)
 
 
@@ -280,10 +270,7 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
         return list_files(path, **stated)
     for name, value in stated.items():
         if value is not None:
-            raise ValueError(
-                f"{name}={value!r} is for a folder or a glob; {path} is a table, which has a "
-                f"column for it"
-            )
+            raise ValueError(f"{name}={value!r} is for a folder or a glob; {path} is a table")
     path = Path(path)
     table = _read_table(path)
     repeated = table["path"].duplicated(keep=False)

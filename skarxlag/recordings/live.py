@@ -11,7 +11,6 @@ import threading
 import time
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -87,10 +86,7 @@ def from_stream(
 
 
 def from_growing_file(
-    path: Path,
-    parser: RawSamples | TextSamples,
-    warn: Callable[[str], None],
-    place: list[Any] | None = None,
+    path: Path, parser: RawSamples | TextSamples, warn: Callable[[str], None], place: Any = None
 ) -> Iterator[Block | None]:
     """Yield blocks from a growing file, starting at `place` (offset and checksum of the head).
 
@@ -109,10 +105,9 @@ def from_growing_file(
         while True:
             if data := file.read(_BYTES_AT_A_TIME):
                 parts = list(parser.parts(data))
+                after = _place(file, file.tell() - parser.n_pending)
                 for i, part in enumerate(parts, start=1):
-                    is_last = i == len(parts)
-                    after = _place(file, file.tell() - parser.n_pending) if is_last else None
-                    yield Block(*part, place=after)
+                    yield Block(*part, place=after if i == len(parts) else None)
             elif is_replaced:
                 warn(f"{path} was started afresh")
                 file.close()
@@ -140,17 +135,13 @@ def _is_replaced(path, file):
         now = path.stat()
     except OSError:
         return False
-    # A folder cannot be read, and opening a pipe would wait for ever.
-    is_file = stat.S_ISREG(now.st_mode)
     is_other = not os.path.samestat(now, os.fstat(file.fileno()))
-    return is_file and (now.st_size < file.tell() or is_other)
+    # A folder cannot be read, and opening a pipe would wait for ever.
+    return stat.S_ISREG(now.st_mode) and (now.st_size < file.tell() or is_other)
 
 
 def from_folder(
-    folder: Path,
-    options: dict[str, Any],
-    warn: Callable[[str], None],
-    place: list[Any] | None = None,
+    folder: Path, options: dict[str, Any], warn: Callable[[str], None], place: Any = None
 ) -> Iterator[Block | None]:
     """Yield blocks from the files of a folder, in the order in which they were finished.
 
@@ -174,48 +165,39 @@ def from_folder(
         read.
     """
     done = tuple(place or (-1, ""))
-    read = {key for key in _files(folder) if key <= done}
+    read = {state for state in _files(folder) if state[:2] <= done}
     seen = {}
     while True:
         now, moment = _files(folder), time.monotonic()
-        read &= now.keys()
-        seen = {
-            key: seen[key] if seen.get(key, (None,))[0] == size else (size, moment)
-            for key, size in now.items()
-            if key not in read
-        }
-        for key in sorted(seen):
-            state = (key[0], seen[key][0])
+        read &= now
+        seen = {state: seen.get(state, moment) for state in now - read}
+        for state in sorted(seen):
+            path = folder / state[1]
             # What changed since the folder was listed is read when it is finished again.
-            if moment - seen[key][1] < options["settle"] or _state(folder / key[1]) != state:
+            if moment - seen[state] < options["settle"] or _state(path) != state:
                 break
-            read.add(key)
-            if key < done:
-                warn(f"{folder / key[1]}: older than the file before, read nevertheless")
-            done = max(done, key)
-            yield from _blocks_of_file(folder / key[1], state, options, warn, list(done))
+            read.add(state)
+            if state[:2] < done:
+                warn(f"{path}: older than the file before, read nevertheless")
+            done = max(done, state[:2])
+            yield from _blocks_of_file(path, state, options, warn, list(done))
         yield None
 
 
 def _files(folder):
-    """Sizes of the files, by time of modification and name."""
-    found = {}
-    for entry in os.scandir(folder):
-        with suppress(OSError):
-            # Links that lead nowhere, or in a circle, are not files.
-            if not entry.name.startswith(".") and entry.is_file():
-                status = entry.stat()
-                found[status.st_mtime_ns, entry.name] = status.st_size
-    return found
+    """States of the files of a folder that are not hidden."""
+    return {_state(path) for path in folder.iterdir() if path.name[0] != "."} - {None}
 
 
 def _state(path):
-    """Time of modification and size of a file; None if it has vanished."""
+    """Time of modification, name and size of a file; None if there is none."""
     try:
         status = path.stat()
     except OSError:
+        # It has vanished, or is a link that leads nowhere.
         return None
-    return status.st_mtime_ns, status.st_size
+    state = status.st_mtime_ns, path.name, status.st_size
+    return state if stat.S_ISREG(status.st_mode) else None
 
 
 def _blocks_of_file(path, state, options, warn, place):

@@ -5,11 +5,9 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .formats._contents import ContentError, choose_channel, choose_channels
 from .formats._facts import names_speed, names_times
@@ -112,9 +110,7 @@ class RawSamples(_Samples):
         self._names = chosen_channels(list(self._frame.names), channel, speed)
         super().__init__()
 
-    def parts(
-        self, data: bytes, *, is_end: bool = False
-    ) -> Iterator[tuple[NDArray[Any], float | None]]:
+    def parts(self, data: bytes, *, is_end: bool = False) -> Iterator[tuple[Any, float | None]]:
         """Yield samples of shape (n_channels, n_samples), and None for their time."""
         data = self._rest + data
         n_whole = len(data) // self._frame.itemsize * self._frame.itemsize
@@ -149,10 +145,7 @@ class TextSamples(_Samples):
     """
 
     def __init__(
-        self,
-        channel: str | Sequence[str] | None = None,
-        times: StreamTimes | None = None,
-        speed: str | None = None,
+        self, channel: Any = None, times: StreamTimes | None = None, speed: str | None = None
     ) -> None:
         self._channel, self._times, self._speed = channel, times, speed
         super().__init__()
@@ -166,9 +159,7 @@ class TextSamples(_Samples):
         if head:
             self._learn(head)
 
-    def parts(
-        self, data: bytes, *, is_end: bool = False
-    ) -> Iterator[tuple[NDArray[Any], float | None]]:
+    def parts(self, data: bytes, *, is_end: bool = False) -> Iterator[tuple[Any, float | None]]:
         """Yield samples, in parts that begin at a known time.
 
         Parameters
@@ -195,7 +186,7 @@ class TextSamples(_Samples):
         if self._layout is None:
             return
         rows = [row for row in rows if row]
-        values = np.array(rows, dtype=np.float64).reshape(-1, len(self._positions) + 1)
+        values = np.array(rows, dtype=np.float64).reshape(-1, len(self._chosen) + 1)
         samples, times = values[:, :-1].T, values[:, -1]
         if self._time is None:
             yield samples, None
@@ -233,58 +224,56 @@ class TextSamples(_Samples):
         except csv.Error as error:
             raise ContentError(f"{error}, expected csv lines") from error
         self.unread[_BAD_LINES] += self._layout.n_ignored
+        self._names = self._layout.names
         rows, n_head = [self._fields(line) for line in lines], self._layout.n_head_lines
         self._head_rows = [sorted(row) for row in rows[:n_head]]
-        self._place_columns([row for row in rows[n_head:] if row])
+        self._choose_columns([row for row in rows[n_head:] if row])
         return True
 
-    def _place_columns(self, rows):
-        """Find the columns, and make sure that they hold numbers."""
-        names, units, decimal = self._layout.names, self._layout.units, self._layout.decimal
-        chosen = chosen_channels(names, self._channel, self._speed)
-        self._positions = [names.index(name) for name in chosen]
+    def _choose_columns(self, rows):
+        """Choose the columns, and make sure that they hold numbers."""
+        layout, samples = self._layout, list(filter(None, map(self._by_name, rows)))
+        self._chosen = chosen_channels(layout.names, self._channel, self._speed)
         if self._times is not None:
-            self._time = self._times.find(names, units, rows, self._positions)
-        if self._time in self._positions and self._channel is None:
-            self._positions.remove(self._time)
-        if rows and not any(
-            len(row) == len(names) and all(is_number(row[i], decimal) for i in self._positions)
-            for row in rows
-        ):
-            line = self._layout.separator.join(rows[0])[:40]
-            raise _no_numbers(f"{line!r} is no line of {len(names)} numbers")
+            self._time = self._times.find(layout.names, layout.units, samples, self._chosen)
+        if self._time in self._chosen and self._channel is None:
+            self._chosen.remove(self._time)
+        fields = [[sample[name] for name in self._chosen] for sample in samples]
+        if rows and not any(all(is_number(f, layout.decimal) for f in row) for row in fields):
+            line = layout.separator.join(rows[0])[:40]
+            raise _no_numbers(f"{line!r} is no line of {len(layout.names)} numbers")
+
+    def _by_name(self, fields):
+        is_whole = len(fields) == len(self._names)
+        return dict(zip(self._names, fields, strict=True)) if is_whole else {}
 
     def _fields(self, line):
         text, separator = line.decode("utf-8", "replace").strip(), self._layout.separator
         text = text.removeprefix("\ufeff")
         fields = text.split(None if separator == r"\s+" else separator) if text else []
-        if len(fields) == len(self._layout.names) + 1 and not fields[-1].strip():
+        if len(fields) == len(self._names) + 1 and not fields[-1].strip():
             fields.pop()
         return [field.strip().strip('"') for field in fields]
 
     def _row(self, fields):
         """Values and time of a line, NaN if they cannot be read; None for names and units."""
-        is_whole, time = len(fields) == len(self._layout.names), np.nan
-        texts = [fields[i] for i in self._positions] if is_whole else [""]
+        sample, time = self._by_name(fields), np.nan
+        texts = [sample.get(name, "") for name in self._chosen]
         if not all(text and is_number(text, ",") for text in texts):
             if not fields or self._comes_again(fields):
                 return None
             self.unread[_BAD_LINES] += 1
-            texts = [""] * len(self._positions)
-        if is_whole and self._time is not None:
-            time = self._times.seconds(fields[self._time])
+            texts = [""] * len(texts)
+        if sample and self._time is not None:
+            time = self._times.seconds(sample[self._time])
             self.unread[_BAD_TIMES] += np.isnan(time)
         return [*map(number, texts), time]
 
     def _comes_again(self, fields):
         """Whether a line holds names or units; names in another order move the columns."""
-        before = self._layout.names
-        used = {before[i] for i in (*self._positions, self._time) if i is not None}
-        if not self._layout.has_header or not used <= set(fields):
+        if not self._layout.has_header or not {*self._chosen, self._time} <= {*fields, None}:
             return sorted(fields) in self._head_rows
-        self._layout = replace(self._layout, names=fields)
-        self._positions = [fields.index(before[i]) for i in self._positions]
-        self._time = None if self._time is None else fields.index(before[self._time])
+        self._names = fields
         return True
 
 

@@ -58,9 +58,9 @@ class StreamTimes:
         self._largest_step = 0.0
 
     def find(
-        self, names: list[str], units: dict[str, str], rows: list[list[str]], taken: list[int]
-    ) -> int | None:
-        """Return the position of the column of times, None if there is none.
+        self, names: list[str], units: dict[str, str], rows: list[dict[str, str]], taken: list[str]
+    ) -> str | None:
+        """Return the name of the column of times, None if there is none.
 
         Parameters
         ----------
@@ -68,9 +68,9 @@ class StreamTimes:
             Columns of the stream.
         units : dict of str to str
             By column, if stated.
-        rows : list of list of str
-            Fields of the first lines of samples.
-        taken : list of int
+        rows : list of dict of str to str
+            Fields of the first lines of samples, by column.
+        taken : list of str
             Columns that hold the signal.
 
         Raises
@@ -79,13 +79,12 @@ class StreamTimes:
             If the chosen column does not exist or has an unknown unit.
         """
         if self._column is None:
-            name = next((n for i, n in enumerate(names) if names_times(n) and i not in taken), None)
+            name = next((n for n in names if names_times(n) and n not in taken), None)
         else:
             name = None if self._column == NO_TIMES else choose_channel(names, self._column)
         if name is None:
             return None
-        position, unit = names.index(name), units.get(name, "").strip().lower()
-        values = [number(row[position]) for row in rows if len(row) == len(names)]
+        unit, values = units.get(name, "").strip().lower(), [number(row[name]) for row in rows]
         # Dates have no unit, whatever the header states.
         is_date = len(values) > 0 and np.isnan(values).all()
         self._scale = SECONDS.get("s" if is_date else unit or "s")
@@ -95,7 +94,7 @@ class StreamTimes:
             return None
         if self._scale is None:
             raise ContentError(f"column {name!r} is in {unit!r}, expected one of {[*SECONDS]}")
-        return position
+        return name
 
     def seconds(self, text: str) -> float:
         """Return a field of the column in seconds, NaN if it is not a time."""

@@ -133,7 +133,5 @@ def _ratio(old, new):
         # Rates are not known better than this.
         if ratio.numerator and abs(ratio / exact - 1) <= 1e-5 and ratio.numerator <= _MAX_FACTOR:
             return ratio
-    raise ValueError(
-        f"cannot resample from {old:g} to {new:g} Hz: expected a ratio of integers up to "
-        f"{_MAX_FACTOR}"
-    )
+    ratio = f"a ratio of integers up to {_MAX_FACTOR}"
+    raise ValueError(f"cannot resample from {old:g} to {new:g} Hz: expected {ratio}")

@@ -238,22 +238,18 @@ def logged_speed(
     log = read_texts(path)
     log.columns = log.columns.str.strip().str.lower()
     if "rpm" not in log or not {"recording", "time"} & {*log.columns}:
-        raise ValueError(
-            f"{path}: columns {[*log.columns]}, expected 'rpm' and 'recording' or 'time'"
-        )
-    seconds = None
+        raise ValueError(f"{path}: columns {[*log]}, expected 'rpm' and 'recording' or 'time'")
     if "recording" in log:
-        is_own = log["recording"].str.strip().isin(names)
+        own = log[log["recording"].str.strip().isin(names)]
     else:
-        times = np.array([number(text) for text in log["time"]])
-        is_date = bool(np.isnan(times).all())
+        times = log["time"].map(number)
+        is_date = bool(times.isna().all())
         begin, end = span(is_date)
-        seconds = (seconds_of_dates(log["time"]) if is_date else times) - begin
-        is_own = (seconds >= 0) & (seconds <= end - begin)
-    speeds = np.array([number(text) for text in log["rpm"][is_own]])
-    if not speeds.size or not np.all((speeds >= 0) & np.isfinite(speeds)) or not speeds.any():
+        log["seconds"] = (seconds_of_dates(log["time"]) if is_date else times) - begin
+        own = log[log["seconds"].between(0, end - begin)].sort_values("seconds", kind="stable")
+    speeds = own["rpm"].map(number).to_numpy(dtype=np.float64)
+    if not np.all((speeds >= 0) & np.isfinite(speeds)) or not speeds.any():
         raise ValueError(f"{path}: states no speed above 0 of the recording, or one that is none")
-    if seconds is None:
+    if "recording" in log:
         return float(speeds.mean())
-    order = np.argsort(seconds[is_own], kind="stable")
-    return SpeedProfile(seconds[is_own][order], speeds[order])
+    return SpeedProfile(own["seconds"].to_numpy(), speeds)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import chain
 from numbers import Integral
 from typing import Any
 
@@ -136,8 +137,7 @@ def cut_blocks(
             signal = np.concatenate([rest, signal], axis=-1)
         n_fitting = max((signal.shape[-1] - window_length) // hop + 1, 0)
         for first in range(0, n_fitting, at_a_time):
-            last = min(first + at_a_time, n_fitting) - 1
-            part = signal[..., first * hop : last * hop + window_length]
+            part = signal[..., first * hop : (first + at_a_time - 1) * hop + window_length]
             yield make_windows(part, window_length, hop=hop)
         n_windows += n_fitting
         n_skipped += max(n_fitting * hop - signal.shape[-1], 0)
@@ -150,9 +150,7 @@ def cut_blocks(
         )
 
 
-def thin_windows(
-    parts: Iterable[Any], max_windows: int | None
-) -> tuple[NDArray[Any], NDArray[Any], int]:
+def thin_windows(parts: Iterable[Any], max_windows: int) -> tuple[NDArray[Any], NDArray[Any], int]:
     """Keep some of the windows of one recording, evenly spread over it.
 
     Every window is kept until there are too many; then every second, every fourth, and so on. At
@@ -162,8 +160,8 @@ def thin_windows(
     ----------
     parts : iterable of ndarray of shape (n_windows, ...)
         Windows in time order, some at a time.
-    max_windows : int or None
-        Windows to keep, at most. None keeps all.
+    max_windows : int
+        Windows to keep, at most.
 
     Returns
     -------
@@ -181,15 +179,13 @@ def thin_windows(
     >>> position, n_available
     (array([0, 2, 4, 6, 8]), 9)
     """
-    kept, positions, step, n_seen = [], [], 1, 0
-    for part in parts:
-        position = np.arange(n_seen, n_seen + len(part))
-        n_seen += len(part)
-        chosen = position % step == 0
-        kept.append(part[chosen])
-        positions.append(position[chosen])
-        while max_windows is not None and sum(map(len, positions)) > max_windows:
+    kept, step, n_seen = {}, 1, 0
+    for window in chain.from_iterable(parts):
+        if n_seen % step == 0:
+            # Without the copy, one window would keep its part in memory.
+            kept[n_seen] = window.copy()
+        n_seen += 1
+        if len(kept) > max_windows:
             step *= 2
-            kept = [w[p % step == 0] for w, p in zip(kept, positions, strict=True)]
-            positions = [p[p % step == 0] for p in positions]
-    return np.concatenate(kept), np.concatenate(positions), n_seen
+            kept = {position: each for position, each in kept.items() if position % step == 0}
+    return np.stack([*kept.values()]), np.array([*kept]), n_seen

@@ -185,8 +185,9 @@ def content_of(name, number, signal):
         if number == 2:
             return {f"X999_{sensor}_time": signal}
         return arrays | {f"X{own}RPM": 1796.0}
-    variable = "Data" if rig.module is uestc else f"z{number}_1"
-    return {variable: signal[:, None], "SampleFrequency": 20_000, "Start": "x"}
+    if rig.module is hit_sm:
+        return {f"z{number}_1": signal[:, None], "Start": "x"}
+    return {"Data": signal[:, None], "SampleFrequency": 20_000, "Start": "x"}
 
 
 class Originals(NamedTuple):
@@ -437,10 +438,10 @@ def test_converted_files_are_accepted(name, tmp_path):
     np.testing.assert_array_equal(rig.data[:, 0], np.repeat(np.arange(len(recordings)), 2))
     bad = tmp_path / expected.converted / f"{recordings[-1]}.npz"
     np.savez(bad, other=signal)
-    with pytest.raises(OSError, match=rf"{bad.name} must be an npz file with an array 'accel"):
+    with pytest.raises(ValueError, match=rf"{bad.name}: no channel 'acceleration'"):
         expected.fetch(data_home=tmp_path, download_if_missing=False)
     bad.write_bytes(b"no archive")
-    with pytest.raises(OSError, match=rf"{bad.name} must be an npz file with an array 'accel"):
+    with pytest.raises(ValueError, match=rf"{bad.name}: .*damaged"):
         expected.fetch(data_home=tmp_path, download_if_missing=False)
 
 

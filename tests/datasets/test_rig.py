@@ -104,8 +104,6 @@ def test_load_distribution_sets_how_many_strikes_of_the_inner_ring_are_heard():
 def test_strikes_are_responses_set_off_at_entry_and_impact(location):
     rig = Rig(**(SILENT | {"slip": 0.02, "impact_level": 2.0}))
     rpm, crack_mm, n_samples = 500.0, 6.0, 12_000
-    # Long after the last strike that the recording can still hear.
-    settings = {"duration": n_samples / SAMPLING_RATE, "before": 0.2, "slip": 0.02}
     path = getattr(rig.paths, location)
     response = impulse_response(path, SAMPLING_RATE)
     peak = 2.0 * path.gain * impact_velocity(SKF_6205, rpm, crack_mm)
@@ -118,14 +116,8 @@ def test_strikes_are_responses_set_off_at_entry_and_impact(location):
             n_samples,
             lambda _, seed=seed: np.random.default_rng(seed),
         )
-        times, load = simulate_strikes(
-            SKF_6205,
-            rpm,
-            location,
-            load_distribution=0.5,
-            rng=np.random.default_rng(seed),
-            **settings,
-        )
+        rng = np.random.default_rng(seed)
+        times, load = simulate_strikes(rig, rpm, location, n_samples / SAMPLING_RATE, 0.2, rng)
         expected = np.zeros(n_samples)
         for time, force in zip(times, load, strict=True):
             transit = transit_time(SKF_6205, rpm, crack_mm)

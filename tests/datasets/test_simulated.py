@@ -66,9 +66,9 @@ def test_scale_is_that_of_an_amplified_sensor_and_a_small_motor(default_rig):
     np.testing.assert_allclose(torque.reshape(60, -1).mean(axis=1), 2.0, rtol=0.02)
 
 
-def test_description_says_that_it_is_simulated_and_what_is_in_it():
+def test_description_says_that_it_is_simulated():
     description = simulate_rig(**SMALL, conditions=["Normal", "Ball"]).DESCR
-    for text in ("Simulated rig", "Not a measurement", "Normal, Ball", "500 rpm", "0, 3 mm", "V"):
+    for text in ("Simulated rig", "Not a measurement", "Table 1 of F. Piltan", "in V"):
         assert text in description
 
 

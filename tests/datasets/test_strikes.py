@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from skarxlag.bearings import SKF_6205, defect_frequencies
+from skarxlag.datasets.rig import Rig
 from skarxlag.datasets.strikes import (
     impact_velocity,
     load_distribution_at,
@@ -12,10 +13,9 @@ from skarxlag.datasets.strikes import (
 LOCATIONS = ("outer", "inner", "ball")
 
 
-def strikes(location, seed=0, **changes):
-    settings = {"duration": 100.0, "before": 0.0, "slip": 0.01, "load_distribution": 0.5}
+def strikes(location, seed=0, *, duration=100.0, before=0.0, **parameters):
     rng = np.random.default_rng(seed)
-    return simulate_strikes(SKF_6205, 400.0, location, rng=rng, **(settings | changes))
+    return simulate_strikes(Rig(**parameters), 400.0, location, duration, before, rng)
 
 
 @pytest.mark.parametrize("location", LOCATIONS)

@@ -79,7 +79,7 @@ def test_errors(folder, source, options, message):
 
 
 def test_an_empty_folder(tmp_path):
-    with pytest.raises(FileNotFoundError, match="no such file, expected a recording, a folder"):
+    with pytest.raises(FileNotFoundError, match="no such file, expected a recording, folder"):
         list_recordings(tmp_path)
 
 

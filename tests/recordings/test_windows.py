@@ -112,13 +112,13 @@ def test_windows_of_blocks_are_those_of_the_whole(monkeypatch, hop, cuts):
     assert max(map(len, parts)) <= 2
 
 
-@pytest.mark.parametrize("max_windows", [None, 1, 5, 100])
+@pytest.mark.parametrize("max_windows", [1, 5, 100])
 def test_thinned_windows_do_not_depend_on_the_parts(max_windows):
     windows = np.arange(64.0)[:, np.newaxis]
     kept, position, n_available = thin_windows([windows], max_windows)
     assert n_available == 64
     np.testing.assert_array_equal(kept[:, 0], position)
-    assert len(kept) == {None: 64, 1: 1, 5: 4, 100: 64}[max_windows]
+    assert len(kept) == {1: 1, 5: 4, 100: 64}[max_windows]
     in_parts, same, _ = thin_windows(np.split(windows, [1, 2, 30]), max_windows)
     np.testing.assert_array_equal(in_parts, kept)
     np.testing.assert_array_equal(same, position)

@@ -64,11 +64,9 @@ def read_file(
         for contents in module.contents(path, *([] if dtype is None else [dtype])):
             yield from function(contents, *arguments)
     except ImportError as error:
-        library = module.FORMAT.library or error.name
-        raise ImportError(
-            f"{path}: reading this format needs {library}: "
-            f"pip install 'skarxlag[{module.FORMAT.extra}]'"
-        ) from error
+        needed = module.FORMAT.library or error.name
+        command = f"pip install 'skarxlag[{module.FORMAT.extra}]'"
+        raise ImportError(f"{path}: this format needs {needed}: {command}") from error
     except ContentError as error:
         raise ValueError(f"{path}: {error}") from error
     except Exception as error:

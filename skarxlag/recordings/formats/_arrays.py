@@ -1,10 +1,9 @@
 """Find the channels in files of named arrays, and read them."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import DTypeLike
 
 from ._contents import Channel, Contents, is_numeric, slices
 from ._facts import state_facts
@@ -44,11 +43,10 @@ class NamedArrays:
     def add(
         self,
         name: str,
-        shape: Sequence[int],
-        dtype: DTypeLike | None = None,
-        *,
+        shape: Any,
+        dtype: Any = None,
         key: Any = None,
-        place: str | None = None,
+        place: str = "",
         **facts: Any,
     ) -> None:
         """Add an array, whose rows or columns, whichever are longer, are channels.
@@ -65,8 +63,8 @@ class NamedArrays:
             out.
         key : object, default=None
             Passed to the function that returns the array. None takes `name`.
-        place : str, default=None
-            Name of the array among those of `scalars`. None takes `name`.
+        place : str, default=""
+            Name of the array among those of `scalars`. Empty takes `name`.
         **facts
             Of the channels, such as ``unit``, see `Channel`.
         """
@@ -93,8 +91,7 @@ class NamedArrays:
             self._channels[channel] = Channel(shape[time], **facts)
             self._parts[channel] = (key, index)
             # Numbers below the name of the array take precedence.
-            own = name if place is None else place
-            self._places[channel] = f"{own}{self._separator}{channel}"
+            self._places[channel] = f"{place or name}{self._separator}{channel}"
 
     def contents(self) -> Contents:
         """Return the contents of the file."""

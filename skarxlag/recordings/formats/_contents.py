@@ -23,29 +23,20 @@ class Format(NamedTuple):
 
     Attributes
     ----------
-    title : str
-        Name of the format in the documentation.
     suffixes : tuple of str
         Endings of file names, in lower case.
-    states : str
-        Phrase of the documentation about sampling rates and units.
     library, extra : str or None
         Library that reads the format and the extra of this package that installs it. None: no
         further library is needed.
     isolated : bool
         Whether files are read in another process. It must be true if the reader may crash or hang
         on a damaged file.
-    in_parts : bool
-        Whether a long file is read block by block, and is never in memory whole.
     """
 
-    title: str
     suffixes: tuple[str, ...]
-    states: str
     library: str | None = None
     extra: str = "formats"
     isolated: bool = False
-    in_parts: bool = True
 
 
 @dataclass

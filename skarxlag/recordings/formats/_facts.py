@@ -69,10 +69,7 @@ def is_rate(value: Any) -> bool:
 
 
 def state_facts(
-    channels: Mapping[str, Channel],
-    places: Mapping[str, str],
-    scalars: Mapping[str, Any],
-    separator: str,
+    channels: dict[str, Channel], places: dict[str, str], scalars: dict[str, Any], separator: str
 ) -> None:
     """Fill in sampling rates and shaft speeds from numbers with names such as ``fs`` or ``rpm``.
 

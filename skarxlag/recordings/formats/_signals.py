@@ -92,8 +92,7 @@ def _chosen_names(contents, channel, axis):
         return chosen, is_single
     signals = [name for name in names if axis is None or not names_times(name)]
     if len(signals) > 1:
-        units = {name: each.unit for name, each in contents.channels.items()}
-        signals = [name for name in signals if not names_speed(name, units[name])]
+        signals = [name for name in signals if not names_speed(name, contents.channels[name].unit)]
     if len(signals) != 1:
         raise ContentError(f"several channels and none chosen; available: {listed(names)}")
     return signals, True

@@ -6,14 +6,7 @@ from pathlib import Path
 from ._contents import Channel, Contents, Format, check_unpacked
 from ._facts import names_times
 
-FORMAT = Format(
-    "Parquet, Feather",
-    (".parquet", ".feather", ".arrow"),
-    library="pyarrow",
-    extra="io",
-    isolated=True,
-    states="the rate, by a time column",
-)
+FORMAT = Format((".parquet", ".feather", ".arrow"), library="pyarrow", extra="io", isolated=True)
 
 #: Bytes of a column that are read at a time.
 _BUFFER_BYTES = 2**20

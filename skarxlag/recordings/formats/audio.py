@@ -7,11 +7,7 @@ from pathlib import Path
 from ._contents import Channel, Contents, Format, slices
 
 FORMAT = Format(
-    "FLAC, W64, RF64, AIFF, CAF, AU",
-    (".flac", ".w64", ".rf64", ".aif", ".aiff", ".caf", ".au"),
-    library="soundfile",
-    isolated=True,
-    states="the rate",
+    (".flac", ".w64", ".rf64", ".aif", ".aiff", ".caf", ".au"), library="soundfile", isolated=True
 )
 
 

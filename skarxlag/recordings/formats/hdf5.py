@@ -10,13 +10,7 @@ from ._arrays import NamedArrays
 from ._contents import ContentError, Contents, Format
 from ._facts import stated_unit
 
-FORMAT = Format(
-    "HDF5, MATLAB 7.3",
-    (".h5", ".hdf5", ".hdf"),
-    library="h5py",
-    isolated=True,
-    states="rate and unit, in attributes named `fs`, `units` or alike, or in single numbers",
-)
+FORMAT = Format((".h5", ".hdf5", ".hdf"), library="h5py", isolated=True)
 
 #: Groups in which MATLAB stores the elements of cell arrays and of arrays of structs.
 _INTERNAL = ("#refs#", "#subsystem#")
@@ -56,10 +50,7 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
 def _nodes(name, node, file, is_matlab, seen, number, depth=0):
     """Yield a node, and all groups and data sets below it, with their names; no links."""
     if depth > _DEEPEST or next(number) >= _MOST_NODES:
-        raise ContentError(
-            f"groups are nested more than {_DEEPEST} deep, or there are more than "
-            f"{_MOST_NODES}, which is refused"
-        )
+        raise ContentError(f"groups are nested more than {_DEEPEST} deep, or over {_MOST_NODES}")
     if node.id not in seen:
         seen.add(node.id)
         yield name, node

@@ -15,14 +15,7 @@ from ._arrays import NamedArrays
 from ._contents import Contents, Format, check_unpacked
 
 # SciPy's compiled parser can crash or hang on a damaged file.
-# Version 7.3 is read in parts.
-FORMAT = Format(
-    "MATLAB up to version 7",
-    (".mat",),
-    isolated=True,
-    in_parts=False,
-    states="the rate, in a number named `fs` or alike",
-)
+FORMAT = Format((".mat",), isolated=True)
 
 _COMPRESSED = 15
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -68,19 +61,16 @@ def _arrays(name, values):
 
 
 def _unpacked_size(path):
-    """Bytes of all variables, from the tags of the elements, which are unpacked no further."""
-    total, n_bytes = 0, path.stat().st_size
+    """Bytes of all packed variables, from their tags, which are unpacked no further."""
+    total = 0
     with path.open("rb") as file:
         # Version 4, which is never compressed, has no such mark.
         order = {b"IM": "<", b"MI": ">"}.get(file.read(128)[126:])
         while order and len(tag := file.read(8)) == 8:
             kind, size = struct.unpack(f"{order}II", tag)
+            after = file.tell() + size
             if kind == _COMPRESSED:
                 inner = zlib.decompressobj().decompress(file.read(min(size, 4096)), 8)
                 total += struct.unpack(f"{order}II", inner)[1] if len(inner) == 8 else 0
-                file.seek(max(size - 4096, 0), 1)
-            else:
-                # The reader finds out that an element reaches beyond the end of the file.
-                total += min(size, n_bytes)
-                file.seek(size, 1)
+            file.seek(after)
     return total

@@ -8,7 +8,7 @@ import numpy as np
 from ._arrays import NamedArrays
 from ._contents import Contents, Format
 
-FORMAT = Format("NumPy array", (".npy",), states="nothing")
+FORMAT = Format((".npy",))
 
 
 def contents(path: Path) -> Iterator[Contents]:

@@ -10,9 +10,7 @@ from numpy.lib import format as npy
 from ._arrays import NamedArrays
 from ._contents import Contents, Format, check_unpacked
 
-FORMAT = Format(
-    "NumPy archive", (".npz",), in_parts=False, states="the rate, in a number named `fs` or alike"
-)
+FORMAT = Format((".npz",))
 
 
 def contents(path: Path) -> Iterator[Contents]:

@@ -9,7 +9,7 @@ import numpy as np
 from ._arrays import NamedArrays
 from ._contents import ContentError, Contents, Format, is_numeric
 
-FORMAT = Format("raw binary, with a stated `dtype`", (".bin", ".raw"), states="nothing")
+FORMAT = Format((".bin", ".raw"))
 
 _MOST_CHANNELS = 4096
 
@@ -47,7 +47,9 @@ def contents(path: Path, dtype: str | None = None) -> Iterator[Contents]:
 
 def frame_type(text: str) -> np.dtype[Any]:
     """Structured type of one sample of all channels, from what the user states."""
-    message = f"dtype is {text!r}, expected at most {_MOST_CHANNELS} numeric channels, as in '<i2'"
+    message = (
+        f"dtype is {text!r}, expected a type such as '<i2', of at most {_MOST_CHANNELS} channels"
+    )
     try:
         dtype = np.dtype(text)
     except (TypeError, ValueError, SyntaxError) as error:

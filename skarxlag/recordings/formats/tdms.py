@@ -10,14 +10,7 @@ from ._arrays import NamedArrays
 from ._contents import ContentError, Contents, Format, is_numeric
 from ._facts import stated_unit
 
-FORMAT = Format(
-    "NI TDMS",
-    (".tdms",),
-    library="nptdms",
-    isolated=True,
-    states="rate (`wf_increment`, or a number named `fs` or alike), unit (`unit_string`) and date "
-    "(`wf_start_time`)",
-)
+FORMAT = Format((".tdms",), library="nptdms", isolated=True)
 
 #: LabVIEW counts from 1904, and writes this if no date was set. NaT is not later either.
 _NO_DATE = np.datetime64("1904-01-02")

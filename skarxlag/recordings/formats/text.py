@@ -19,11 +19,7 @@ import numpy as np
 from ._contents import Channel, ContentError, Contents, Format, check_unpacked
 from ._facts import SECONDS, letters, names_times, seconds_of_dates
 
-FORMAT = Format(
-    "text, also packed by gzip",
-    (".csv", ".txt", ".tsv", ".csv.gz", ".txt.gz", ".tsv.gz"),
-    states="the rate, by a time column; units, in a second line or in brackets",
-)
+FORMAT = Format((".csv", ".txt", ".tsv", ".csv.gz", ".txt.gz", ".tsv.gz"))
 
 #: Bytes and lines from which the layout is inferred.
 _HEAD, _LINES = 2**16, 200
@@ -212,7 +208,7 @@ def _first_sample(kinds, may_be_cut):
     """Fields of a sample, those before the empty ones at its end, and rows above the samples."""
     tail = [row for row in kinds[len(kinds) // 2 :] if row]
     n_fields = Counter(map(len, tail)).most_common(1)[0][0]
-    columns = list(zip(*(row for row in tail if len(row) == n_fields), strict=True))
+    columns = [*zip(*(row for row in tail if len(row) == n_fields), strict=True)]
     usual = [Counter(kind or "text" for kind in column).most_common(1)[0][0] for column in columns]
     n_filled = max((i + 1 for i, column in enumerate(columns) if any(column)), default=1)
     if set(usual) == {"text"}:
@@ -246,17 +242,16 @@ def _names_and_units(above, n_fields, n_filled, decimal):
             return None
         return [*fields, *[""] * n_fields][:n_fields]
 
-    names = fitted(above[-1])
-    if names is None or all(is_number(field, decimal) for field in names):
-        if len(above[-1]) > 1 and _is_text([_kind(field, decimal) for field in above[-1]]):
+    names, kinds = fitted(above[-1]), {_kind(field, decimal) for field in above[-1]}
+    if names is None or kinds <= {"number", ""}:
+        if len(above[-1]) > 1 and _is_text(kinds):
             raise ContentError(f"{len(above[-1])} names for the {n_fields} fields of a sample")
         return None, []
     before = fitted(above[-2]) if len(above) > 1 else None
     is_unit = [f.strip("[]() ").lower() in _UNITS or f[:1] in tuple("[(") for f in names]
-    if before is not None and (len(above) == 2 or any(is_unit)):
-        kinds = [_kind(field, decimal) for field in names]
-        if any(kinds) and "number" not in kinds and not any(map(names_times, names)):
-            return before, names
+    may_be_units = "number" not in kinds and not any(map(names_times, names))
+    if before is not None and may_be_units and (len(above) == 2 or any(is_unit)):
+        return before, names
     return names, []
 
 

@@ -9,14 +9,7 @@ from ._arrays import NamedArrays
 from ._contents import Contents, Format
 from ._facts import is_rate, rounded
 
-FORMAT = Format(
-    "Universal file (UFF 58)",
-    (".uff", ".unv"),
-    library="pyuff",
-    isolated=True,
-    in_parts=False,
-    states="rate and unit",
-)
+FORMAT = Format((".uff", ".unv"), library="pyuff", isolated=True)
 
 _TIME_RESPONSE = (0, 1)
 
@@ -27,23 +20,23 @@ def contents(path: Path) -> Iterator[Contents]:
         file.seek(max(path.stat().st_size - 200, 0))
         if not file.read().rstrip().endswith(b"-1"):
             raise ValueError("the last data set has no end")
-    heads = {
-        number: head
+    sets = [
+        (number, head)
         for number, head in enumerate(_read(path, None))
         if head.get("type") == 58 and head["func_type"] in _TIME_RESPONSE
-    }
-    names = [head["id1"].strip() for head in heads.values()]
+    ]
+    names = [head["id1"].strip() for _, head in sets]
     if not all(names) or len(set(names)) < len(names):
-        names = [str(i) for i in range(len(heads))]
-    numbers = dict(zip(names, heads, strict=True))
-    arrays = NamedArrays(cache(lambda name: _read(path, [numbers[name]])[0]["data"]))
-    for name, head in zip(names, heads.values(), strict=True):
+        names = [str(i) for i in range(len(sets))]
+    arrays = NamedArrays(cache(lambda number: _read(path, [number])[0]["data"]))
+    for name, (number, head) in zip(names, sets, strict=True):
         step, unit = head["abscissa_inc"], head["ordinate_axis_units_lab"].strip()
         # The file has six digits of the step.
         is_even = head["abscissa_spacing"] == 1 and is_rate(step)
         arrays.add(
             name,
             (head["num_pts"],),
+            key=number,
             sampling_rate=rounded(1 / step, 5e-6) if is_even else None,
             unit=None if unit in ("", "NONE") else unit,
         )

@@ -7,9 +7,7 @@ import numpy as np
 
 from ._contents import Channel, ContentError, Contents, Format
 
-FORMAT = Format(
-    "Vallen tradb", (".tradb",), library="vallenae", isolated=True, states="rate and unit (V)"
-)
+FORMAT = Format((".tradb",), library="vallenae", isolated=True)
 
 _SUMMARY = """
 SELECT Chan, SUM(Samples), MIN(SampleRate), MAX(SampleRate) FROM tr_data

@@ -9,7 +9,7 @@ from scipy.io import wavfile
 
 from ._contents import Channel, Contents, Format, slices
 
-FORMAT = Format("WAV", (".wav",), states="the rate")
+FORMAT = Format((".wav",))
 
 
 def contents(path: Path) -> Iterator[Contents]:
