@@ -1,7 +1,7 @@
 """Page's cumulative sum of windows above a threshold: its step, its limit and its run length."""
 
-import math
 from bisect import bisect_left
+from functools import cache
 
 import numpy as np
 from scipy import sparse
@@ -50,9 +50,9 @@ def reference_step(healthy_rate: float, faulty_rate: float) -> int:
             f"healthy windows exceed the threshold at a rate of {healthy_rate:g}, expected below "
             f"faulty_rate={faulty_rate:g} and below 0.5"
         )
-    odds = math.log(faulty_rate * (1 - healthy_rate) / (healthy_rate * (1 - faulty_rate)))
-    step = round(odds / math.log((1 - healthy_rate) / (1 - faulty_rate)))
-    return max(2, min(step, math.ceil(1 / healthy_rate) - 1))
+    odds = np.log(faulty_rate * (1 - healthy_rate) / (healthy_rate * (1 - faulty_rate)))
+    step = round(odds / np.log((1 - healthy_rate) / (1 - faulty_rate)))
+    return max(2, min(step, int(np.ceil(1 / healthy_rate)) - 1))
 
 
 def mean_run_length(limit: int, step: int, rate: float, persistence: float) -> float:
@@ -95,10 +95,10 @@ def mean_run_length(limit: int, step: int, rate: float, persistence: float) -> f
     below[0, 0] = 1
     chances = np.array([[after_quiet], [persistence]])
     moves = sparse.hstack([sparse.kron(1 - chances, below), sparse.kron(chances, above)])
-    matrix = sparse.eye_array(2 * limit) - moves
-    return float(spsolve(matrix.tocsc(), np.ones(2 * limit))[0])
+    return float(spsolve((sparse.eye_array(2 * limit) - moves).tocsc(), np.ones(2 * limit))[0])
 
 
+@cache
 def alarm_limit(run_length: float, step: float, rate: float, persistence: float) -> int:
     """Find the smallest limit at which healthy windows raise an alarm rarely enough.
 

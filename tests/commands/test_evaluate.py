@@ -16,11 +16,6 @@ TITLES = ("ALPIO", "Extended state", "Diagnoser")
 TINY = ("evaluate", "--n-samples", "2400", "--window-length", "400")
 
 
-@pytest.fixture
-def no_figures(monkeypatch):
-    monkeypatch.setattr(evaluate, "why_no_figures", lambda: "No figures today.")
-
-
 @pytest.fixture(scope="module")
 def simulated(tmp_path_factory):
     folder = tmp_path_factory.mktemp("results")

@@ -63,7 +63,7 @@ def test_outputs_that_cannot_be(run, workshop):
 
 
 @pytest.mark.slow
-def test_a_table_is_evaluated_with_all_outputs(run, workshop):
+def test_a_table_is_evaluated_with_all_outputs(run, workshop, no_figures):
     table, folder = workshop / "table.csv", workshop / "results"
     accuracies = []
     for outputs in (("--outputs", 2), ()):

@@ -33,7 +33,7 @@ def workshop(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_a_folder_is_evaluated_like_a_table(run, workshop):
+def test_a_folder_is_evaluated_like_a_table(run, workshop, no_figures):
     options = ("--pattern", r"(?P<condition>[a-z]+)_(?P<rpm>\d+)", "--sampling-rate", RATE)
     rows = ("--window-length", 1200, "-q")
     code, out, _ = run("evaluate", workshop / "*.npy", *options, *rows, "--output", workshop / "f")

@@ -207,7 +207,7 @@ worn.csv,worn,600,{RATE},"""
         diagnoser=of("alpio", "x"),
     ),
 )
-def test_evaluate_of_any_table(run, plant, text, chosen):
+def test_evaluate_of_any_table(run, plant, no_figures, text, chosen):
     table, output = plant / f"t{next(COUNTER)}.csv", plant / f"e{next(COUNTER)}"
     table.write_text(text)
     plain = () if "--window-length" in chosen else ("--window-length", WINDOW)

@@ -88,7 +88,7 @@ def test_step_from_the_steps_of_the_likelihood_ratio(healthy):
 
 def test_the_largest_limit_is_still_tried(monkeypatch):
     monkeypatch.setattr(cumulative_sum, "_LARGEST_LIMIT", 8)
-    just = mean_run_length(8, 7, 0.01, 0.05)
-    assert alarm_limit(just, 7, 0.01, 0.05) == 8
+    just = mean_run_length(8, 6, 0.01, 0.05)
+    assert alarm_limit(just, 6, 0.01, 0.05) == 8
     with pytest.raises(ValueError, match=r"at a rate of 0.01 .* allow no alarm"):
-        alarm_limit(np.nextafter(just, np.inf), 7, 0.01, 0.05)
+        alarm_limit(np.nextafter(just, np.inf), 6, 0.01, 0.05)

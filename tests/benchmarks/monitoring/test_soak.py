@@ -11,7 +11,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_memory_and_descriptors_stay_flat(tmp_path, capsys):
     page = tmp_path / "page.md"
     page.write_text("x\n<!-- soak: begin -->\n<!-- soak: end -->\n", encoding="utf-8")
-    soak.main(["--windows", "8000", "--write", str(page)])
+    soak.main(["--windows", "800", "--write", str(page)])
     assert capsys.readouterr().out.strip() in page.read_text("utf-8")
     found = soak.soak(8000, n_steps=4)
     assert found["windows"].tolist() == [0, 2000, 4000, 6000, 8000]
