@@ -26,7 +26,7 @@ from ._validation import (
 )
 from .kernels import arx_laguerre, pole_search
 from .kernels.laguerre import network_matrices, settling_length
-from .kernels.least_squares import distinct_windows, sample_keys, solve_sums
+from .kernels.least_squares import solve_sums
 from .kernels.scaling import fit_percentage, unit_rms_windows
 
 #: Name of a model of all windows.
@@ -232,25 +232,23 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         windows, y, weights = weighted_windows(windows, y, sample_weight)
         windows, labels, weights = self._windows_by_model(windows, y, weights)
         self._check_parameters()
-        scaled = _Scaled(windows, np.arange(len(windows)))
-        parts = map_batches(lambda batch: _keys(scaled[batch]), len(windows), self.n_jobs)
-        keys, moves = map(np.concatenate, zip(*parts, strict=True))
-        # Windows with a constant output do not count, whatever their inputs are.
-        weights = weights * moves
-        classes, counted, found = np.unique(labels), {}, {}
-        for name in classes.tolist():
-            rows = np.flatnonzero(labels == name)
-            counted[name] = self._counted_windows(_Scaled(windows, rows), keys[rows], weights[rows])
+        found = {}
         if start_afresh:
-            self._choose_networks(windows.shape[1:], counted.values())
+            self._choose_networks(windows, labels, weights)
         else:
-            check_labels([*self.classes_.tolist(), *classes.tolist()])
-            classes = np.union1d(self.classes_, classes)
+            check_labels([*self.classes_.tolist(), *np.unique(labels).tolist()])
             so_far = zip(self.sums_, self.weights_, strict=True)
             found = dict(zip(self.classes_.tolist(), so_far, strict=True))
-        self._add_to_sums(found, counted, windows.shape[-1])
-        self.classes_: NDArray[Any] = classes
-        sums, weights = zip(*(found[name] for name in classes.tolist()), strict=True)
+        for name in np.unique(labels).tolist():
+            rows = np.flatnonzero(labels == name)
+            fading = self.forgetting_factor ** np.arange(len(rows) - 1, -1, -1.0) * weights[rows]
+            kept = self.forgetting_factor ** len(rows)
+            sums, weight = found.get(name, (0.0, 0.0))
+            more, counted = self._sums(windows, rows, fading)
+            found[name] = kept * sums + more, kept * weight + counted
+        so_far = labels[:0] if start_afresh else self.classes_
+        self.classes_: NDArray[Any] = np.union1d(so_far, labels)
+        sums, weights = zip(*(found[name] for name in self.classes_.tolist()), strict=True)
         self.sums_: NDArray[Any] = np.array(sums)
         self.weights_: NDArray[Any] = np.array(weights)
         coef, error = zip(*(solve_sums(sums, self.alpha) for sums in self.sums_), strict=True)
@@ -266,54 +264,44 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         check_real(self.alpha, "alpha", min_val=0)
         check_real(self.forgetting_factor, "forgetting_factor", **UP_TO_1)
 
-    def _counted_windows(self, scaled, keys, weights):
-        """Return the windows of one model that count, and their weights."""
-        if self.forgetting_factor < 1:
-            return scaled, weights
-        distinct, weights = distinct_windows(scaled, keys, weights)
-        return _Scaled(scaled.windows, scaled.rows[distinct]), weights
-
-    def _choose_networks(self, shape, counted):
+    def _choose_networks(self, windows, labels, weights):
         """Set orders and poles of the networks; search the poles that are not given."""
-        n_channels, n_samples = shape
+        _, n_channels, n_samples = windows.shape
         orders, poles = check_networks(self.order, self.pole, n_channels)
         name = f"order for windows of {n_samples} samples"
         most = max(n_samples, _ORDER_OF_ANY_WINDOW)
         check_scalar(orders.max(), name, Integral, max_val=most)
         self.orders_: NDArray[Any] = orders
         if None in poles:
-            # Cross-spectra are squares of the signal, so a weight counts by its root.
-            spectra = np.array(
-                [
-                    pole_search.cross_spectra(scaled[:] * np.sqrt(weights)[:, None, None])
-                    for scaled, weights in counted
-                ]
-            )
-            poles = pole_search.search_poles(spectra, self.orders_, poles, self.alpha)
+            spectra = []
+            for name in np.unique(labels):
+                rows = np.flatnonzero(labels == name)
+                spectra += self._over_batches(_weighted_spectra, windows, rows, weights[rows])
+            poles = pole_search.search_poles(np.array(spectra), orders, poles, self.alpha)
         self.poles_: NDArray[Any] = np.asarray(poles, dtype=np.float64)
 
-    def _add_to_sums(self, found, counted, n_samples):
-        """Add sums and weight of each model's windows to those so far, by condition."""
-        n_transient = self._n_transient(n_samples)
-        for name, (scaled, weights) in counted.items():
-            fading = self.forgetting_factor ** np.arange(len(weights) - 1, -1, -1.0) * weights
-            kept = self.forgetting_factor ** len(weights)
-            sums, weight = found.get(name, (0.0, 0.0))
-            found[name] = (
-                kept * sums + self._sums(scaled, fading, n_transient),
-                kept * weight + fading.sum() * (n_samples - n_transient),
-            )
+    def _sums(self, windows, rows, weights):
+        """Return the sums for least squares over some windows, and the samples in them."""
+        n_transient = self._n_transient(windows.shape[-1])
 
-    def _sums(self, scaled, weights, n_transient):
-        parts = map_batches(
-            lambda batch: arx_laguerre.accumulate_sums(
-                scaled[batch], weights[batch], self.orders_, self.poles_, n_transient
-            ),
-            len(weights),
-            self.n_jobs,
-        )
-        power, driven, moved = (sum(part) for part in zip(*parts, strict=True))
-        return arx_laguerre.sums_of_products(power, driven, moved, self.orders_, self.poles_)
+        def of_batch(scaled, weights):
+            networks = self.orders_, self.poles_
+            parts = arx_laguerre.accumulate_sums(scaled, weights, *networks, n_transient)
+            return *parts, weights.sum() * (scaled.shape[-1] - n_transient)
+
+        *parts, counted = self._over_batches(of_batch, windows, rows, weights)
+        return arx_laguerre.sums_of_products(*parts, self.orders_, self.poles_), counted
+
+    def _over_batches(self, function, windows, rows, weights):
+        """Add up what a function returns of scaled windows and their weights, batch by batch."""
+
+        def of_batch(batch):
+            scaled, _ = unit_rms_windows(windows[rows[batch]])
+            # Windows with a constant output do not count, whatever their inputs are.
+            return function(scaled, weights[batch] * np.any(scaled[:, 0] != 0, axis=-1))
+
+        parts = map_batches(of_batch, len(rows), self.n_jobs)
+        return [sum(part) for part in zip(*parts, strict=True)]
 
     def _check_conditions_go_on(self, y):
         """Check that `y` is None if and only if the models so far were fitted without it."""
@@ -509,16 +497,6 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
             )
 
 
-class _Scaled:
-    """Windows of unit root mean square, which are computed when some of them are taken by index."""
-
-    def __init__(self, windows, rows):
-        self.windows, self.rows = windows, rows
-
-    def __getitem__(self, batch):
-        return unit_rms_windows(self.windows[self.rows[batch]])[0]
-
-
-def _keys(scaled):
-    """Return a few samples of each window, and whether its output is not constant."""
-    return sample_keys(scaled), np.any(scaled[:, 0] != 0, axis=-1)
+def _weighted_spectra(scaled, weights):
+    # Cross-spectra are squares of the signal, so a weight counts by its root.
+    return [pole_search.cross_spectra(scaled * np.sqrt(weights)[:, np.newaxis, np.newaxis])]

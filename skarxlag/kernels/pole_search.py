@@ -16,7 +16,6 @@ from scipy import fft, optimize
 LARGEST_POLE = 0.98
 #: Most samples of a segment; longer windows are cut.
 LONGEST_SEGMENT = 2**14
-_SAMPLES_A_BATCH = 2**16
 
 
 def cross_spectra(windows: NDArray[Any]) -> NDArray[Any]:
@@ -46,15 +45,10 @@ def cross_spectra(windows: NDArray[Any]) -> NDArray[Any]:
     n_windows, n_channels, n_samples = windows.shape
     n_segments = -(-n_samples // LONGEST_SEGMENT)
     length = -(-n_samples // n_segments)
-    found = np.zeros((n_channels, n_channels, length + 1), dtype=complex)
-    batch = max(1, _SAMPLES_A_BATCH // (n_channels * n_samples))
-    for first in range(0, n_windows, batch):
-        some = windows[first : first + batch]
-        padded = np.zeros((len(some), n_channels, n_segments * length))
-        padded[..., :n_samples] = some
-        spectra = fft.rfft(padded.reshape(len(some), n_channels, n_segments, length), 2 * length)
-        found += np.einsum("wasf,wbsf->abf", spectra, spectra.conj())
-    return found
+    padded = np.zeros((n_windows, n_channels, n_segments * length))
+    padded[..., :n_samples] = windows
+    spectra = fft.rfft(padded.reshape(n_windows, n_channels, n_segments, length), 2 * length)
+    return np.einsum("wasf,wbsf->abf", spectra, spectra.conj())
 
 
 def fit_errors(

@@ -44,13 +44,6 @@ def test_windows_are_cut_above_16384_samples():
         assert cross_spectra(np.ones((1, 1, n_samples))).shape == (1, 1, length + 1)
 
 
-def test_cross_spectra_do_not_depend_on_what_is_transformed_at_a_time(monkeypatch):
-    windows = np.random.default_rng(0).normal(size=(30, 2, 700))
-    expected = cross_spectra(windows)
-    monkeypatch.setattr(pole_search, "_SAMPLES_A_BATCH", 1)
-    np.testing.assert_allclose(cross_spectra(windows), expected, atol=1e-9)
-
-
 def simulated(orders, poles, coef, n_samples, seed=0, noise=1.0):
     """y(k) = coef . x(k) + e(k) with white e and white inputs, literally."""
     rng = np.random.default_rng(seed)
