@@ -4,6 +4,7 @@ from .bearings import BearingGeometry as BearingGeometry
 from .bearings import bearing_orders as bearing_orders
 from .comparison import SpectralDistance as SpectralDistance
 from .detection import FaultDetector as FaultDetector
+from .detection import KnownConditions as KnownConditions
 from .diagnosers import make_alpio as make_alpio
 from .diagnosers import make_detector as make_detector
 from .diagnosers import make_diagnoser as make_diagnoser
@@ -14,7 +15,6 @@ from .envelope_spectra import envelope_spectrum as envelope_spectrum
 from .fault_classifier import FaultOrderClassifier as FaultOrderClassifier
 from .fusion import SensorFusion as SensorFusion
 from .identification import ARXLaguerre as ARXLaguerre
-from .known_conditions import KnownConditions as KnownConditions
 from .ladder import ThresholdLadder as ThresholdLadder
 from .model_selection import SpeedSplit as SpeedSplit
 from .model_selection import cross_speed_predict as cross_speed_predict

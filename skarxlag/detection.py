@@ -1,4 +1,4 @@
-"""Outlier detector for rows of healthy bearings, at any speed."""
+"""Outlier detectors for rows of healthy bearings and of known conditions, at any speed."""
 
 from __future__ import annotations
 
@@ -13,34 +13,23 @@ from sklearn.utils import check_scalar
 
 from ._base import SignalEstimator
 from ._parallel import BATCH, map_batches, one_thread
-from ._state import INNOVATIONS, SPEEDS, Values, remember_parameters, uses_fitted
-from ._validation import (
-    check_rate,
-    of_one_model,
-    validate_innovations,
-    warn_user,
-    weighted_windows,
-)
-from .kernels.healthy_limits import (
-    HealthyRows,
-    Limits,
-    calibrate,
-    drift_scale,
-    flagged_shares,
-    log_p_values,
-    parts_of_rows,
-)
+from ._state import INNOVATIONS, SPEEDS, Labels, Values, as_fitted, remember_parameters, uses_fitted
+from ._validation import check_rate, of_one_model, validate_innovations, warn_user, weighted_windows
+from .kernels import healthy_limits
 from .kernels.healthy_rows import Rows, measure_rows, number_of_cepstra
 from .kernels.ladder import rows_that_hold
 from .kernels.speed_references import UNIT_DISTANCE, group_speeds, speed_distance
 from .speeds import log_speeds, with_plausible_speeds
 
 #: Fields of `Limits` that are attributes of a detector, with an underscore at the end.
-_LIMITS = [name for name in Limits._fields if name != "known"]
+_LIMITS = [name for name in healthy_limits.Limits._fields if name != "known"]
 #: Samples that a spectrum takes at least.
 _SHORTEST_SPECTRUM = 8
 #: Log p-value of a row without a plausible speed: the p-value is the smallest above 0.
 _LEAST_LOG_P = float(np.log(np.finfo(np.float32).tiny))
+#: Drift scale of a condition without rows at several speeds: faults drift more than a healthy
+#: bearing.
+_DRIFT_OF_FAULTS = 3.0
 
 
 class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
@@ -221,14 +210,6 @@ def _speeds_of(detectors):
     return np.unique(np.concatenate([each.speeds_ for each in detectors]))
 
 
-def _n_references(detector):
-    return max(len(detector.speeds_), 1)
-
-
-def _n_cepstra(detector):
-    return number_of_cepstra(int(detector.window_shape_[-1]) // detector.n_windows_)
-
-
 @dataclass(kw_only=True, eq=False, repr=False)
 class FaultDetector(RowOutlierDetector):
     r"""Outlier detector that flags rows unlike healthy ones, at any speed.
@@ -369,10 +350,12 @@ class FaultDetector(RowOutlierDetector):
         "n_blocks_": Values((), "at least 2", "i"),
         "speeds_": SPEEDS,
         "deviations_": Values((None,), "above 0"),
-        "references_": Values(lambda e: (_n_references(e), _n_cepstra(e))),
-        "axes_": Values(lambda e: 2 * (_n_cepstra(e),)),
-        "means_": Values(lambda e: (_n_references(e), len(e.deviations_))),
-        "variances_": Values(lambda e: (_n_cepstra(e),), "at least 0"),
+        "variances_": Values(
+            lambda e: (number_of_cepstra(int(e.window_shape_[-1]) // e.n_windows_),), "at least 0"
+        ),
+        "axes_": Values(lambda e: 2 * (len(e.variances_),)),
+        "references_": Values(lambda e: (max(len(e.speeds_), 1), len(e.variances_))),
+        "means_": Values(lambda e: (len(e.references_), len(e.deviations_))),
         "left_out_rates_": Values(lambda e: (len(e.speeds_) * (len(e.speeds_) > 1),), "at least 0"),
         "slopes_": Values(
             lambda e: (len(e.deviations_), 2),
@@ -395,15 +378,15 @@ class FaultDetector(RowOutlierDetector):
         self.n_rows_: int = len(X)
         self.n_windows_: int = max(X.shape[-1] // self.window_length, 1)
         # Few long rows are calibrated on their parts.
-        n_parts = parts_of_rows(at, self.n_windows_)
+        n_parts = healthy_limits.parts_of_rows(at, self.n_windows_)
         n_windows = self.n_windows_ // n_parts
         length = n_windows * (X.shape[-1] // self.n_windows_)
         parts = X[..., : n_parts * length].reshape(-1, X.shape[1], length)
         with_level = bool(self.fixed_gain) or X.shape[-1] < _SHORTEST_SPECTRUM
         rows = measure(parts, n_windows, with_level=with_level, n_jobs=self.n_jobs)
         at, weights = np.repeat(at, n_parts), np.repeat(weights, n_parts)
-        healthy = HealthyRows(rows, np.nan_to_num(known), at, weights)
-        limits = calibrate(healthy)
+        healthy = healthy_limits.HealthyRows(rows, np.nan_to_num(known), at, weights)
+        limits = healthy_limits.calibrate(healthy)
         vars(self).update({name + "_": limits._asdict()[name] for name in _LIMITS})
         # Most of a saved detector; seven digits are more than the scatter of rows leaves.
         self.axes_: NDArray[np.float32] = limits.axes.astype(np.float32)
@@ -413,8 +396,8 @@ class FaultDetector(RowOutlierDetector):
         self.offset_: float = float(np.log(self.false_alarm_rate))
         scale, shares = 1.0, np.empty(0)
         if len(known) > 1:
-            scale, left_out = drift_scale(healthy, limits)
-            shares = flagged_shares(left_out, healthy.at, self.offset_, healthy.weights)
+            scale, left_out = healthy_limits.drift_scale(healthy, limits)
+            shares = healthy_limits.flagged_shares(left_out, at, self.offset_, weights)
         self.drift_scale_: float = scale
         self.left_out_rates_: NDArray[Any] = shares
         return self._weak_points()
@@ -480,17 +463,16 @@ class FaultDetector(RowOutlierDetector):
     def _log_p_values_of(self, rows, log_speed, two_sided=False):
         """Compute log p-values of measured rows; for unknown speeds, the largest of some speeds."""
         known = np.log(self.speeds_) if len(self.speeds_) > 0 else np.zeros(1)
-        limits = Limits(known=known, **{name: vars(self)[name + "_"] for name in _LIMITS})
+        fields = {name: vars(self)[name + "_"] for name in _LIMITS}
+        limits = healthy_limits.Limits(known=known, **fields)
         tried = [log_speed]
         if len(self.speeds_) == 0:
             tried = [UNIT_DISTANCE]
         elif log_speed is None:
             tried = [*known, known[0] - UNIT_DISTANCE, known[-1] + UNIT_DISTANCE]
-        n, scale = len(rows.values), self.drift_scale_
-        found = [
-            log_p_values(limits, rows, np.broadcast_to(speed, n), scale, two_sided=two_sided)
-            for speed in tried
-        ]
+        of_rows = [np.broadcast_to(speed, len(rows.values)) for speed in tried]
+        settings = {"scale": self.drift_scale_, "two_sided": two_sided}
+        found = [healthy_limits.log_p_values(limits, rows, each, **settings) for each in of_rows]
         return np.max(found, axis=0)
 
     def _log_speeds(self, rpm, X, known):
@@ -525,6 +507,191 @@ class FaultDetector(RowOutlierDetector):
         check_rate(self.false_alarm_rate, "false_alarm_rate")
         check_scalar(self.fixed_gain, "fixed_gain", (bool, np.bool_))
         check_scalar(self.window_length, "window_length", Integral, min_val=1)
+
+
+@dataclass(kw_only=True, eq=False, repr=False)
+class KnownConditions(RowOutlierDetector):
+    r"""Outlier detector that rejects rows unlike every known condition.
+
+    A diagnoser always names one of its conditions, even if the row resembles none of them. This
+    estimator tests whether the row resembles any. Use `FaultDetector` instead to compare rows with
+    the healthy condition alone.
+
+    Each condition has its own `FaultDetector`, whose limits widen with the distance in speed. The
+    p-value of the nearest condition is the largest over conditions:
+
+    .. math::
+
+        p = \max_c p_c
+
+    where :math:`p_c` is the probability that a row of condition c deviates at least as much. The
+    test of the unsteadiness is two-sided: a row with fewer impacts than expected is rejected, too.
+    A row is "none of these" if p is below the stated rate. Since :math:`p \ge p_c`, a row of a
+    known condition c is rejected with a probability of at most the rate that the limits of c hold.
+
+    docs/detection.md shows how many rows of unknown conditions are rejected. At other speeds than
+    those of training, most are taken for a known condition.
+
+    Parameters
+    ----------
+    false_rejection_rate : float, default=0.01
+        Share in (0, 1) of rows of a known condition that may be rejected.
+    window_length : int, default=4800
+        A row is cut into windows of this many samples or a little more, at least 1; a shorter row
+        is one window.
+    n_jobs : int or None, default=None
+        Threads that work on rows. Results do not depend on it.
+
+    Attributes
+    ----------
+    classes_ : ndarray of shape (n_conditions,)
+        The conditions, sorted. Without y there is one, "known".
+    detectors_ : list of FaultDetector
+        The limits of each condition. With rows at one speed, their drift scale is 3.
+    offset_ : float
+        Logarithm of the rate of false rejections: rows of a lower score are rejected.
+    n_models_ : int
+        1 if rows were innovations, 0 for plain windows.
+    window_shape_ : ndarray of int
+        Shape of one row.
+    n_features_in_ : int
+        Number of models, or samples in a plain row.
+    feature_names_in_ : ndarray of str
+        Column names, when fitted on a table.
+
+    See Also
+    --------
+    skarxlag.make_known_conditions : This estimator behind a model that explains measured inputs.
+    FaultDetector : The equations, for one condition.
+
+    Notes
+    -----
+    If `fit` had speeds and the speed of a row is not known, the p-value is the largest over the
+    speeds of `fit` and the speeds a factor of 1.3 beyond them. If `fit` had none, the limits are
+    those for a speed that differs by that factor.
+
+    Examples
+    --------
+    Two conditions of different colour, and noise that is like neither:
+
+    >>> import warnings
+    >>> import numpy as np
+    >>> from scipy.signal import lfilter
+    >>> noise = np.random.default_rng(0).normal(size=(240, 4800))
+    >>> X = np.concatenate(
+    ...     [lfilter([1], [1, -0.8], noise[:100]), lfilter([1], [1, 0.8], noise[100:200])]
+    ... )
+    >>> y = np.repeat(["good", "worn"], 100)
+    >>> known = KnownConditions()
+    >>> with warnings.catch_warnings(action="ignore"):  # one speed
+    ...     _ = known.fit(X, y, rpm=1000)
+    >>> known.predict(noise[[200, 201]], rpm=1000)
+    array([-1, -1])
+    >>> new = lfilter([1], [1, -0.8], noise[200:])
+    >>> known.p_values(new[:1], rpm=1000).round(2)  # of "good" and of "worn"
+    array([[1., 0.]])
+    """
+
+    false_rejection_rate: float = 0.01
+    window_length: int = 4800
+    n_jobs: int | None = None
+
+    _knows_conditions = True
+    _state = INNOVATIONS | {"offset_": Values((), "below 0"), "classes_": Labels()}
+
+    def _learn(self, X, y, log_speed, weights):
+        labels = np.full(len(X), "known") if y is None else y
+        self.offset_: float = float(np.log(self.false_rejection_rate))
+        self.classes_: NDArray[Any] = np.unique(labels)
+        self.detectors_: list[FaultDetector] = []
+        left_out = []
+        for name in self.classes_.tolist():
+            own = labels == name
+            if np.bincount(group_speeds(log_speed[own])[1]).max() < 2:
+                left_out.append(name)
+                continue
+            detector = FaultDetector(
+                false_alarm_rate=self.false_rejection_rate,
+                window_length=self.window_length,
+                n_jobs=self.n_jobs,
+            )
+            vars(detector).update({name: vars(self)[name] for name in INNOVATIONS})
+            detector._learn(X[own], None, log_speed[own], weights[own])
+            if len(detector.speeds_) < 2:
+                detector.drift_scale_ = _DRIFT_OF_FAULTS
+            remember_parameters(detector)
+            self.detectors_.append(detector)
+        if not self.detectors_:
+            raise ValueError(
+                f"n_samples = {len(X)}: X has one row of each condition at each speed, expected at "
+                "least 2 rows of one condition at one speed."
+            )
+        self.classes_ = self.classes_[~np.isin(self.classes_, left_out)]
+        return self._weak_points(left_out)
+
+    def _weak_points(self, left_out):
+        """Yield sentences on a calibration that promises less than its user may think."""
+        if left_out:
+            listed = ", ".join(map(repr, left_out))
+            yield (
+                f"Conditions with one row at each speed are left out: {listed}. Their own rows "
+                "may be taken for none of the known conditions."
+            )
+        weakest = min(self.detectors_, key=lambda each: (len(each.speeds_), each.n_rows_))
+        name = self.classes_[self.detectors_.index(weakest)]
+        yield from weakest._weak_points(f"rows of condition {name}")
+
+    def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
+        """Compute for each condition the probability that its rows deviate at least as much.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Rows of the length that `fit` saw.
+        rpm : float, array-like of shape (n_rows,) or None, default=None
+            Speed of the shaft in each row. None: not known, see the notes of the class. Not used
+            if `fit` had none.
+
+        Returns
+        -------
+        ndarray of shape (n_rows, n_conditions)
+            In (0, 1], in the order of `classes_`.
+
+        Warns
+        -----
+        UserWarning
+            If a speed is not above 0, or farther than a factor of 5 outside the speeds of `fit`:
+            the p-values are then nearly 0.
+        """
+        return np.exp(self._log_p_values(X, rpm))
+
+    def _detectors(self):
+        return self.detectors_
+
+    def _answers(self):
+        return super()._answers() | {
+            "none_of_these": True,
+            "stated_rate": self.false_rejection_rate,
+        }
+
+    def _check_parameters(self):
+        check_rate(self.false_rejection_rate, "false_rejection_rate")
+        check_scalar(self.window_length, "window_length", Integral, min_val=1)
+
+    def _check_relations(self):
+        detectors, n = vars(self).get("detectors_"), len(self.classes_)
+        are_detectors = isinstance(detectors, list) and all(
+            isinstance(each, FaultDetector) for each in detectors
+        )
+        rows = [
+            (each.window_shape_.tolist(), each.n_windows_, each.means_.shape[1])
+            for each in (map(as_fitted, detectors) if are_detectors else ())
+        ]
+        if not rows or rows != rows[:1] * n or rows[0][0] != self.window_shape_.tolist():
+            raise ValueError(
+                f"detectors_ == {detectors!r}, expected {n} of FaultDetector, one for each of "
+                f"classes_, and rows of one shape; window_shape_, n_windows_ and values are {rows}."
+            )
 
 
 def measure(X: NDArray[Any], n_windows: int, *, with_level: bool, n_jobs: int | None) -> Rows:

@@ -5,10 +5,9 @@ from typing import Any
 
 from .bearings import BearingLike
 from .comparison import SpectralDistance
-from .detection import FaultDetector
+from .detection import FaultDetector, KnownConditions
 from .fault_classifier import FaultOrderClassifier
 from .identification import ARXLaguerre
-from .known_conditions import KnownConditions
 from .ladder import ThresholdLadder
 from .observer_bank import ExtendedStatePIObserverBank
 from .observers import PIObserver

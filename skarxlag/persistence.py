@@ -19,9 +19,8 @@ from ._facts import check_facts
 from ._files import read_members, write_atomically
 from ._state import check_model_state, estimators_within
 from ._version import __version__
-from .detection import FaultDetector
+from .detection import FaultDetector, KnownConditions
 from .fusion import SensorFusion
-from .known_conditions import KnownConditions
 
 #: Classes of scikit-learn that a model may contain next to the estimators of this package:
 #: pipelines, calibration, scalers and linear models. They hold arrays and plain values only.
@@ -64,7 +63,7 @@ TRUSTED_TYPES = {
         "skarxlag.observer_bank.ExtendedStatePIObserverBank",
         "skarxlag.spectra.LogSpectra",
         "skarxlag.detection.FaultDetector",
-        "skarxlag.known_conditions.KnownConditions",
+        "skarxlag.detection.KnownConditions",
         "skarxlag.pipelines.DiagnosisPipeline",
     },
     "NdArrayNode": {"numpy.ndarray", "numpy.float64", "numpy.int64", "numpy.str_"},

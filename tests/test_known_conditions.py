@@ -325,7 +325,7 @@ def of_other_length(fitted):
         ("detectors_", lambda k: tuple(k.detectors_)),
         ("detectors_", lambda k: [k.detectors_[0], "detector"]),
         ("classes_", lambda k: [k.detectors_[0]]),
-        ("detectors_ differ in window_shape_", lambda k: [k.detectors_[0], of_other_length(k)]),
+        ("detectors_", lambda k: [k.detectors_[0], of_other_length(k)]),
         ("window_shape_", lambda k: [of_other_length(k), of_other_length(k)]),
     ],
 )

@@ -14,7 +14,6 @@ SOURCES = {
     if path.stem not in _NOT_NUMERIC
 } | {
     "detection": _PACKAGE / "detection.py",
-    "known_conditions": _PACKAGE / "known_conditions.py",
     # The kernel has the name of the file.
     "threshold_ladder": _PACKAGE / "ladder.py",
     "verdicts": _PACKAGE / "verdicts.py",
