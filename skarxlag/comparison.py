@@ -157,23 +157,22 @@ class SpectralDistance(StretchTransformer):
         "classes_": Labels(),
         "speeds_": SPEEDS,
         "recorded_": Values(
-            lambda e: (e._n_speeds(), len(e.classes_)),
+            lambda e: (max(len(e.speeds_), 1), len(e.classes_)),
             (
                 lambda v, e: np.isin(v, (0, 1)).all() and v.any(axis=0).all(),
                 "0 and 1, with a 1 for each condition",
             ),
             "i",
         ),
-        "axes_": Values(lambda e: (e._n_groups(), *2 * [e._n_coefficients()]), "within 1e150"),
         "variances_": Values(lambda e: (e._n_groups(), e._n_coefficients()), "at least 0"),
-        "references_": Values(
-            lambda e: (e._n_speeds(), len(e.classes_), e._n_groups(), e._n_coefficients()),
-            "within 1e150",
+        "axes_": Values(lambda e: (*e.variances_.shape, e._n_coefficients()), "within 1e150"),
+        "references_": Values(lambda e: e.recorded_.shape + e.variances_.shape, "within 1e150"),
+        "joint_variances_": Values(
+            lambda e: (len(e._joined_groups()) * e._n_coefficients(),), "at least 0"
         ),
-        "joint_axes_": Values(lambda e: 2 * (e._n_joint(),), "within 1e150"),
-        "joint_variances_": Values(lambda e: (e._n_joint(),), "at least 0"),
+        "joint_axes_": Values(lambda e: 2 * e.joint_variances_.shape, "within 1e150"),
         "joint_references_": Values(
-            lambda e: (e._n_speeds(), len(e.classes_), e._n_joint()), "within 1e150"
+            lambda e: e.recorded_.shape + e.joint_variances_.shape, "within 1e150"
         ),
     }
 
@@ -325,8 +324,8 @@ class SpectralDistance(StretchTransformer):
     def _check_parameters(self):
         check_real(self.joint_weight, "joint_weight", min_val=0, max_val=1)
         check_real(self.rough_drift, "rough_drift", **ABOVE_0)
-        for name in ("smooth_drift", "frequency_drift"):
-            check_real(self.get_params()[name], name, min_val=0)
+        check_real(self.smooth_drift, "smooth_drift", min_val=0)
+        check_real(self.frequency_drift, "frequency_drift", min_val=0)
         chosen = [0] if self.joint_groups is None else list(self.joint_groups)
         are_indices = all(isinstance(g, Integral) and g >= 0 for g in chosen)
         if not chosen or len(set(chosen)) < len(chosen) or not are_indices:
@@ -334,23 +333,17 @@ class SpectralDistance(StretchTransformer):
                 f"joint_groups == {self.joint_groups!r}, expected different integers of at least 0."
             )
 
-    def _n_speeds(self):
-        return max(len(self.speeds_), 1)
-
     def _n_groups(self):
         return int(self.window_shape_[0]) if len(self.window_shape_) == 2 else 1
 
     def _n_coefficients(self):
         return int(self.window_shape_[-1]) - 1
 
-    def _n_joint(self):
-        return len(self._joined_groups()) * self._n_coefficients()
-
     def _check_relations(self):
         if max([0] if self.joint_groups is None else self.joint_groups) >= self._n_groups():
             raise ValueError(
-                f"joint_groups == {self.joint_groups!r}, expected different integers from 0 to "
-                f"{self._n_groups() - 1}."
+                f"joint_groups == {self.joint_groups!r}, expected integers below "
+                f"{self._n_groups()}, the number of groups in X."
             )
 
 

@@ -156,25 +156,25 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         classes, target = np.unique(y, return_inverse=True)
         self.classes_: NDArray[Any] = classes
         combined = root_mean_square(X)
-        of_class = [target == c for c in range(len(self.classes_))]
-        medians = np.array(
-            [ladder.weighted_median(combined[own], weights[own]) for own in of_class]
-        )
+        of_class = [target == c for c in range(len(classes))]
+        medians = [ladder.weighted_median(combined[own], weights[own]) for own in of_class]
         order = np.argsort(medians, kind="stable")
-        self.rungs_: NDArray[Any] = self.classes_[order]
-        self.healthy_index_: int = self._find_healthy(order)
+        self.rungs_: NDArray[Any] = classes[order]
+        names = classes.tolist()
+        if self.healthy is not None and self.healthy not in names:
+            raise ValueError(f"healthy={self.healthy!r} is not among the conditions in y: {names}.")
+        lowest = int(order[0])
+        self.healthy_index_: int = lowest if self.healthy is None else names.index(self.healthy)
         healthy = of_class[self.healthy_index_]
-        self.detection_threshold_: float = ladder.false_alarm_threshold(
-            self._healthy_level(X)[healthy], self.false_alarm_rate, weights[healthy]
-        )
+        levels, rate = self._healthy_level(X)[healthy], self.false_alarm_rate
+        threshold = ladder.false_alarm_threshold(levels, weights[healthy], rate)
+        self.detection_threshold_: float = threshold
         if self._is_bank():
             relative = np.exp(-ladder.relative_scores(X))
-            thresholds = [
-                ladder.false_alarm_threshold(relative[own, c], self.false_alarm_rate, weights[own])
-                for c, own in enumerate(of_class)
-            ]
+            columns = [(relative[own, c], weights[own]) for c, own in enumerate(of_class)]
+            thresholds = [ladder.false_alarm_threshold(*each, rate) for each in columns]
         else:
-            roots = np.sqrt(medians[order])
+            roots = np.sqrt(np.array(medians)[order])
             thresholds = roots[:-1] * roots[1:]
             if order[0] == self.healthy_index_ and len(order) > 1:
                 # Gamma keeps the stated rate only while it is the first cut.
@@ -190,14 +190,6 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         self.confidence_scale_: float = scale
         remember_parameters(self)
         return self
-
-    def _find_healthy(self, order):
-        names = self.classes_.tolist()
-        if self.healthy is None:
-            return int(order[0])
-        if self.healthy not in names:
-            raise ValueError(f"healthy={self.healthy!r} is not among the conditions in y: {names}.")
-        return names.index(self.healthy)
 
     def _is_bank(self):
         return len(self.classes_) == self.n_features_in_ > 1
@@ -319,16 +311,12 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
 
     def _check_parameters(self):
         check_rate(self.false_alarm_rate, "false_alarm_rate")
-        scales = self.confidence_scale
-        scales = list(scales) if isinstance(scales, tuple | list) else [scales, scales]
+        scale = self.confidence_scale
+        scales = scale if isinstance(scale, tuple | list) else [scale] * 2
         if len(scales) != 2:
-            raise ValueError(
-                f"confidence_scale={self.confidence_scale!r}, expected a number above 0, or one "
-                "for one speed and one for several."
-            )
-        if self.confidence_scale is not None:
-            for scale in scales:
-                check_real(scale, "confidence_scale", **ABOVE_0)
+            raise ValueError(f"confidence_scale={scale!r}, expected a number above 0, or two.")
+        for each in () if scale is None else scales:
+            check_real(each, "confidence_scale", **ABOVE_0)
 
     def _check_relations(self):
         rungs = self.rungs_

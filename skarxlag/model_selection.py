@@ -13,11 +13,12 @@ from joblib import Parallel, delayed
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import clone
 from sklearn.model_selection import BaseCrossValidator
-from sklearn.utils import check_array, check_consistent_length, check_scalar, column_or_1d
+from sklearn.utils import check_consistent_length, check_scalar, column_or_1d
 
 from ._answers import requests
 from ._validation import ABOVE_0, check_flag, check_real
 from .kernels.speed_references import SAME_LOG_SPEED, group_speeds
+from .speeds import log_speeds
 
 
 def first_and_second_half(
@@ -156,8 +157,8 @@ class SpeedSplit(BaseCrossValidator):
         TypeError
             If a parameter is of another type.
         """
-        rpm, recording, start = self._columns(X, groups)
-        known, at = group_speeds(np.log(rpm))
+        log_speed, recording, start = self._columns(X, groups)
+        known, at = group_speeds(log_speed)
         self._check_settings(known, recording)
         if self.leave_out:
             sides = [(at != speed, at == speed) for speed in range(len(known))]
@@ -208,11 +209,8 @@ class SpeedSplit(BaseCrossValidator):
             return True, True
         if start is None:
             return first_and_second_half(recording)
-        if self.window_length is None:
-            raise ValueError(
-                "groups has the starts of windows, but window_length=None; expected their samples."
-            )
-        check_scalar(self.window_length, "window_length", Integral, min_val=1)
+        name = "window_length for the starts in groups"
+        check_scalar(self.window_length, name, Integral, min_val=1)
         return first_and_second_half(recording, start, self.window_length)
 
     def get_n_splits(
@@ -237,8 +235,6 @@ class SpeedSplit(BaseCrossValidator):
         return sum(1 for _ in self.split(X, y, groups))
 
     def _columns(self, X, groups):
-        if groups is None:
-            raise ValueError("groups is None, expected the speed of each window.")
         table = pd.DataFrame(groups)
         if not 1 <= table.shape[1] <= 3 or (X is not None and len(table) != len(X)):
             raise ValueError(
@@ -247,17 +243,15 @@ class SpeedSplit(BaseCrossValidator):
             )
         table = table.set_axis(["rpm", "recording", "start"][: table.shape[1]], axis=1)
         try:
-            rpm = check_array(table["rpm"], dtype=np.float64, ensure_2d=False)
-            if rpm.min() <= 0:
-                raise ValueError(f"{rpm.min():g} is not above 0")
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"groups: the first column is no speed ({error}).") from error
+            log_speed = log_speeds(table["rpm"], len(table))
+        except ValueError as error:
+            raise ValueError(f"groups: {error}") from error
         start = table.get("start")
         if start is not None:
             given, start = start, pd.to_numeric(start, errors="coerce")
             for value in given[start % 1 != 0]:
                 raise ValueError(f"groups: a start is {value!r}, expected a whole number.")
-        return rpm, table.get("recording"), start
+        return log_speed, table.get("recording"), start
 
 
 def cross_speed_predict(

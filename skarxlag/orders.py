@@ -140,9 +140,7 @@ class OrderResidual(StretchTransformer):
         "classes_": Labels(),
         "orders_": Values(_ORDERS.shape, "above 0"),
         "variances_": Values((_N_BANDS, *_ORDERS.shape), "at least 0"),
-        "references_": Values(
-            lambda e: (len(e.classes_), _N_BANDS, *_ORDERS.shape), "within 1e150"
-        ),
+        "references_": Values(lambda e: (len(e.classes_), *e.variances_.shape), "within 1e150"),
         "samples_a_turn_": Values((), "above 0"),
         "speeds_": SPEEDS,
     }
@@ -204,15 +202,9 @@ class OrderResidual(StretchTransformer):
         signals = of_one_model(X)
 
         def of_batch(batch):
-            row = batch.start
-            return match(
-                *_envelopes(signals[row], turns[row]),
-                _N_TURNS,
-                self.orders_,
-                deviation,
-                self.references_,
-                self.variances_ + _DRIFT * factors[row],
-            )
+            envelopes = _envelopes(signals[batch.start], turns[batch.start])
+            of_classes = self.references_, self.variances_ + _DRIFT * factors[batch.start]
+            return match(*envelopes, _N_TURNS, self.orders_, deviation, *of_classes)
 
         found = map_batches(of_batch, len(X), self.n_jobs, batch_size=1)
         residuals, factors, spectra = map(np.stack, zip(*found, strict=True))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, Self
@@ -49,11 +50,9 @@ def window_comparison(n_jobs: int | None = None) -> DiagnosisPipeline:
     DiagnosisPipeline
         Steps "measure" and "compare".
     """
-    steps = [
-        ("measure", LogSpectra(n_jobs=n_jobs)),
-        ("compare", SpectralDistance(**WINDOW_DISTANCE)),
-    ]
-    return DiagnosisPipeline(steps, n_jobs=n_jobs)
+    measure = ("measure", LogSpectra(n_jobs=n_jobs))
+    compare = ("compare", SpectralDistance(**WINDOW_DISTANCE))
+    return DiagnosisPipeline([measure, compare], n_jobs=n_jobs)
 
 
 def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidual]:
@@ -248,13 +247,10 @@ class StretchResidual(StretchTransformer):
     def _check_relations(self):
         for name in ("window_residual_", "order_residual_"):
             part = vars(self).get(name)
-            if part is None and name != "window_residual_":
-                continue
-            try:
-                agrees = np.array_equal(part.classes_, self.classes_)
-            except AttributeError:
-                agrees = False
-            if not agrees:
+            with suppress(AttributeError):
+                if np.array_equal(part.classes_, self.classes_):
+                    continue
+            if part is not None or name == "window_residual_":
                 raise ValueError(
                     f"{name} == {part!r}, expected a fitted estimator of the conditions "
                     f"{self.classes_.tolist()}."
@@ -262,16 +258,10 @@ class StretchResidual(StretchTransformer):
 
 
 def _long_rows(X, rpm, sampling_rate):
-    """Return the rows of three turns and more, and their speeds."""
-    rows = np.flatnonzero(_turns(X, rpm, sampling_rate) >= LEAST_TURNS)
+    """Return the rows of three turns and more, and their speeds; all rows if nothing is known."""
+    turns = np.inf if rpm is None else 0.0
+    if sampling_rate is not None:
+        speed = _SUPPOSED_RPM if rpm is None else np.exp(log_speeds(rpm, len(X), X.shape[-1]))
+        turns = X.shape[-1] * speed / (60 * sampling_rate)
+    rows = np.flatnonzero(np.broadcast_to(turns, len(X)) >= LEAST_TURNS)
     return rows, None if rpm is None else speeds_of_rows(rpm, len(X))[rows]
-
-
-def _turns(X, rpm, sampling_rate):
-    """Turns of the shaft in each row. Infinite where neither rate nor speed is known."""
-    if sampling_rate is None:
-        return np.full(len(X), np.inf if rpm is None else 0.0)
-    speeds = np.full(len(X), _SUPPOSED_RPM)
-    if rpm is not None:
-        speeds = np.exp(log_speeds(rpm, len(X), X.shape[-1]))
-    return X.shape[-1] * speeds / (60 * sampling_rate)

@@ -199,6 +199,8 @@ def test_settings_of_another_type_are_named():
         list(SpeedSplit(same_speed="no").split(None, groups=SPEED))
     with pytest.raises(TypeError, match="train_rpm"):
         list(SpeedSplit(train_rpm="300").split(None, groups=SPEED))
+    with pytest.raises(TypeError, match="window_length for the starts in groups"):
+        list(SpeedSplit().split(None, groups=GROUPS))
 
 
 def test_a_group_of_speeds_begins_at_its_lowest():
@@ -209,16 +211,19 @@ def test_a_group_of_speeds_begins_at_its_lowest():
 @pytest.mark.parametrize(
     ("splitter", "groups", "message"),
     [
-        (SpeedSplit(), None, "groups is None"),
+        (SpeedSplit(), None, r"groups has shape \(0, 0\)"),
         (SpeedSplit(), SPEED[:5], "groups has shape"),
         (SpeedSplit(), np.ones((60, 4)), "groups has shape"),
-        (SpeedSplit(), ["fast"] * 60, "the first column is no speed"),
-        (SpeedSplit(), SPEED - 300, "the first column is no speed .0 is not above 0"),
+        (SpeedSplit(), ["fast"] * 60, "groups: rpm must hold numbers"),
+        (SpeedSplit(), SPEED - 300, "groups: rpm holds 0 for row 0, expected .* above 0"),
         (SpeedSplit(), np.ones(60), "one speed"),
         (SpeedSplit(leave_out=True), np.ones(60), "one speed"),
         (SpeedSplit(leave_out=True, train_rpm=300), SPEED, "leave_out=True goes with neither"),
-        (SpeedSplit(), GROUPS, "window_length=None"),
-        (SpeedSplit(window_length=0), GROUPS, "window_length == 0, must be >= 1"),
+        (
+            SpeedSplit(window_length=0),
+            GROUPS,
+            "window_length for the starts in groups == 0, must be >= 1",
+        ),
         (
             SpeedSplit(train_rpm=3),
             SPEED,
@@ -230,7 +235,7 @@ def test_a_group_of_speeds_begins_at_its_lowest():
         (SpeedSplit(window_length=1), GROUPS.assign(start=np.nan), "groups: a start is nan"),
         (SpeedSplit(window_length=1), GROUPS.assign(start="a"), "groups: a start is 'a'"),
         (SpeedSplit(same_speed=True), SPEED, "same_speed=True needs a second column"),
-        (SpeedSplit(), np.where(SPEED > 400, np.nan, SPEED), "no speed .*contains NaN"),
+        (SpeedSplit(), np.where(SPEED > 400, np.nan, SPEED), "groups: rpm holds nan for row 40"),
     ],
 )
 def test_splitter_says_what_is_wrong(splitter, groups, message):

@@ -153,8 +153,8 @@ def test_weighted_order_statistics_are_those_of_repeated_levels(weights):
     weights = np.array(weights, dtype=float)
     assert weighted_median(levels, weights) == np.median(repeated)
     for rate in (0.05, 0.3, 0.5, 0.8):
-        found = false_alarm_threshold(levels, rate, weights)
-        assert found == false_alarm_threshold(repeated, rate)
+        found = false_alarm_threshold(levels, weights, rate)
+        assert found == false_alarm_threshold(repeated, np.ones(len(repeated)), rate)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,9 @@ from scipy import linalg
 from .compiled import compiled
 from .healthy_rows import N_COEFFICIENTS, log_spectra_cepstra
 
+#: What a change of speed by the unit distance does to cepstra of healthy rows: `smooth_variance` in
+#: squared nepers of power, and the weights of a scaled frequency axis and of a raised noise floor.
+SMOOTH, ROUGH, FREQUENCY, NOISE = 0.1, 0.01, 0.1, 0.5
 #: Relative shift of frequency by which all that a log spectrum shows is moved, both ways.
 _LOG_SHIFT = 0.1
 #: Levels of white noise that is added, in dB of the mean power.
@@ -107,15 +110,7 @@ def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
     )
 
 
-def drift_covariance(
-    colour: NDArray[Any],
-    steadiness: NDArray[Any],
-    *,
-    smooth: float,
-    rough: float,
-    frequency: float,
-    noise: float,
-) -> NDArray[Any]:
+def drift_covariance(colour: NDArray[Any], steadiness: NDArray[Any]) -> NDArray[Any]:
     """Compute the covariance of the change of cepstra when the speed changes by the unit distance.
 
     The model has three causes of change: smooth and rough drift over frequency, a scaled frequency
@@ -125,26 +120,19 @@ def drift_covariance(
     ----------
     colour, steadiness : ndarray of shape (n_speeds, ...)
         Mean log spectra.
-    smooth, rough : float
-        Constants of `skarxlag.kernels.drift.smooth_variance`.
-    frequency, noise : float
-        Weights of the scaled frequency axis and of the raised noise floor.
 
     Returns
     -------
     ndarray of shape (n_features, n_features)
-        The covariance, which is positive definite for `rough` above 0.
+        The covariance, which is positive definite.
     """
     scaled = log_spectra_cepstra(scaled_frequency(colour), scaled_frequency(steadiness))
     raised = raised_noise(colour)
     raised = log_spectra_cepstra(raised, np.zeros((len(raised), steadiness.shape[1])))
     sizes = min(N_COEFFICIENTS, colour.shape[1] - 1), steadiness.shape[1] - 1
-    variance = np.concatenate([smooth_variance(n, smooth, rough) for n in sizes])
-    return (
-        np.diag(variance)
-        + frequency * scaled.T @ scaled / len(scaled)
-        + noise * raised.T @ raised / len(raised)
-    )
+    change = np.diag(np.concatenate([smooth_variance(n, SMOOTH, ROUGH) for n in sizes]))
+    change += FREQUENCY * scaled.T @ scaled / len(scaled)
+    return change + NOISE * raised.T @ raised / len(raised)
 
 
 def joint_axes(scatter: NDArray[Any], drift: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -14,8 +14,6 @@ from .drift import along_axes, drift_covariance, joint_axes
 from .healthy_rows import Rows
 from .speed_references import SAME_SPEED, group_means, slope_against_speed, speed_distance
 
-#: What a change of speed does to cepstra, in squared nepers of power: `drift_covariance`.
-DRIFT = {"smooth": 0.1, "rough": 0.01, "frequency": 0.1, "noise": 0.5}
 #: Slope against log speed of log unsteadiness and of log level, beforehand: mean and deviation;
 #: and their drift over the unit distance.
 SLOPES = (
@@ -177,12 +175,8 @@ def calibrate(healthy: HealthyRows) -> Limits:
         others = healthy.take(rest)
         expected = _expected(others)
         place = np.searchsorted(others.known, known[at[own]])
-        away[own, 0] = _cepstral_score(
-            rows.take(own),
-            expected["axes"],
-            expected["references"][place],
-            expected["variances"] + SAME_SPEED,
-        )
+        reference, spread = expected["references"][place], expected["variances"] + SAME_SPEED
+        away[own, 0] = _cepstral_score(rows.take(own), expected["axes"], reference, spread)
         away[own, 1:] = rows.values[own] - expected["means"][place]
     seen = ~np.isnan(away[:, 0])
     code = np.unique((at * MOST_BLOCKS + block)[seen], return_inverse=True)[1].reshape(-1)
@@ -203,7 +197,7 @@ def calibrate(healthy: HealthyRows) -> Limits:
 
 
 def _expected(healthy):
-    """Compute the fields of `Limits` that are not measured on left-out blocks."""
+    """Compute the first fields of `Limits`, which are not measured on left-out blocks."""
     rows, known, at, weights = healthy
     n_windows, n_features = rows.cepstra.shape[1:]
 
@@ -216,23 +210,12 @@ def _expected(healthy):
     # Few windows state the variances more precisely than the correlations.
     weight = n_features / (n_features + len(about))
     scatter = (1 - weight) * scatter + weight * np.diag(np.diag(scatter))
-    colour, steadiness, values = (
-        group_means(part, at, weights) for part in (rows.colour, rows.steadiness, rows.values)
-    )
-    drift = drift_covariance(colour, steadiness, **DRIFT)
-    axes, variances = joint_axes(scatter / n_windows, drift)
-    slopes = [
-        slope_against_speed(column, known, **prior)
-        for column, prior in zip(values.T, SLOPES, strict=False)
-    ]
-    return {
-        "known": known,
-        "axes": axes,
-        "variances": variances,
-        "references": along_axes(references, axes),
-        "means": values,
-        "slopes": np.array(slopes),
-    }
+    parts = rows.colour, rows.steadiness, rows.values
+    colour, steadiness, values = (group_means(part, at, weights) for part in parts)
+    axes, variances = joint_axes(scatter / n_windows, drift_covariance(colour, steadiness))
+    slopes = [slope_against_speed(each, known, **SLOPES[j]) for j, each in enumerate(values.T)]
+    fields = known, axes, variances, along_axes(references, axes), values, np.array(slopes)
+    return dict(zip(Limits._fields, fields, strict=False))
 
 
 def _cepstral_score(rows, axes, expected, variances):
@@ -284,22 +267,15 @@ def log_p_values(
     more = 1 + 1 / limits.n_blocks
     # Blocks of one recording are not independent, however many speeds there are.
     freedom = min(limits.n_blocks, MOST_BLOCKS) - 1
-    score = _cepstral_score(
-        rows,
-        limits.axes,
-        at.interpolate(limits.references),
-        limits.variances + drift[:, np.newaxis],
-    )
+    spread = limits.variances + drift[:, np.newaxis]
+    score = _cepstral_score(rows, limits.axes, at.interpolate(limits.references), spread)
     score = (score - limits.score_mean) / (limits.score_deviation * np.sqrt(more))
     tails = [stdtr(freedom, -score)]
-    for j, prior in zip(range(rows.values.shape[1]), SLOPES, strict=False):
+    for j, prior in enumerate(SLOPES[: rows.values.shape[1]]):
         slope, slope_variance = limits.slopes[j]
         expected = at.interpolate(limits.means[:, j]) + slope * at.beyond
-        spread = (
-            limits.deviations[j] ** 2 * more
-            + drift * prior["drift"] ** 2
-            + scale * slope_variance * at.beyond**2
-        )
+        spread = limits.deviations[j] ** 2 * more + drift * prior["drift"] ** 2
+        spread += scale * slope_variance * at.beyond**2
         score = (rows.values[:, j] - expected) / np.sqrt(spread)
         # The second value is the level.
         is_two_sided = two_sided or j == 1
@@ -327,22 +303,18 @@ def drift_scale(healthy: HealthyRows, limits: Limits) -> tuple[float, NDArray[An
         the other speeds.
     """
     rows, known, at, weights = healthy
-    left_out = [
-        (limits._replace(**_expected(healthy.take(at != speed))), at == speed)
-        for speed in range(len(known))
-    ]
+    left_out = [at == speed for speed in range(len(known))]
+    others = [limits._replace(**_expected(healthy.take(~own))) for own in left_out]
 
     def found(scale):
         logs = np.empty(len(at))
-        for others, own in left_out:
-            logs[own] = log_p_values(others, rows.take(own), known[at[own]], scale)
+        for limits, own in zip(others, left_out, strict=True):
+            logs[own] = log_p_values(limits, rows.take(own), known[at[own]], scale)
         return logs
 
     def holds(scale):
         logs = found(scale)
-        return all(
-            np.all(flagged_shares(logs, at, np.log(rate), weights) <= rate) for rate in HELD_RATES
-        )
+        return all((flagged_shares(logs, at, np.log(r), weights) <= r).all() for r in HELD_RATES)
 
     scale = SAFETY * float(next(filter(holds, SCALES), SCALES[-1]))
     return scale, found(scale)

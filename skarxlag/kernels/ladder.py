@@ -38,9 +38,7 @@ def rows_that_hold(rate: float) -> int:
     return math.ceil(round(1 / rate - 1, 6))
 
 
-def false_alarm_threshold(
-    levels: NDArray[Any], rate: float, weights: NDArray[Any] | None = None
-) -> float:
+def false_alarm_threshold(levels: NDArray[Any], weights: NDArray[Any], rate: float) -> float:
     """Return the level that a healthy window exceeds with at most the stated probability.
 
     The threshold is the order statistic ceil((n + 1)(1 - rate)) of n healthy levels. If the windows
@@ -52,11 +50,10 @@ def false_alarm_threshold(
     ----------
     levels : ndarray of shape (n_windows,)
         Healthy levels.
+    weights : ndarray of shape (n_windows,)
+        Number of windows that each level stands for, above 0; n is their sum.
     rate : float
         False-alarm rate, in (0, 1).
-    weights : ndarray of shape (n_windows,) or None, default=None
-        Number of windows that each level stands for, above 0; n is their sum. If None, each level
-        stands for one window.
 
     Returns
     -------
@@ -65,10 +62,10 @@ def false_alarm_threshold(
 
     Examples
     --------
-    >>> false_alarm_threshold(np.arange(1.0, 100.0), rate=0.05)
+    >>> false_alarm_threshold(np.arange(1.0, 100.0), np.ones(99), rate=0.05)
     95.0
     """
-    order, counted = _counted_in_order(levels, np.ones(len(levels)) if weights is None else weights)
+    order, counted = _counted_in_order(levels, weights)
     # (n + 1)(1 - rate) may be a whole number but for rounding.
     rank = (counted[-1] + 1) * (1 - rate) - 1e-9
     place = min(np.searchsorted(counted, rank), len(order) - 1)
@@ -163,9 +160,7 @@ def relative_scores(levels: NDArray[Any]) -> NDArray[Any]:
     return level.mean(axis=1, keepdims=True) - level
 
 
-def confidence_scale(
-    scores: NDArray[Any], target: NDArray[Any], weights: NDArray[Any] | None = None
-) -> float:
+def confidence_scale(scores: NDArray[Any], target: NDArray[Any], weights: NDArray[Any]) -> float:
     r"""Fit the factor :math:`\beta` for which softmax of the scaled scores is a confidence.
 
     The factor maximises the likelihood of the targets. The targets are smoothed as in Platt (1999):
@@ -178,8 +173,8 @@ def confidence_scale(
         Scores; a larger score means a more likely class.
     target : ndarray of shape (n_windows,)
         Column of the true class.
-    weights : ndarray of shape (n_windows,) or None, default=None
-        Number of windows that each row stands for, above 0. If None, each row stands for one.
+    weights : ndarray of shape (n_windows,)
+        Number of windows that each row stands for, above 0.
 
     Returns
     -------

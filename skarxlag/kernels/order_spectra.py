@@ -192,12 +192,8 @@ def at_orders(
     spectra = np.stack([np.interp(position, places, band) for band in log_power], axis=1)
     if inside.all():
         return spectra - np.median(spectra, axis=2, keepdims=True), inside
-    # Medians of rows of different lengths: what does not count is sorted to the end.
-    counts = inside[:, np.newaxis]
-    ascending = np.sort(np.where(counts, spectra, np.inf), axis=2)
-    last = np.maximum(counts.sum(axis=2, keepdims=True) - 1, 0)
-    middle = [np.take_along_axis(ascending, (last + odd) // 2, axis=2) for odd in (0, 1)]
-    return np.where(counts, spectra - np.mean(middle, axis=0), 0.0), inside
+    counted = np.ma.array(spectra, mask=np.broadcast_to(~inside[:, np.newaxis], spectra.shape))
+    return (counted - np.ma.median(counted, axis=2, keepdims=True)).filled(0.0), inside
 
 
 def distances(

@@ -218,7 +218,7 @@ def literal_score(rows, own, rest, at, weights):
     scatter /= n_windows - len(expected)
     few = n_features / (n_features + n_windows)
     scatter = (1 - few) * scatter + few * np.diag(np.diag(scatter))
-    drift = drift_covariance(np.array(colour), np.array(steadiness), **healthy_limits.DRIFT)
+    drift = drift_covariance(np.array(colour), np.array(steadiness))
     inverse = np.linalg.inv(scatter / about.shape[1] + 0.04 * drift)
     away = cepstra[own] - np.array([expected[speed] for speed in at[own]])
     return np.log(np.einsum("ra,ab,rb->r", away, inverse, away) / n_features + 1e-3)
@@ -273,9 +273,8 @@ def test_drift_and_slopes_are_those_that_are_stated():
     limits = calibrate(healthy(rows, np.zeros(1), np.zeros(10, int)))
     # One speed tells nothing of the slopes: what was assumed beforehand remains.
     np.testing.assert_allclose(limits.slopes, [[-0.7, 0.7**2], [1.5, 0.75**2]])
-    stated = {"smooth": 0.1, "rough": 0.01, "frequency": 0.1, "noise": 0.5}
     mean = (part.mean(axis=0, keepdims=True) for part in (rows.colour, rows.steadiness))
-    drift = limits.axes.T @ drift_covariance(*mean, **stated) @ limits.axes
+    drift = limits.axes.T @ drift_covariance(*mean) @ limits.axes
     np.testing.assert_allclose(drift, np.eye(len(drift)), atol=1e-9)
 
 

@@ -18,7 +18,7 @@ def test_threshold_is_the_conformal_order_statistic(n, percent):
     # ceil((n + 1)(1 - rate)) in whole numbers.
     rank = min(-(-(n + 1) * (100 - percent) // 100), n)
     levels = np.random.default_rng(0).permutation(np.arange(1.0, n + 1))
-    assert false_alarm_threshold(levels, percent / 100) == rank
+    assert false_alarm_threshold(levels, np.ones(len(levels)), percent / 100) == rank
 
 
 @pytest.mark.parametrize(("rate", "n"), [(0.03, 33), (0.01, 99), (1 / 3, 2), (0.5, 1), (0.7, 1)])
@@ -31,7 +31,7 @@ def test_rate_holds_on_fresh_exchangeable_windows():
     rate, alarms, n_trials = 0.1, 0, 4000
     for _ in range(n_trials):
         *healthy, fresh = rng.lognormal(size=30)
-        alarms += fresh > false_alarm_threshold(np.array(healthy), rate)
+        alarms += fresh > false_alarm_threshold(np.array(healthy), np.ones(len(healthy)), rate)
     # (31 - 28) / 31 exactly; five standard deviations either way.
     expected = 3 / 31
     slack = 5 * np.sqrt(expected * (1 - expected) / n_trials)
@@ -76,19 +76,19 @@ def test_confidence_scale_recovers_a_softmax_model(scale, n_classes):
     scores = rng.normal(size=(20_000, n_classes))
     chances = softmax(scale * scores, axis=1)
     target = (rng.random((len(scores), 1)) > chances.cumsum(axis=1)).sum(axis=1)
-    assert confidence_scale(scores, target) == pytest.approx(scale, rel=0.06)
+    assert confidence_scale(scores, target, np.ones(len(target))) == pytest.approx(scale, rel=0.06)
 
 
 def test_confidence_scale_is_finite_where_nothing_errs_and_one_for_one_class():
     scores = np.array([[1.0, 0.0], [0.0, 1.0]] * 5)
-    scale = confidence_scale(scores, np.array([0, 1] * 5))
+    scale = confidence_scale(scores, np.array([0, 1] * 5), np.ones(10))
     # Platt: five windows of a class count as 6/7 certain, so exp(scale) = 6.
     assert scale == pytest.approx(np.log(6), rel=1e-3)
-    assert confidence_scale(np.zeros((3, 1)), np.zeros(3, dtype=int)) == 1.0
+    assert confidence_scale(np.zeros((3, 1)), np.zeros(3, dtype=int), np.ones(3)) == 1.0
 
 
 @pytest.mark.parametrize(("sign", "bound"), [(1, 10), (-1, -10)])
 def test_confidence_scale_of_scores_that_hardly_differ_or_always_err_is_bounded(sign, bound):
     scores = np.array([[1.0, 0.0], [0.0, 1.0]] * 5) * sign * (1e-9 if sign > 0 else 1.0)
-    scale = confidence_scale(scores, np.array([0, 1] * 5))
+    scale = confidence_scale(scores, np.array([0, 1] * 5), np.ones(10))
     assert np.log(scale) == pytest.approx(bound, abs=0.01)
