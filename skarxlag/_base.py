@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
+from ._parallel import map_batches
 from ._state import INNOVATIONS, CheckedEstimator, remember_parameters, uses_fitted
 from ._validation import check_input_names, validate_innovations, weighted_windows
 from .kernels.speed_references import group_speeds
@@ -116,8 +117,36 @@ class InnovationsTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
 class GroupTransformer(InnovationsTransformer, ArrayTransformer, auto_wrap_output_keys=None):
     """Transformer from innovations to an array of shape (n_windows, n_groups, n_frequencies).
 
-    A subclass names the groups of one model in `_group_names`.
+    A subclass names the groups of one model in `_group_names`, and computes them in `_groups`,
+    from signals of shape (n_signals, n_samples) to (n_signals, n_groups, n_frequencies).
     """
+
+    n_jobs: int | None
+
+    @uses_fitted
+    def transform(self, X: ArrayLike) -> NDArray[Any]:
+        """Compute the groups of each window, as the class describes them.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
+            Innovations.
+
+        Returns
+        -------
+        ndarray of shape (n_windows, n_groups, n_frequencies)
+            Natural logarithms of power. With several models, the groups of one model follow those
+            of another.
+        """
+        X, _ = validate_innovations(self, X, reset=False)
+        n_groups, n_samples = X.shape[1] * len(self._group_names()), X.shape[2]
+
+        def of_batch(batch):
+            groups = self._groups(X[batch].reshape(-1, n_samples))
+            return groups.reshape(-1, n_groups, groups.shape[-1])
+
+        parts = map_batches(of_batch, len(X), self.n_jobs)
+        return np.concatenate(parts).astype(X.dtype, copy=False)
 
     @uses_fitted
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:

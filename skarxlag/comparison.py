@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, Self
 
@@ -144,12 +144,6 @@ class SpectralDistance(StretchTransformer):
     smooth_drift: float = 0.1
     rough_drift: float = 0.01
     frequency_drift: float = 0.1
-    axes_: NDArray[Any] = field(init=False)
-    variances_: NDArray[Any] = field(init=False)
-    references_: NDArray[Any] = field(init=False)
-    joint_axes_: NDArray[Any] = field(init=False)
-    joint_variances_: NDArray[Any] = field(init=False)
-    joint_references_: NDArray[Any] = field(init=False)
 
     _suffix = "distance"
 
@@ -193,9 +187,14 @@ class SpectralDistance(StretchTransformer):
         learned = speed_references.drift_learned(known, means, recorded)
         parts = [[g] for g in range(X.shape[1])] + [self._joined_groups()]
         found = [self._calibrate(chosen, scatter, moved, learned, means) for chosen in parts]
-        self.axes_, self.variances_, references = map(np.stack, zip(*found[:-1], strict=True))
-        self.references_ = np.moveaxis(references, 0, 2)
-        self.joint_axes_, self.joint_variances_, self.joint_references_ = found[-1]
+        axes, variances, references = map(np.stack, zip(*found[:-1], strict=True))
+        self.axes_: NDArray[Any] = axes
+        self.variances_: NDArray[Any] = variances
+        self.references_: NDArray[Any] = np.moveaxis(references, 0, 2)
+        axes, variances, references = found[-1]
+        self.joint_axes_: NDArray[Any] = axes
+        self.joint_variances_: NDArray[Any] = variances
+        self.joint_references_: NDArray[Any] = references
 
     def _calibrate(self, chosen, scatter, moved, learned, means):
         """Return axes, variances and references of the chosen groups, joined to one vector."""
@@ -248,11 +247,12 @@ class SpectralDistance(StretchTransformer):
             )
         own, cepstra = np.searchsorted(self.classes_, y), cepstrum(X.astype(np.float64))
         self._check_rpm_is_taken(rpm)
-        log_speed, known = log_speeds(rpm, len(X)), self._known_log_speeds()
-        at = np.full(len(X), known.mean()) if log_speed is None else log_speed
-        weights, variance = speed_references.reference_weights(at, known, self.recorded_ > 0)
-        factor = np.ones(len(X)) if log_speed is None else speed_references.drift_factor(variance)
-        factor, weights = factor[:, np.newaxis], weights[np.arange(len(X)), :, own]
+        if rpm is None:
+            speeds = np.full(len(X), self._known_log_speeds().mean())
+        else:
+            speeds = log_speeds(rpm, len(X))
+        weights, factor = self._at(speeds, rpm)
+        weights = weights[np.arange(len(X)), :, own]
         moved = []
         for chosen, axes, variances, references, _ in self._parts():
             expected = np.einsum("wk,wkf->wf", weights, references[:, own].swapaxes(0, 1))
@@ -267,24 +267,29 @@ class SpectralDistance(StretchTransformer):
 
     @one_thread
     def _residuals(self, X, rpm):
-        cepstra, known = cepstrum(X.astype(np.float64)), self._known_log_speeds()
+        cepstra = cepstrum(X.astype(np.float64))
         if rpm is None:
-            speeds = speed_references.speeds_to_try(known)
+            speeds = speed_references.speeds_to_try(self._known_log_speeds())
             places = [np.full(len(X), number) for number in range(len(speeds))]
         else:
             speeds, place = np.unique(log_speeds(rpm, len(X)), return_inverse=True)
             places = [place]
-        weights, variance = speed_references.reference_weights(speeds, known, self.recorded_ > 0)
-        factor = np.ones(len(speeds)) if rpm is None else speed_references.drift_factor(variance)
+        weights, factor = self._at(speeds, rpm)
         residuals = np.ones((len(places), len(X), len(self.classes_)))
         for chosen, axes, variances, references, weight in self._parts():
             rows = drift.along_axes(_joined(cepstra[:, chosen]), axes)
             expected = np.einsum("skc,kcf->scf", weights, references)
-            total = variances + factor[:, np.newaxis]
             for residual, place in zip(residuals, places, strict=True):
-                squares = drift.mean_squared_distances(rows, expected, total, place)
+                squares = drift.mean_squared_distances(rows, expected, variances + factor, place)
                 residual *= (squares + _LEAST) ** (weight / 2)
         return residuals.min(axis=0)
+
+    def _at(self, log_speed, rpm):
+        """Return weights of the references at speeds, and the factor on the drift, a column."""
+        known = self._known_log_speeds()
+        weights, variance = speed_references.reference_weights(log_speed, known, self.recorded_ > 0)
+        factor = np.ones(len(variance)) if rpm is None else speed_references.drift_factor(variance)
+        return weights, factor[:, np.newaxis]
 
     def _parts(self):
         """Yield the groups, axes, variances, references and weight of each distance."""
@@ -310,10 +315,8 @@ class SpectralDistance(StretchTransformer):
         return np.tile(of_group, n_groups)
 
     def _validate(self, X, y=None, *, reset=False):
-        expected = "(n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)"
-        X, y = validate_signals(
-            self, X, y, reset=reset, expected=f"log spectra of shape {expected}"
-        )
+        expected = "log spectra, (n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)"
+        X, y = validate_signals(self, X, y, reset=reset, expected=expected)
         largest = np.max(np.abs(X))
         if largest > _LARGEST:
             raise ValueError(

@@ -610,11 +610,8 @@ class KnownConditions(RowOutlierDetector):
             if np.bincount(group_speeds(log_speed[own])[1]).max() < 2:
                 left_out.append(name)
                 continue
-            detector = FaultDetector(
-                false_alarm_rate=self.false_rejection_rate,
-                window_length=self.window_length,
-                n_jobs=self.n_jobs,
-            )
+            settings = {"window_length": self.window_length, "n_jobs": self.n_jobs}
+            detector = FaultDetector(false_alarm_rate=self.false_rejection_rate, **settings)
             vars(detector).update({name: vars(self)[name] for name in INNOVATIONS})
             detector._learn(X[own], None, log_speed[own], weights[own])
             if len(detector.speeds_) < 2:
@@ -669,10 +666,8 @@ class KnownConditions(RowOutlierDetector):
         return self.detectors_
 
     def _answers(self):
-        return super()._answers() | {
-            "none_of_these": True,
-            "stated_rate": self.false_rejection_rate,
-        }
+        own = {"none_of_these": True, "stated_rate": self.false_rejection_rate}
+        return super()._answers() | own
 
     def _check_parameters(self):
         check_rate(self.false_rejection_rate, "false_rejection_rate")
@@ -680,13 +675,12 @@ class KnownConditions(RowOutlierDetector):
 
     def _check_relations(self):
         detectors, n = vars(self).get("detectors_"), len(self.classes_)
-        are_detectors = isinstance(detectors, list) and all(
-            isinstance(each, FaultDetector) for each in detectors
-        )
-        rows = [
-            (each.window_shape_.tolist(), each.n_windows_, each.means_.shape[1])
-            for each in (map(as_fitted, detectors) if are_detectors else ())
-        ]
+        rows = []
+        if isinstance(detectors, list) and all(isinstance(d, FaultDetector) for d in detectors):
+            rows = [
+                (each.window_shape_.tolist(), each.n_windows_, each.means_.shape[1])
+                for each in map(as_fitted, detectors)
+            ]
         if not rows or rows != rows[:1] * n or rows[0][0] != self.window_shape_.tolist():
             raise ValueError(
                 f"detectors_ == {detectors!r}, expected {n} of FaultDetector, one for each of "

@@ -35,11 +35,6 @@ _OF_ALL = "model"
 _ORDER_OF_ANY_WINDOW = 64
 
 
-def _per_channel(estimator):
-    shape = estimator.window_shape_
-    return (int(shape[0]) if len(shape) == 2 else 1,)
-
-
 @dataclass(kw_only=True, eq=False, repr=False)
 class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None):
     r"""Identify ARX-Laguerre models of windows and return what they cannot predict.
@@ -149,8 +144,8 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     n_jobs: int | None = None
 
     _state = WINDOWS | {
-        "orders_": Values(_per_channel, "at least 1", "i"),
-        "poles_": Values(_per_channel, (lambda p, e: np.abs(p) < 1, "in (-1, 1)")),
+        "orders_": Values(lambda e: (1, *e.window_shape_.tolist())[-2:-1], "at least 1", "i"),
+        "poles_": Values(lambda e: e.orders_.shape, (lambda p, e: np.abs(p) < 1, "in (-1, 1)")),
         "classes_": Labels(),
         "noise_level_": Values(lambda e: (len(e.classes_),), "at least 0"),
         "weights_": Values(lambda e: (len(e.classes_),), "at least 0"),
@@ -332,15 +327,13 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     def _innovations(self, windows, unit_rms):
         n_windows, _, n_samples = windows.shape
         n_transient = self._n_transient(n_samples)
-        innovations = np.empty(
-            (n_windows, len(self.coef_), n_samples - n_transient), dtype=windows.dtype
-        )
+        shape = n_windows, len(self.coef_), n_samples - n_transient
+        innovations = np.empty(shape, dtype=windows.dtype)
+        models = self.orders_, self.poles_, self.coef_
 
         def of_batch(batch):
             scaled, rms = unit_rms_windows(windows[batch])
-            found = arx_laguerre.innovations(
-                scaled, self.orders_, self.poles_, self.coef_, n_transient, innovations[batch]
-            )
+            found = arx_laguerre.innovations(scaled, *models, n_transient, innovations[batch])
             if not unit_rms:
                 found *= rms[:, np.newaxis, np.newaxis]
 
@@ -390,9 +383,8 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
             return windows[:, :1, n_transient:] - self._innovations(windows, unit_rms=False)
         self._check_free_run_is_stable()
         scaled, rms = unit_rms_windows(windows)
-        predicted = arx_laguerre.free_run(
-            scaled, self.orders_, self.poles_, self.coef_, n_transient
-        )[..., n_transient:]
+        models = self.orders_, self.poles_, self.coef_
+        predicted = arx_laguerre.free_run(scaled, *models, n_transient)[..., n_transient:]
         mean = np.mean(windows[:, :1], axis=-1, keepdims=True)
         return predicted * rms[:, np.newaxis, np.newaxis] + mean
 
@@ -448,20 +440,13 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         return np.array([str(name) for name in self.classes_], dtype=object)
 
     def _validate_windows(self, X, y, *, reset):
-        X, y = validate_signals(
-            self,
-            X,
-            y,
-            reset=reset,
-            expected="(n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)",
-            any_length=True,
-        )
+        expected = "(n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)"
+        X, y = validate_signals(self, X, y, reset=reset, expected=expected, any_length=True)
         windows = X[:, np.newaxis] if X.ndim == 2 else X
         if windows.shape[1] > windows.shape[2]:
             raise ValueError(
                 f"X has shape {X.shape}: windows of {windows.shape[1]} channels, but of only "
-                f"{windows.shape[2]} samples. Expected (n_windows, 1 + n_inputs, n_samples); "
-                "transpose the last two axes."
+                f"{windows.shape[2]} samples. Expected {expected}; transpose the last two axes."
             )
         if not reset:
             least = 2 * self._n_transient(int(self.window_shape_[-1]))
@@ -472,11 +457,10 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     def _windows_by_model(self, windows, y, weights):
         """Return the windows to identify on, the name of each one's model, and the weights."""
         if self.healthy is not None:
-            chosen = np.zeros(len(windows), dtype=bool) if y is None else y == self.healthy
+            chosen = y == self.healthy
             if not np.any(chosen):
-                conditions = None if y is None else np.unique(y).tolist()
                 raise ValueError(
-                    f"healthy={self.healthy!r} is not among the conditions in y: {conditions}."
+                    f"healthy={self.healthy!r} is not among the conditions in y: {np.unique(y)}."
                 )
             return windows[chosen], y[chosen], weights[chosen]
         if y is None or not self.bank:

@@ -7,13 +7,12 @@ from numbers import Integral
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from sklearn.utils import check_scalar
 
 from ._base import GroupTransformer
-from ._parallel import map_batches
-from ._state import INNOVATIONS, Values, uses_fitted
-from ._validation import ABOVE_0, WITHIN_1, check_real, validate_innovations
+from ._state import INNOVATIONS, Values
+from ._validation import ABOVE_0, WITHIN_1, check_real
 from .kernels import observer
 from .kernels.observer_bank import bank_levels, centre_frequencies, member_gains
 
@@ -124,34 +123,11 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         "lyapunov_": Values(lambda e: (e.n_members, 2, 2)),
     }
 
-    @uses_fitted
-    def transform(self, X: ArrayLike) -> NDArray[Any]:
-        """Compute three log spectra over the members for each window.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
-            Innovations.
-
-        Returns
-        -------
-        ndarray of shape (n_windows, n_groups, n_members)
-            Natural logarithms of power, switching gain and steadiness of the fault estimates. The
-            three groups of one model follow those of another.
-        """
-        X, _ = validate_innovations(self, X, reset=False)
-
-        def of_batch(batch):
-            # Rows in Fortran's order would have the loop compiled once more.
-            signals = np.ascontiguousarray(X[batch].reshape(-1, X.shape[-1]))
-            power, gain = bank_levels(
-                signals, self.pole, self.kp_, self.ki_, self.bounds_, _ADAPTATION_STEP
-            )
-            groups = np.stack([power, gain, gain - power], axis=1)
-            return groups.reshape(-1, 3 * X.shape[1], groups.shape[-1])
-
-        parts = map_batches(of_batch, len(X), self.n_jobs)
-        return np.concatenate(parts).astype(X.dtype, copy=False)
+    def _groups(self, signals):
+        # Rows in Fortran's order would have the loop compiled once more.
+        gains = self.pole, self.kp_, self.ki_, self.bounds_, _ADAPTATION_STEP
+        power, gain = bank_levels(np.ascontiguousarray(signals), *gains)
+        return np.stack([power, gain, gain - power], axis=1)
 
     @property
     def frequencies_(self) -> NDArray[Any]:
@@ -177,11 +153,9 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         self.lyapunov_: NDArray[Any] = np.empty((self.n_members, 2, 2))
         for m in range(self.n_members):
             for bound in dict.fromkeys(min(self.saturation, s * stable[m]) for s in _SHARES):
-                slow, fast = (
-                    observer.loop_matrix(self.pole, self.kp_[m], self.ki_[m], gain)
-                    for gain in (1.0, 1.0 + bound)
-                )
-                certificate = observer.common_lyapunov(slow, fast)
+                gains = self.pole, kp[m], ki[m]
+                loops = [observer.loop_matrix(*gains, gain) for gain in (1.0, 1.0 + bound)]
+                certificate = observer.common_lyapunov(*loops)
                 if certificate is not None:
                     break
             else:

@@ -5,16 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Integral
-from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_scalar
 
 from ._base import GroupTransformer
-from ._parallel import map_batches
-from ._state import uses_fitted
-from ._validation import validate_innovations
 from .kernels.healthy_rows import SEGMENT
 from .kernels.measures import MEASURES, measure
 
@@ -82,31 +76,9 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     spectrum_order: int = 256
     n_jobs: int | None = None
 
-    @uses_fitted
-    def transform(self, X: ArrayLike) -> NDArray[Any]:
-        """Compute the log spectra of each window.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_windows, n_models, n_samples) or (n_windows, n_samples)
-            Innovations.
-
-        Returns
-        -------
-        ndarray of shape (n_windows, n_groups, n_bands)
-            Natural logarithms of power. With several models, the groups of one model follow those
-            of another.
-        """
-        X, _ = validate_innovations(self, X, reset=False)
-        names, segment = self._group_names(), min(SEGMENT, X.shape[-1])
-
-        def of_batch(batch):
-            signals = X[batch].reshape(-1, X.shape[-1])
-            found = measure(signals, names, segment, self.spectrum_order)
-            return found.reshape(-1, X.shape[1] * len(names), found.shape[-1])
-
-        parts = map_batches(of_batch, len(X), self.n_jobs)
-        return np.concatenate(parts).astype(X.dtype, copy=False)
+    def _groups(self, signals):
+        segment = min(SEGMENT, signals.shape[1])
+        return measure(signals, self._group_names(), segment, self.spectrum_order)
 
     def _group_names(self):
         return [self.measures] if isinstance(self.measures, str) else list(self.measures)

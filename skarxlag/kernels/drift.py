@@ -159,7 +159,7 @@ def joint_axes(scatter: NDArray[Any], drift: NDArray[Any]) -> tuple[NDArray[Any]
 
 
 def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
-    """Multiply rows by axes, with sums whose order does not depend on the number of rows.
+    """Multiply rows by axes, one by one, so that no product depends on the number of rows.
 
     Parameters
     ----------
@@ -173,25 +173,7 @@ def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
     ndarray of shape (n_rows, n_axes)
         Their product.
     """
-    rows, axes = (np.require(a, np.float64, ["C", "W"]) for a in (rows, axes))
-    product = np.zeros((len(rows), axes.shape[1]))
-    _add_products(rows, axes, product)
-    return product
-
-
-@compiled
-def _add_products(rows, axes, product):
-    n = axes.shape[0] - axes.shape[0] % 4
-    for row in range(rows.shape[0]):
-        target, x = product[row], rows[row]
-        # Four axes at a time share what is read from the target.
-        for i in range(0, n, 4):
-            a, b, c, d = axes[i], axes[i + 1], axes[i + 2], axes[i + 3]
-            for j in range(axes.shape[1]):
-                target[j] += x[i] * a[j] + x[i + 1] * b[j] + x[i + 2] * c[j] + x[i + 3] * d[j]
-        for i in range(n, axes.shape[0]):
-            for j in range(axes.shape[1]):
-                target[j] += x[i] * axes[i, j]
+    return (rows[:, np.newaxis] @ axes)[:, 0]
 
 
 def mean_squared_distances(

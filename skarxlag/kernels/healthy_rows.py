@@ -5,14 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from . import spectra
 from .scaling import centred, root_mean_square
-from .spectra import (
-    LOG_SPECTRUM_CELLS,
-    autoregressive_log_spectrum,
-    cepstrum,
-    short_time_log_spectra,
-    unit_peak,
-)
 
 #: Order of a window's own autoregressive model.
 SPECTRUM_ORDER = 128
@@ -66,7 +60,8 @@ def log_spectra_cepstra(colour: NDArray[Any], steadiness: NDArray[Any]) -> NDArr
     ndarray of shape (n_signals, n_features)
         Coefficients of colour and of steadiness, side by side, in nepers of power.
     """
-    return np.concatenate([cepstrum(colour)[:, :N_COEFFICIENTS], cepstrum(steadiness)], axis=1)
+    parts = spectra.cepstrum(colour)[:, :N_COEFFICIENTS], spectra.cepstrum(steadiness)
+    return np.concatenate(parts, axis=1)
 
 
 def number_of_cepstra(window_length: int) -> int:
@@ -122,10 +117,11 @@ def measure_rows(signals: NDArray[Any], n_windows: int, *, with_level: bool) -> 
     """
     length = signals.shape[-1] // n_windows
     unit, peak = centred(signals[:, : n_windows * length])
-    windows = unit_peak(unit.reshape(-1, length))
+    windows = spectra.unit_peak(unit.reshape(-1, length))
     segment = min(SEGMENT, length)
-    colour = autoregressive_log_spectrum(windows, SPECTRUM_ORDER, LOG_SPECTRUM_CELLS)
-    mean, median = short_time_log_spectra(windows, segment, min(HOP, segment))
+    n_cells = spectra.LOG_SPECTRUM_CELLS
+    colour = spectra.autoregressive_log_spectrum(windows, SPECTRUM_ORDER, n_cells)
+    mean, median = spectra.short_time_log_spectra(windows, segment, min(HOP, segment))
     steadiness = median - mean
     cepstra = log_spectra_cepstra(colour, steadiness)
     colour, steadiness, cepstra = (

@@ -95,9 +95,8 @@ def adapt_switching_gain(surface: NDArray[Any], start: NDArray[Any], step: float
 def settled_level(gain: NDArray[Any]) -> NDArray[Any]:
     """Return the geometric mean of a gain over the last half of the window; 0 if the gain is 0."""
     tail = gain[..., int(_SETTLED * gain.shape[-1]) :]
-    silent = tail[..., 0] == 0
-    level = np.exp(np.mean(np.log(np.where(silent[..., np.newaxis], 1.0, tail)), axis=-1))
-    return np.where(silent, 0.0, level)
+    with np.errstate(divide="ignore"):
+        return np.exp(np.mean(np.log(tail), axis=-1))
 
 
 def switching_gain_levels(
