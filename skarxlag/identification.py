@@ -389,15 +389,15 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         return predicted * rms[:, np.newaxis, np.newaxis] + mean
 
     def _check_free_run_is_stable(self):
-        space = self.state_space()
-        for name, coef in zip(self.classes_, space.coef, strict=True):
-            radius = np.abs(np.linalg.eigvals(space.A + np.outer(space.b_y, coef))).max()
-            if radius >= 1:
-                raise ValueError(
-                    f"The model of condition {str(name)!r} is unstable when it is fed its own "
-                    f"output: spectral radius {radius:.6g}, expected below 1. Use free_run=False, "
-                    "a lower order or a larger alpha."
-                )
+        A, b = network_matrices(self.orders_, self.poles_)
+        loops = A + b[:, :1] * self.coef_[:, np.newaxis]
+        radii = np.abs(np.linalg.eigvals(loops)).max(axis=1)
+        if radii.max() >= 1:
+            raise ValueError(
+                f"The model of condition {str(self.classes_[radii.argmax()])!r} is unstable when "
+                f"it is fed its own output: spectral radius {radii.max():.6g}, expected below 1. "
+                "Use free_run=False, a lower order or a larger alpha."
+            )
 
     def fit_percentage(self, X: ArrayLike, *, free_run: bool = False) -> NDArray[Any]:
         r"""Compute the fit of each model to each window, as usual in system identification.

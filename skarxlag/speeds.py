@@ -20,6 +20,8 @@ LEAST_TURNS = 3
 #: 60. Order tracking computes frames and blocks for the mean speed of a row: in simulated run-ups
 #: of 1 s and 2 s, places of faults were found up to the factor 12, and not always at 16.
 SPEED_FACTOR = 5.0
+#: Largest logarithm of an estimated speed over the nominal one, and harmonics that count.
+_SPEED_TOLERANCE, _N_HARMONICS = 0.1, 40
 #: Speeds in rev/min between which one is plausible if there are no training speeds.
 _ANY_SPEED = (0.1, 1e6)
 
@@ -274,25 +276,19 @@ def log_speeds(
     return np.log(speeds if speeds.ndim == 1 else speeds.mean(axis=1))
 
 
-def estimate_shaft_speed(
-    X: ArrayLike,
-    sampling_rate: float,
-    rpm: ArrayLike,
-    *,
-    tolerance: float = 0.1,
-    n_harmonics: int = 40,
-) -> NDArray[Any]:
+def estimate_shaft_speed(X: ArrayLike, sampling_rate: float, rpm: ArrayLike) -> NDArray[Any]:
     r"""Estimate the speed of the shaft near a nominal value, by a comb of harmonics.
 
     Unbalance, misalignment, couplings and blades make vibration at multiples of the shaft's
     frequency f. The estimate is the frequency whose multiples stand out most from the spectrum
     around them,
 
-    .. math:: \hat f = \arg\max_f \sum_{h=1}^{H} \max(\ln P(h f) - F(h f), 0),
-              \qquad |\ln (f / f_0)| \le \mathrm{tolerance},
+    .. math:: \hat f = \arg\max_f \sum_{h=1}^{40} \max(\ln P(h f) - F(h f), 0),
+              \qquad |\ln (f / f_0)| \le 0.1,
 
     with P the power spectrum of a row, F the median of :math:`\ln P` over 0.8 f about each
-    frequency, and :math:`f_0` the nominal frequency.
+    frequency, and :math:`f_0` the nominal frequency. Multiples above half the sampling rate do not
+    count.
 
     Strong impacts of a bearing fault have harmonics, too. If their frequency is nearly a multiple
     of that of the shaft, they shift the estimate, by up to 3 % at the outer race of a bearing 6205.
@@ -307,10 +303,6 @@ def estimate_shaft_speed(
         In Hz.
     rpm : float or array-like of shape (n_stretches,)
         Nominal speed in revolutions per minute.
-    tolerance : float, default=0.1
-        Largest logarithm of the true speed over the nominal one, from 0 to 0.3.
-    n_harmonics : int, default=40
-        The number H, at least 1. Multiples above half the sampling rate do not count.
 
     Returns
     -------
@@ -332,17 +324,13 @@ def estimate_shaft_speed(
     True
     """
     check_real(sampling_rate, "sampling_rate", **ABOVE_0)
-    check_real(tolerance, "tolerance", min_val=0, max_val=0.3)
-    check_scalar(n_harmonics, "n_harmonics", Integral, min_val=1)
     X = check_array(X, allow_nd=True, dtype=np.float64, input_name="X")
     rows = X[:, 0] if X.ndim == 3 else X
     turns = samples_a_turn(rpm, sampling_rate, len(rows), rows.shape[1])
     if turns.ndim > 1:
         raise ValueError(f"rpm has shape {turns.shape}, expected one speed for each stretch.")
-    found = [
-        comb_frequency(samples, 1 / turn, tolerance, n_harmonics)
-        for samples, turn in zip(rows, turns, strict=True)
-    ]
+    pairs = zip(rows, 1 / turns, strict=True)
+    found = [comb_frequency(*pair, _SPEED_TOLERANCE, _N_HARMONICS) for pair in pairs]
     return 60 * sampling_rate * np.array(found)
 
 

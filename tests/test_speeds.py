@@ -52,14 +52,10 @@ def test_scale_does_not_matter(factor):
     np.testing.assert_array_equal(estimate_shaft_speed(both, RATE, 590), expected)
 
 
-def test_parameters_have_an_effect():
+def test_harmonics_above_half_the_sampling_rate_do_not_count():
     X = vibration(600, noise=8.0)[np.newaxis]
-    assert estimate_shaft_speed(X, RATE, 660, tolerance=0.01)[0] >= 660 * np.exp(-0.01)
-    assert estimate_shaft_speed(X, RATE, 630, tolerance=0.0)[0] == pytest.approx(630)
-    few, many = (estimate_shaft_speed(X, RATE, 630, n_harmonics=n)[0] for n in (1, 12))
-    assert abs(many - 600) < 2 and few != many
-    # At a low rate most multiples lie above the spectrum.
-    assert np.isfinite(estimate_shaft_speed(X, 100, 600, n_harmonics=400)).all()
+    assert abs(estimate_shaft_speed(X, RATE, 630)[0] - 600) < 2
+    assert np.isfinite(estimate_shaft_speed(X, 100, 600)).all()
 
 
 def test_constant_signals_give_some_speed_in_range():
@@ -74,8 +70,6 @@ def test_constant_signals_give_some_speed_in_range():
         ({"rpm": 50}, "expected at least 3 turns"),
         ({"rpm": np.full((1, 20_000), 600)}, "one speed for each stretch"),
         ({"sampling_rate": 0}, "sampling_rate"),
-        ({"tolerance": 0.5}, "tolerance"),
-        ({"n_harmonics": 0}, "n_harmonics"),
     ],
 )
 def test_bad_input(arguments, message):
@@ -88,12 +82,6 @@ def test_bad_input(arguments, message):
 def test_a_turn_takes_two_samples_at_least(rpm):
     with pytest.raises(ValueError, match=r"rpm holds .*, expected at most 300000"):
         estimate_shaft_speed(vibration(600)[np.newaxis], RATE, rpm)
-
-
-def test_harmonics_without_number_are_those_that_there_are():
-    X = vibration(6000)[np.newaxis]
-    expected = estimate_shaft_speed(X, RATE, 6100, n_harmonics=60)
-    np.testing.assert_array_equal(estimate_shaft_speed(X, RATE, 6100, n_harmonics=10**9), expected)
 
 
 @pytest.mark.parametrize("pulses_per_turn", [1, 3])

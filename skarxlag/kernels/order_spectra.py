@@ -131,24 +131,32 @@ def equal_angles(
     return resampled, (turns[-1] - turns[0]) / max(len(turns) - 1, 1)
 
 
-def envelope_spectra(envelopes: NDArray[Any], n_segment: int) -> tuple[NDArray[Any], float]:
-    """Compute the log power spectra of envelopes by Welch's method.
+def order_spectrum(
+    envelopes: NDArray[Any], step: float, n_turns: float
+) -> tuple[NDArray[Any], float]:
+    """Compute the log power spectra of envelopes over orders by Welch's method.
+
+    Segments overlap by three quarters and have a Hann window; their spectra are zero-padded.
 
     Parameters
     ----------
-    envelopes : ndarray of shape (n_bands, n_frames)
-        Envelopes.
-    n_segment : int
-        Values in a segment, at least 1 and at most n_frames. Segments overlap by three quarters
-        and have a Hann window; their spectra are zero-padded.
+    envelopes : ndarray of shape (n_bands, n_values)
+        Envelopes over the angle of the shaft.
+    step : float
+        Turns from one value to the next.
+    n_turns : float
+        Turns in a segment; at least two and at most all values are used.
 
     Returns
     -------
     log_power : ndarray of shape (n_bands, n_frequencies)
-        Natural logarithm of power at equal steps of frequency from 0 on.
-    step : float
-        Step of frequency in cycles a value of the envelope.
+        Natural logarithm of power at equal steps of order from 0 on.
+    cell : float
+        The step.
     """
+    if envelopes.shape[1] < 2:
+        return np.zeros((len(envelopes), 1)), 1.0
+    n_segment = min(max(round(n_turns / step), 2), envelopes.shape[1])
     n_fft = fft.next_fast_len(_PADDING * n_segment, real=True)
     n_fft += n_fft % 2
     # As scipy.signal.welch, whose own checks and bookkeeping take longer than the transforms.
@@ -159,7 +167,7 @@ def envelope_spectra(envelopes: NDArray[Any], n_segment: int) -> tuple[NDArray[A
     spectra = fft.rfft(centred_segments, n_fft)
     power = (spectra.real**2 + spectra.imag**2).mean(axis=1) * (2 / (window @ window))
     power[:, [0, -1]] /= 2
-    return np.log(power + _LEAST_POWER), 1 / n_fft
+    return np.log(power + _LEAST_POWER), 1 / n_fft / step
 
 
 def at_orders(
@@ -290,31 +298,3 @@ def match(
         chosen[better] = np.exp(centre + near[best[better]])
         closest[better] = spectra[best[better]]
     return least, chosen, closest
-
-
-def order_spectrum(
-    envelopes: NDArray[Any], step: float, n_turns: float
-) -> tuple[NDArray[Any], float]:
-    """Compute the log spectra of envelopes over orders.
-
-    Parameters
-    ----------
-    envelopes : ndarray of shape (n_bands, n_values)
-        Envelopes over the angle of the shaft.
-    step : float
-        Turns from one value to the next.
-    n_turns : float
-        Turns in a segment; at most all values are used.
-
-    Returns
-    -------
-    log_power : ndarray of shape (n_bands, n_frequencies)
-        Natural logarithm of power at equal steps of order from 0 on.
-    cell : float
-        The step.
-    """
-    if envelopes.shape[1] < 2:
-        return np.zeros((len(envelopes), 1)), 1.0
-    n_segment = min(max(round(n_turns / step), 2), envelopes.shape[1])
-    log_power, cell = envelope_spectra(envelopes, n_segment)
-    return log_power, cell / step

@@ -97,15 +97,13 @@ def fit_errors(
         factors[0] = np.sqrt(1 - pole**2) / (z - pole)
         responses.append(np.multiply.accumulate(factors))
     # The output is the response of channel 0 to itself, behind all states.
-    channels = [*range(len(responses)), 0]
-    responses.append(np.ones((1, n_frequencies), dtype=complex))
-    sides = list(zip(channels, responses, strict=True))
-    sums = np.array(
-        [
-            np.block([[_real_sums(x * (weights * m[a, b]), y) for b, y in sides] for a, x in sides])
-            for m in spectra
-        ]
-    )
+    filters = np.concatenate([*responses, np.ones((1, n_frequencies))])
+    channel = np.repeat([*range(len(orders)), 0], [*orders, 1])
+    sums = np.empty((len(spectra), len(filters), len(filters)))
+    for b in range(len(orders)):
+        crossed = filters * (weights * spectra[:, channel, b])
+        # Real and imaginary parts side by side: their product is the real part of the sums.
+        sums[..., channel == b] = crossed.view(float) @ filters[channel == b].view(float).T
     gram, cross, power = sums[:, :-1, :-1], sums[:, :-1, -1], sums[:, -1, -1]
     size = np.einsum("mii->m", gram) / gram.shape[-1]
     ridge = alpha + 1e-12 * size + (size == 0)
@@ -113,10 +111,6 @@ def fit_errors(
     coef = np.linalg.solve(gram, cross[..., np.newaxis])[..., 0]
     error = power - np.einsum("mi,mi->m", coef, cross)
     return np.divide(error, power, out=np.zeros(len(power)), where=power > 0)
-
-
-def _real_sums(a, b):
-    return a.real @ b.real.T + a.imag @ b.imag.T
 
 
 def search_poles(

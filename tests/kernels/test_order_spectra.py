@@ -6,7 +6,6 @@ from skarxlag.kernels.order_spectra import (
     at_orders,
     band_envelopes,
     distances,
-    envelope_spectra,
     envelopes_over_angle,
     equal_angles,
     match,
@@ -85,7 +84,7 @@ def literal_power(envelope, n_segment, frequency):
 def test_order_spectra_are_those_of_explicit_fourier_sums(rng, n_segment):
     envelopes = 1 + 0.3 * rng.normal(size=(2, 300)) + 0.5 * np.sin(0.7 * np.arange(300))
     turns_a_frame, orders, factors = 0.03, np.arange(1.0, 12.0, 0.37), np.array([0.9, 1.0, 1.1])
-    log_power, step = envelope_spectra(envelopes, n_segment)
+    log_power, step = order_spectrum(envelopes, 1.0, n_segment)
     spectra, inside = at_orders(log_power, step / turns_a_frame, orders, factors)
     assert inside.all()
     expected = np.log(
@@ -154,10 +153,10 @@ def test_order_tracking_gathers_what_a_run_up_smears():
     envelope = np.cos(2 * np.pi * order * turns)[np.newaxis]
     tracked, step = equal_angles(envelope, 60 * sampling_rate / rpm, frame, hop)
     n_segment = round(10 / step)
-    log_power, cells = envelope_spectra(tracked, n_segment)
+    log_power, cells = order_spectrum(tracked, 1.0, n_segment)
     peak = log_power[0].argmax() * cells / step
     assert peak == pytest.approx(order, abs=0.03)
-    smeared, _ = envelope_spectra(envelope, n_segment)
+    smeared, _ = order_spectrum(envelope, 1.0, n_segment)
     assert log_power.max() > smeared.max() + 1
 
 
@@ -208,7 +207,7 @@ def test_a_signal_of_less_than_32_samples_has_one_value(rng):
 
 
 def test_a_constant_envelope_is_90_db_below_one():
-    log_power, _ = envelope_spectra(np.ones((1, 40)), 10)
+    log_power, _ = order_spectrum(np.ones((1, 40)), 1.0, 10)
     np.testing.assert_allclose(log_power, np.log(1e-9), rtol=1e-9)
 
 
@@ -216,7 +215,7 @@ def test_a_constant_envelope_is_90_db_below_one():
 def test_segments_hold_so_many_turns_as_far_as_there_are_values(rng, n_turns, n_segment):
     envelopes = 1 + 0.1 * rng.normal(size=(2, 100))
     log_power, cell = order_spectrum(envelopes, 0.2, n_turns)
-    expected, step = envelope_spectra(envelopes, n_segment)
+    expected, step = order_spectrum(envelopes, 1.0, n_segment)
     np.testing.assert_array_equal(log_power, expected)
     assert cell == pytest.approx(step / 0.2)
     assert order_spectrum(envelopes[:, :2], 0.2, n_turns)[0].shape[1] > 1
@@ -276,7 +275,7 @@ def test_shortest_frames_have_one_frequency(rng):
 @pytest.mark.parametrize("n_segment", [10, 11, 60])
 def test_envelope_spectra_are_those_of_welch(rng, n_segment):
     envelopes = rng.normal(size=(2, 100))
-    log_power, step = envelope_spectra(envelopes, n_segment)
+    log_power, step = order_spectrum(envelopes, 1.0, n_segment)
     assert step == pytest.approx(1 / (4 * n_segment), rel=0.1)
     # The last frequency is half a cycle a value.
     assert (log_power.shape[1] - 1) * step == pytest.approx(0.5)
@@ -311,7 +310,7 @@ def test_distance_of_one_value_and_of_a_reference_from_itself(rng):
 
 def test_padded_length_is_even():
     # 4 x 33 = 132 values; the next length that a transform is fast for is 135 = 27 x 5.
-    log_power, step = envelope_spectra(np.random.default_rng(1).normal(size=(1, 33)), 33)
+    log_power, step = order_spectrum(np.random.default_rng(1).normal(size=(1, 33)), 1.0, 33)
     assert step == 1 / 136 and log_power.shape == (1, 69)
 
 
