@@ -26,7 +26,7 @@ from ._validation import (
 )
 from .kernels import arx_laguerre, pole_search
 from .kernels.laguerre import network_matrices, settling_length
-from .kernels.least_squares import solve_sums
+from .kernels.least_squares import distinct_windows, solve_sums
 from .kernels.scaling import fit_percentage, unit_rms_windows
 
 #: Name of a model of all windows.
@@ -227,16 +227,21 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         windows, y, weights = weighted_windows(windows, y, sample_weight)
         windows, labels, weights = self._windows_by_model(windows, y, weights)
         self._check_parameters()
-        found = {}
-        if start_afresh:
-            self._choose_networks(windows, labels, weights)
-        else:
-            check_labels([*self.classes_.tolist(), *np.unique(labels).tolist()])
-            so_far = zip(self.sums_, self.weights_, strict=True)
-            found = dict(zip(self.classes_.tolist(), so_far, strict=True))
+        models = {}
         for name in np.unique(labels).tolist():
             rows = np.flatnonzero(labels == name)
-            fading = self.forgetting_factor ** np.arange(len(rows) - 1, -1, -1.0) * weights[rows]
+            models[name] = rows, weights[rows]
+            if self.forgetting_factor == 1:
+                models[name] = distinct_windows(windows, rows, weights[rows])
+        found = {}
+        if start_afresh:
+            self._choose_networks(windows, models.values())
+        else:
+            check_labels([*self.classes_.tolist(), *models])
+            so_far = zip(self.sums_, self.weights_, strict=True)
+            found = dict(zip(self.classes_.tolist(), so_far, strict=True))
+        for name, (rows, weights) in models.items():
+            fading = self.forgetting_factor ** np.arange(len(rows) - 1, -1, -1.0) * weights
             kept = self.forgetting_factor ** len(rows)
             sums, weight = found.get(name, (0.0, 0.0))
             more, counted = self._sums(windows, rows, fading)
@@ -259,7 +264,7 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         check_real(self.alpha, "alpha", min_val=0)
         check_real(self.forgetting_factor, "forgetting_factor", **UP_TO_1)
 
-    def _choose_networks(self, windows, labels, weights):
+    def _choose_networks(self, windows, models):
         """Set orders and poles of the networks; search the poles that are not given."""
         _, n_channels, n_samples = windows.shape
         orders, poles = check_networks(self.order, self.pole, n_channels)
@@ -268,11 +273,8 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         check_scalar(orders.max(), name, Integral, max_val=most)
         self.orders_: NDArray[Any] = orders
         if None in poles:
-            spectra = []
-            for name in np.unique(labels):
-                rows = np.flatnonzero(labels == name)
-                spectra += self._over_batches(_weighted_spectra, windows, rows, weights[rows])
-            poles = pole_search.search_poles(np.array(spectra), orders, poles, self.alpha)
+            found = [self._over_batches(_weighted_spectra, windows, *each) for each in models]
+            poles = pole_search.search_poles(np.concatenate(found), orders, poles, self.alpha)
         self.poles_: NDArray[Any] = np.asarray(poles, dtype=np.float64)
 
     def _sums(self, windows, rows, weights):

@@ -1,10 +1,14 @@
-"""Least squares from sums over windows."""
+"""Least squares from sums over windows, and windows that occur several times."""
 
+from hashlib import blake2b
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
+
+#: Samples by which windows are compared before all their samples are.
+_N_KEYS = 8
 
 
 def solve_sums(sums: NDArray[Any], alpha: float) -> tuple[NDArray[Any], float]:
@@ -39,3 +43,44 @@ def solve_sums(sums: NDArray[Any], alpha: float) -> tuple[NDArray[Any], float]:
     coef = linalg.lstsq(gram + alpha * np.eye(len(gram)), cross)[0]
     error = power - 2 * coef @ cross + coef @ gram @ coef
     return coef, max(float(error), 0.0)
+
+
+def distinct_windows(
+    windows: NDArray[Any], rows: NDArray[Any], weights: NDArray[Any]
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return the rows of the distinct windows, and the weight of each.
+
+    Sums in floating point depend on the order of the summands. If windows are repeated or
+    weighted, they are therefore sorted by a digest of their samples. One window of weight 2 and two
+    equal windows then give the same sums to the last bit.
+
+    Parameters
+    ----------
+    windows : ndarray of shape (n_windows, n_channels, n_samples)
+        Windows without NaN.
+    rows : ndarray of int of shape (n_rows,)
+        Windows that count.
+    weights : ndarray of shape (n_rows,)
+        Number of windows that each of them stands for.
+
+    Returns
+    -------
+    rows : ndarray of int of shape (n_distinct,)
+        Distinct windows. If no window is repeated or weighted, these are all rows in their order.
+    weights : ndarray of shape (n_distinct,)
+        Sums of the weights.
+
+    Examples
+    --------
+    >>> windows = np.array([[[2.0, 3.0]], [[1.0, 5.0]], [[2.0, 3.0]]])
+    >>> rows, weights = distinct_windows(windows, np.arange(3), np.array([1.0, 1.0, 2.0]))
+    >>> windows[rows, 0].tolist(), weights.tolist()
+    ([[2.0, 3.0], [1.0, 5.0]], [3.0, 1.0])
+    """
+    places = np.linspace(0, windows.shape[-1] - 1, _N_KEYS).astype(int)
+    keys = windows[rows[:, np.newaxis], 0, places]
+    if len(np.unique(keys, axis=0)) == len(rows) and np.all(weights == 1):
+        return rows, weights
+    digests = [blake2b(windows[row].tobytes(), digest_size=16).digest() for row in rows]
+    _, first, group = np.unique(digests, return_index=True, return_inverse=True)
+    return rows[first], np.bincount(group, weights)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from skarxlag.kernels.least_squares import solve_sums
+from skarxlag.kernels.least_squares import distinct_windows, solve_sums
 
 
 def sums_of(states, output):
@@ -49,3 +49,30 @@ def test_recursion_16_repaired_ends_at_the_same_coefficients(data, forgetting_fa
     fading = np.sqrt(forgetting_factor ** np.arange(n - 1, -1, -1.0))
     coef, _ = solve_sums(sums_of(states * fading[:, np.newaxis], output * fading), alpha)
     np.testing.assert_allclose(coef, K, rtol=1e-8)
+
+
+@pytest.mark.parametrize("n_samples", [1, 2, 50])
+def test_repeated_and_weighted_windows_are_the_same_rows_in_the_same_order(n_samples):
+    rng = np.random.default_rng(0)
+    windows, weights = rng.normal(size=(30, 2, n_samples)), rng.integers(1, 4, 30)
+    order = rng.permutation(30)
+    rows, counted = distinct_windows(windows, order, weights[order].astype(float))
+    repeated = np.repeat(windows, weights, axis=0)
+    places, times = distinct_windows(repeated, np.arange(len(repeated)), np.ones(len(repeated)))
+    np.testing.assert_array_equal(windows[rows], repeated[places])
+    np.testing.assert_array_equal(counted, times)
+
+
+def test_windows_of_equal_keys_that_differ_elsewhere_are_kept_apart():
+    windows = np.zeros((3, 1, 100))
+    windows[1, 0, 7] = 1.0
+    rows, counted = distinct_windows(windows, np.arange(3), np.ones(3))
+    assert sorted(counted) == [1, 2]
+    assert 1 in rows.tolist()
+
+
+def test_windows_that_differ_stay_as_they_come():
+    windows, rows = np.random.default_rng(0).normal(size=(9, 1, 20)), np.array([3, 1, 8])
+    found, counted = distinct_windows(windows, rows, np.ones(3))
+    np.testing.assert_array_equal(found, rows)
+    np.testing.assert_array_equal(counted, np.ones(3))
