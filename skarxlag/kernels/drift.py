@@ -173,7 +173,8 @@ def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
     ndarray of shape (n_rows, n_axes)
         Their product.
     """
-    return (rows[:, np.newaxis] @ axes)[:, 0]
+    # In the other layout, sums are rounded in another way.
+    return (rows[:, np.newaxis] @ np.ascontiguousarray(axes))[:, 0]
 
 
 def mean_squared_distances(
