@@ -56,7 +56,7 @@ def parse(arguments):
         "--settings", action="store_true", help="choose settings by leaving rigs out"
     )
     parser.add_argument(
-        "--null", action="store_true", help="fit the distribution of healthy recordings' scores"
+        "--null", action="store_true", help="fit the distribution of healthy stretches' scores"
     )
     return parser.parse_args(arguments)
 
@@ -343,8 +343,8 @@ def main(arguments=None):
         for part in ("recordings", "stretches", "settings")
     )
     if options.null:
-        ours = recorded[(recorded["method"] == _OURS) & (recorded["place"] == "healthy")]
-        location, scale = gumbel_r.fit(ours[list(PLACES)].max(axis=1))
-        print(f"healthy recordings: location {location:.3f}, scale {scale:.3f} nepers")
+        healthy = seconds[seconds["place"] == "healthy"]
+        location, scale = gumbel_r.fit(healthy[list(PLACES)].max(axis=1))
+        print(f"healthy stretches: location {location:.3f}, scale {scale:.3f} nepers")
     print(f"1 s at 51.2 kHz: {cost_of_one_second():.1f} ms")
     publish(options, blocks(recorded, seconds, chosen))

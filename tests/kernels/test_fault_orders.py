@@ -73,14 +73,29 @@ def test_comb_is_the_mean_contrast_at_the_multiples():
     assert moved.scores[1] == pytest.approx(2 - 0.15, abs=0.02)
 
 
-def test_a_ball_shows_spin_and_cage():
+@pytest.mark.parametrize(("height", "counts"), [(0.8, 0.8), (2.0, 1.0)])
+def test_a_ball_shows_spin_and_some_of_the_cage(height, counts):
     contrast = np.zeros(4001)
     for order in (0.4, 0.8, 1.2, 1.6):
-        contrast[round(100 * order)] = 2.0
+        contrast[round(100 * order)] = height
     for multiple in (1, 2, 3, 4, 6):
         contrast[236 * multiple] = 1.0
     scores = kernel.fault_comb(contrast, ORDERS, 0.0, 0.03).scores
-    assert scores[0] == pytest.approx(1 + 0.6 * 2)
+    assert scores[0] == pytest.approx(1 + 0.6 * counts)
+
+
+@pytest.mark.parametrize(("turn", "counts"), [(3000.0, False), (400.0, True)])
+def test_frequencies_above_the_highest_do_not_count(turn, counts):
+    # 6.4 kHz, or 80 times the 128 turns in a second
+    rate, rng = 51_200.0, np.random.default_rng(9)
+    signal, spectrum = rng.normal(size=51_200), np.zeros(25_601, complex)
+    spectrum[6500:10_000] = 1e4 * np.exp(2j * np.pi * rng.random(3500))
+    loud = signal + np.fft.irfft(spectrum)
+    found, without = (kernel.order_contrast(each, turn, rate) for each in (loud, signal))
+    assert (np.abs(found - without).max() > 1e-6) == counts
+    # The same for a speed of each sample.
+    tracked = kernel.order_contrast(loud, np.full(51_200, turn), rate)
+    assert np.abs(tracked - found)[100:3000].max() < 0.05
 
 
 def test_a_varying_speed_is_followed():
@@ -140,7 +155,8 @@ def test_squared_envelope_spectrum_is_that_of_the_analytic_signal(n_samples):
 
 def test_segments_are_whole_seconds_or_turns_and_five_of_them():
     rate, rng = 500.0, np.random.default_rng(6)
-    for seconds, turn, length in ((2.0, 20.0, 500), (12.0, 60.0, 600)):
+    # 1 s has 25, 8 and 50 turns; a segment has 10 to 30.
+    for seconds, turn, length in ((2.0, 20.0, 500), (12.0, 60.0, 600), (12.0, 10.0, 300)):
         samples = rng.normal(size=int(seconds * rate))
         found = kernel.contrast_parts(samples, turn, rate)
         parts = samples.reshape(-1, length)
