@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from numbers import Integral, Real
+from numbers import Integral
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from sklearn.utils import check_scalar
+
+from ._validation import ABOVE_0, check_real
 
 __all__ = [
     "BEARINGS",
@@ -40,8 +43,8 @@ class BearingGeometry:
 
     Raises
     ------
-    ValueError
-        If a dimension is out of range.
+    TypeError, ValueError
+        If a dimension is no number, or out of range.
 
     Examples
     --------
@@ -57,19 +60,13 @@ class BearingGeometry:
     contact_angle: float = 0.0
 
     def __post_init__(self) -> None:
-        if not isinstance(self.n_elements, Integral) or self.n_elements < 2:
-            raise ValueError(f"n_elements must be an integer of at least 2, got {self.n_elements}.")
-        for name in ("element_diameter", "pitch_diameter", "contact_angle"):
-            value = getattr(self, name)
-            if not isinstance(value, Real) or not np.isfinite(value):
-                raise ValueError(f"{name} must be a finite number, got {value!r}.")
-        if not 0 < self.element_diameter < self.pitch_diameter:
-            raise ValueError(
-                "element_diameter must lie between 0 and pitch_diameter="
-                f"{self.pitch_diameter}, got {self.element_diameter}."
-            )
-        if not 0 <= self.contact_angle < 90:
-            raise ValueError(f"contact_angle must be in [0, 90) degrees, got {self.contact_angle}.")
+        check_scalar(self.n_elements, "n_elements", Integral, min_val=2)
+        check_real(self.pitch_diameter, "pitch_diameter", **ABOVE_0)
+        check_real(
+            self.element_diameter, "element_diameter", **ABOVE_0 | {"max_val": self.pitch_diameter}
+        )
+        right_angle = {"min_val": 0, "max_val": 90, "include_boundaries": "left"}
+        check_real(self.contact_angle, "contact_angle", **right_angle)
 
     @property
     def diameter_ratio(self) -> float:
@@ -84,11 +81,6 @@ BearingLike = str | BearingGeometry | Mapping[str, float]
 # Drive-end bearing of the Case Western Reserve University bearing data centre, whose
 # published dimensions are 9 balls of 0.3126 in on a pitch diameter of 1.537 in.
 SKF_6205 = BearingGeometry(n_elements=9, element_diameter=7.940, pitch_diameter=39.04)
-_SKF_6203 = BearingGeometry(n_elements=8, element_diameter=6.746, pitch_diameter=28.499)
-_BALLS_62 = {
-    "6204": BearingGeometry(n_elements=8, element_diameter=7.938, pitch_diameter=33.5),
-    "6206": BearingGeometry(n_elements=9, element_diameter=9.525, pitch_diameter=46.0),
-}
 #: Bearings by name, upper case without spaces and hyphens. Sources: 6203 and 6205, the dimensions
 #: that Case Western Reserve University publishes with its bearing data. 6204 and 6206, balls of
 #: 5/16 in and 3/8 in on the mean of bore and outside diameter (ISO 15); inserts UC 204 to UC 206
@@ -97,16 +89,15 @@ _BALLS_62 = {
 #: they were not compared with a maker's sheet. Other makers' bearings of the same name may differ
 #: by one ball or by 1 % in their orders.
 BEARINGS = {
-    "6203": _SKF_6203,
+    "6203": BearingGeometry(8, 6.746, 28.499),
+    "6204": BearingGeometry(8, 7.938, 33.5),
     "6205": SKF_6205,
-    **_BALLS_62,
-    "UC204": _BALLS_62["6204"],
-    "UC205": SKF_6205,
-    "UC206": _BALLS_62["6206"],
-    "ER12K": BearingGeometry(n_elements=8, element_diameter=7.938, pitch_diameter=33.477),
-    "ER16K": BearingGeometry(n_elements=9, element_diameter=7.938, pitch_diameter=38.506),
+    "6206": BearingGeometry(9, 9.525, 46.0),
+    "ER12K": BearingGeometry(8, 7.938, 33.477),
+    "ER16K": BearingGeometry(9, 7.938, 38.506),
     "ZA2115": BearingGeometry(16, 8.407, 71.501, 15.17),
 }
+BEARINGS |= {f"UC{bore}": BEARINGS[f"6{bore}"] for bore in (204, 205, 206)}
 #: Names of orders in a maker's sheet.
 _SHEET = {"bpfo": "outer", "bpfi": "inner", "ftf": "cage", "twice spin": "ball"}
 
@@ -254,17 +245,13 @@ def _from_sheet(sheet):
     given = {}
     for name, value in sheet.items():
         key = name.lower().replace("_", " ")
-        if key == "bsf":
-            raise ValueError(
-                "BSF is the spin of an element in some sheets and twice the spin in others; "
-                "expected spin or twice_spin."
-            )
         key = _SHEET.get(key, key)
         if key not in ("outer", "inner", "spin", "ball", "cage", "shaft"):
-            raise ValueError(f"{name!r} is no order of a bearing; expected outer, inner, spin, "
-                             "twice_spin or cage.")  # fmt: skip
-        if not isinstance(value, Real) or not np.isfinite(value) or value <= 0:
-            raise ValueError(f"order {name!r} must be a number above 0, got {value!r}.")
+            raise ValueError(
+                f"{name!r} is no order of a bearing; expected outer, inner, spin, twice_spin or "
+                "cage. BSF is the spin of an element in some sheets and twice the spin in others."
+            )
+        check_real(value, f"order {name!r}", **ABOVE_0)
         given[key] = float(value)
     if not given.keys() >= {"outer", "inner"}:
         raise ValueError(f"orders {sorted(sheet)}: expected at least outer and inner.")
@@ -277,8 +264,8 @@ def _from_sheet(sheet):
     cage = given.get("cage", outer / (outer + inner))
     ratio = (inner - outer) / (inner + outer)
     spin = given.get("spin", given.get("ball", (1 - ratio**2) / ratio) / 2)
-    return {"shaft": 1.0, "cage": cage, "outer": outer, "inner": inner, "spin": spin,
-            "ball": 2 * spin}  # fmt: skip
+    found = {"cage": cage, "outer": outer, "inner": inner, "spin": spin, "ball": 2 * spin}
+    return {"shaft": 1.0} | found
 
 
 def contact_speed(bearing: BearingGeometry, rpm: float | NDArray[Any]) -> float | NDArray[Any]:

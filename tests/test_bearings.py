@@ -83,18 +83,18 @@ def test_contact_speed_is_the_same_along_every_surface(surface):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"n_elements": 1}, "n_elements .* got 1"),
-        ({"n_elements": 8.5}, "n_elements .* got 8.5"),
-        ({"element_diameter": 40.0}, "element_diameter .* 40.0"),
-        ({"element_diameter": -1.0}, "element_diameter .* -1.0"),
-        ({"pitch_diameter": np.inf}, "pitch_diameter .* inf"),
-        ({"pitch_diameter": "40"}, "pitch_diameter .* '40'"),
-        ({"contact_angle": 90.0}, "contact_angle .* 90.0"),
+        ({"n_elements": 1}, "n_elements == 1, must be >= 2"),
+        ({"n_elements": 8.5}, "n_elements must be an instance of int, not float"),
+        ({"element_diameter": 40.0}, "element_diameter == 40.0, must be < 40.0"),
+        ({"element_diameter": -1.0}, "element_diameter == -1.0, must be > 0"),
+        ({"pitch_diameter": np.inf}, "pitch_diameter == inf, must be finite"),
+        ({"pitch_diameter": "40"}, "pitch_diameter must be an instance of float, not str"),
+        ({"contact_angle": 90.0}, "contact_angle == 90.0, must be < 90"),
     ],
 )
 def test_impossible_dimensions_are_refused(changes, message):
     dimensions = {"n_elements": 8, "element_diameter": 10.0, "pitch_diameter": 40.0}
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises((TypeError, ValueError), match=message):
         BearingGeometry(**(dimensions | changes))
 
 
@@ -128,12 +128,12 @@ def test_named_bearings_have_their_published_orders(name, published):
     [
         ("6299", "bearing '6299' is not known; expected one of 6203"),
         ("9,7.94", "expected one of"),
-        ("1,7.94,39.04", "n_elements must be"),
+        ("1,7.94,39.04", "n_elements == 1, must be >= 2"),
         ("outer=3.585", "expected at least outer and inner"),
         ({"outer": 5.4, "inner": 3.6}, "must be larger than outer"),
-        ({"outer": 3.6, "inner": 5.4, "BSF": 2.3}, "expected spin or twice_spin"),
+        ({"outer": 3.6, "inner": 5.4, "BSF": 2.3}, "'BSF' is no order .* BSF is the spin"),
         ({"outer": 3.6, "inner": 5.4, "gear": 2.3}, "'gear' is no order"),
-        ({"outer": -3.6, "inner": 5.4}, "must be a number above 0"),
+        ({"outer": -3.6, "inner": 5.4}, "order 'outer' == -3.6, must be > 0"),
     ],
 )
 def test_unknown_bearings_are_refused(bearing, message):
