@@ -23,7 +23,7 @@ from .kernels.fault_orders import (
 )
 from .speeds import check_speeds, with_plausible_speeds
 
-#: Turns of the shaft that a row must have.
+#: Turns of the bearing's shaft that a row must have.
 LEAST_TURNS = 2
 
 
@@ -43,7 +43,8 @@ def match_faults(
     rows : ndarray of shape (n_rows, n_samples)
         Signals.
     turns : ndarray of shape (n_rows,) or (n_rows, n_samples)
-        Samples in a turn of the shaft. NaN if it is not known: scores and contrasts are then 0.
+        Samples in a turn of the bearing's shaft. NaN if it is not known: scores and contrasts are
+        then 0.
     sampling_rate : float
         In Hz.
     orders : ndarray of shape (n_bearings, 4)
@@ -64,18 +65,17 @@ def match_faults(
         n_turns, contrast = len(samples) / np.mean(turn), np.zeros(N_ORDERS)
         if not np.isnan(n_turns):
             contrast = order_contrast(samples, turn, sampling_rate)
-        return *best_combs(contrast, n_turns, orders, tolerance, slip), contrast
+        return best_combs(contrast, n_turns, orders, tolerance, slip) | {"contrasts": contrast}
 
-    found = map_batches(of_row, len(rows), n_jobs, batch_size=1)
-    names = ("scores", "factors", "bearings", "contrasts")
-    parts = dict(zip(names, map(np.stack, zip(*found, strict=True)), strict=True))
+    found = list(map_batches(of_row, len(rows), n_jobs, batch_size=1))
     mean = turns if turns.ndim == 1 else turns.mean(axis=1)
+    parts = {name: np.stack([row[name] for row in found]) for name in found[0]}
     return Bunch(**parts, rpm=60 * sampling_rate / mean)
 
 
 def best_combs(
     contrast: NDArray[Any], n_turns: float, orders: NDArray[Any], tolerance: float, slip: float
-) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+) -> dict[str, NDArray[Any]]:
     """Return score, factor and bearing of each place, for the bearing that fits it best.
 
     Parameters
@@ -83,7 +83,7 @@ def best_combs(
     contrast : ndarray of shape (n_orders,)
         Of a row, or the mean of several.
     n_turns : float
-        Turns of the shaft in a row. In short ones, the cage does not count.
+        Turns of the bearing's shaft in a row. In short ones, the cage does not count.
     orders : ndarray of shape (n_bearings, 4)
         As in `match_faults`.
     tolerance, slip : float
@@ -91,7 +91,8 @@ def best_combs(
 
     Returns
     -------
-    scores, factors, bearings : ndarray of shape (3,)
+    dict of str to ndarray of shape (3,)
+        "scores", "factors" and "bearings".
     """
     weights = np.where(n_turns * orders[:, 0] < CAGE_TURNS, 0.0, CAGE_WEIGHT)
     combs = [
@@ -100,7 +101,7 @@ def best_combs(
     ]
     scores, factors = (np.stack(each) for each in zip(*combs, strict=True))
     best, place = scores.argmax(axis=0), np.arange(len(PLACES))
-    return scores[best, place], factors[best, place], best
+    return {"scores": scores[best, place], "factors": factors[best, place], "bearings": best}
 
 
 def turns_of_rows(
@@ -108,6 +109,7 @@ def turns_of_rows(
     sampling_rate: float,
     rpm: ArrayLike | None,
     speed_range: tuple[float, float] | None,
+    least_turns: float,
     train_rpm: Sequence[float] = (),
 ) -> NDArray[Any]:
     """Return the samples in a turn of each row.
@@ -125,10 +127,10 @@ def turns_of_rows(
     if rpm is not None:
         speeds = check_speeds(rpm, n_rows, length)
         n_turns = length * speeds.reshape(n_rows, -1).mean(axis=1) / (60 * sampling_rate)
-        is_usable = is_plausible & (n_turns >= LEAST_TURNS) & (n_turns <= length / 2)
+        is_usable = is_plausible & (n_turns >= least_turns) & (n_turns <= length / 2)
         return np.where(is_usable, 60 * sampling_rate / speeds.T, np.nan).T
     low, high = speed_range or (0.0, 0.0)
-    if length * low < LEAST_TURNS * 60 * sampling_rate:
+    if length * low < least_turns * 60 * sampling_rate:
         return np.full(n_rows, np.nan)
     turn = 60 * sampling_rate / np.sqrt(low * high)
     tolerance = np.log(high / low) / 2

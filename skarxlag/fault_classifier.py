@@ -34,19 +34,16 @@ from .fault_places import (
     HEALTHY,
     LEAST_P,
     NOT_IDENTIFIABLE,
-    OTHER_SPEED_LOCATION,
     PLACES,
     WITHOUT_COMB,
     comb_evidence,
     discounted,
     evidence_sentence,
-    gumbel_p_value,
-    gumbel_quantile,
     least_margin,
+    limit_elsewhere,
     limit_of_healthy,
     p_values_of_healthy,
     place_of_label,
-    tail_scale,
 )
 from .speeds import samples_a_turn, speeds_of_rows
 
@@ -71,12 +68,12 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
     Without `y`, the classes are "ball", "healthy", "inner" and "outer". The limit is that of
     healthy recordings of other machines, whose largest scores have a Gumbel distribution (location
-    .94, scale .29 nepers). The stated false-alarm rate holds as far as the machine resembles those.
+    .86, scale .31 nepers). The stated false-alarm rate holds as far as the machine resembles those.
 
     With `y`, each label stands for a place. The mean scores of healthy rows are subtracted, and the
     limit is the conformal quantile of the largest rest. The stated rate then holds for rows like
     these, at their speeds. At other speeds the limit is at least that of a Gumbel distribution
-    (location .11, scale .29), as other machines show it. If all rows are healthy and their label is
+    (location .06, scale .31), as other machines show it. If all rows are healthy and their label is
     a text, the places are added to the classes.
 
     With `conditions`, a classifier that learned the spectra of several conditions, the probability
@@ -130,15 +127,14 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     class_places_ : ndarray of int of shape (n_classes,)
         Place of each class: 0 ball, 1 inner race, 2 outer race, 3 healthy.
     orders_ : ndarray of shape (n_bearings, 4)
-        Orders of the cage, the spin of an element, the inner and the outer race.
+        Orders of the cage, the spin of an element, the inner and the outer race, in multiples of
+        the bearing's shaft.
     reference_ : ndarray of shape (3,)
         Mean scores of healthy rows at the ball, the inner and the outer race; 0 without such rows.
     limit_ : float
         Limit above the reference in nepers, at the speeds of the healthy rows.
     healthy_scores_, healthy_speeds_ : ndarray of shape (n_healthy,)
         Largest scores above the reference, and speeds of the healthy rows, each ascending.
-    tail_scale_ : float
-        Scale of the exponential tail above the largest of the healthy scores.
     conditions_ : DiagnosisPipeline or None
         The fitted `conditions`. None if `y` has one condition or is not given.
     n_models_, n_features_in_ : int
@@ -200,7 +196,6 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             lambda e: e.healthy_speeds_.shape, (lambda s, e: np.all(np.diff(s) >= 0), "ascending")
         ),
         "limit_": Values(),
-        "tail_scale_": Values((), "above 0"),
     }
 
     #: Metadata routing passes `rpm` without `set_fit_request` and its siblings.
@@ -244,7 +239,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         X, y = validate_innovations(self, X, y, reset=True)
         self._check_parameters()
         of_one_model(X)
-        orders = [bearing_orders(each, self.gear_ratio) for each in listed(self.bearing)]
+        orders = [bearing_orders(each) for each in listed(self.bearing)]
         self.orders_: NDArray[Any] = np.array(
             [[of[key] for key in ("cage", "spin", "inner", "outer")] for of in orders]
         )
@@ -267,7 +262,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         counts = np.ceil(weights).astype(int)
         speeds = None if rpm is None else speeds_of_rows(rpm, len(X))[rows]
         if speeds is not None:
-            samples_a_turn(speeds, self.sampling_rate, len(rows), X.shape[-1], LEAST_TURNS)
+            least_turns = LEAST_TURNS / self.gear_ratio
+            samples_a_turn(speeds, self.sampling_rate, len(rows), X.shape[-1], least_turns)
         found = self._match(X[rows], speeds)
         scores, speeds = (np.repeat(each, counts, axis=0) for each in (found.scores, found.rpm))
         self.classes_, target = np.unique(np.repeat(labels, counts), return_inverse=True)
@@ -299,20 +295,12 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         # A row is nearer to a mean that it is a part of.
         rest = (scores - self.reference_).max(axis=1, initial=-np.inf) * n_rows / max(n_rows - 1, 1)
         self.healthy_scores_: NDArray[Any] = np.sort(rest)
-        self.tail_scale_: float = tail_scale(self.healthy_scores_)
-        self.limit_: float = limit_of_healthy(
-            self.healthy_scores_, self.tail_scale_, self.false_alarm_rate
-        )
+        self.limit_: float = limit_of_healthy(self.healthy_scores_, self.false_alarm_rate)
 
     def _is_far(self, rpm):
         """Return whether no healthy row had about the speed of a row, or its speed is not known."""
         distances = np.abs(np.log(rpm[:, np.newaxis] / self.healthy_speeds_))
         return ~(distances.min(axis=1, initial=np.inf) <= _SAME_SPEED)
-
-    def _limits(self, rpm):
-        """Limit of each row."""
-        elsewhere = gumbel_quantile(self.false_alarm_rate, OTHER_SPEED_LOCATION)
-        return np.where(self._is_far(rpm), max(self.limit_, elsewhere), self.limit_)
 
     @uses_fitted
     def match(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
@@ -331,8 +319,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         Bunch
             ``scores``, in nepers, ``factors``, true over nominal speed, and ``bearings``, the index
             of the bearing that fits best, all of shape (n_rows, 3) for ball, inner and outer race;
-            ``contrasts`` of shape (n_rows, 4001), at the orders 0, .01, ... 40; and ``rpm``, the
-            mean speed of each row.
+            ``contrasts`` of shape (n_rows, 4001), at the orders 0, .01, ... 40 of the bearing's
+            shaft; and ``rpm``, the mean speed of each row.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
         return self._match(X, rpm)
@@ -346,10 +334,19 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
                 "rpm is None, expected the speed of each row, or speed_range, in which the speed "
                 "is searched."
             )
-        turns = turns_of_rows(rows, rate, rpm, self.speed_range, train_rpm)
-        return match_faults(
-            rows, turns, rate, self.orders_, self.speed_tolerance, self.slip, self.n_jobs
+        least_turns = LEAST_TURNS / self.gear_ratio
+        turns = turns_of_rows(rows, rate, rpm, self.speed_range, least_turns, train_rpm)
+        found = match_faults(
+            rows,
+            turns / self.gear_ratio,
+            rate,
+            self.orders_,
+            self.speed_tolerance,
+            self.slip,
+            self.n_jobs,
         )
+        found.rpm /= self.gear_ratio
+        return found
 
     @uses_fitted
     def diagnose(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
@@ -372,7 +369,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             verdict but equal probabilities: its speed is not plausible, or it has less than two
             turns; else an empty text. ``evidence``: a sentence with the order and the place of
             the best comb, its contrast in dB, and the difference from the nominal order, which slip
-            and an error of the speed cause together. ``contrasts`` and ``rpm``: as in `match`. With
+            and an error of the speed cause together. If it exceeds `slip`, the sentence asks to
+            check the speed and the bearing. ``contrasts`` and ``rpm``: as in `match`. With
             `conditions`, ``spectra`` are the log probabilities by spectra alone, as they count, and
             ``comb`` is the probability of a fault by combs alone, NaN for rows whose combs are not
             used.
@@ -422,12 +420,11 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         Bunch
             As `diagnose` returns it, for one row, without what only a row has.
         """
-        n_turns = self.window_shape_[-1] * rpm / (60 * self.sampling_rate)
+        n_turns = self.window_shape_[-1] * rpm * self.gear_ratio / (60 * self.sampling_rate)
         combs = best_combs(contrast, n_turns, self.orders_, self.speed_tolerance, self.slip)
-        names = ("scores", "factors", "bearings")
-        found = {name: each[np.newaxis] for name, each in zip(names, combs, strict=True)}
-        spectra = None if self.conditions_ is None else spectra
-        return self._judge(Bunch(**found, rpm=np.array([rpm])), spectra, n_rows)
+        found = Bunch(**{name: of_row[np.newaxis] for name, of_row in combs.items()})
+        found.rpm = np.array([rpm])
+        return self._judge(found, None if self.conditions_ is None else spectra, n_rows)
 
     @available_if(lambda self: self.conditions is not None)
     def adapt(self, X: ArrayLike, y: ArrayLike) -> Self:
@@ -451,16 +448,17 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
     def _judge(self, found, spectra=None, n_rows=1):
         """Judge matched rows, with the log probabilities by spectra if conditions were learned."""
-        limits, is_far = self._limits(found.rpm), self._is_far(found.rpm)
+        is_far = self._is_far(found.rpm)
+        elsewhere = limit_elsewhere(self.limit_, self.false_alarm_rate)
+        limits = np.where(is_far, elsewhere, self.limit_)
         margin = least_margin(self.wrong_name_rate)
         # Means scatter less about the reference, which is known at the speeds of healthy rows.
         gain = np.sqrt(effective_number(n_rows, COMB_CORRELATION))
         certainty = np.where(is_far, 1.0, gain)
         above = (found.scores - self.reference_) * certainty[:, np.newaxis]
         second, best = np.sort(above, axis=1)[:, -2:].T
-        p_value = p_values_of_healthy(best, self.healthy_scores_, self.tail_scale_)
-        elsewhere = np.where(is_far, gumbel_p_value(best, OTHER_SPEED_LOCATION), 0.0)
-        judged = Bunch(alarm=best > limits, p_value=np.maximum(p_value, elsewhere))
+        p_value = p_values_of_healthy(best, self.healthy_scores_, is_far)
+        judged = Bunch(alarm=best > limits, p_value=p_value)
         is_close = judged.alarm & (best - second < margin)
         is_unused = np.isnan(found.rpm)
         scores = CONFIDENCE * np.column_stack([above, limits])[:, self.class_places_]
@@ -479,7 +477,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         judged.probability = np.exp(log_softmax(scores, axis=1))
         gaps = (limits - best) / certainty
         rows = zip(found.scores, above, found.factors, found.bearings, gaps, strict=True)
-        known = listed(self.bearing), self.orders_, margin
+        known = listed(self.bearing), self.orders_, margin, self.slip
         judged.evidence = np.array([evidence_sentence(*row, *known) for row in rows], dtype=object)
         return judged
 
@@ -607,21 +605,15 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         return own
 
     def _check_parameters(self):
-        for name in ("bearing", "sampling_rate"):
-            if getattr(self, name) is None:
-                raise ValueError(f"{name} is None, expected a value: it has no default.")
         for name in ("sampling_rate", "gear_ratio", "slip"):
             check_real(getattr(self, name), name, **ABOVE_0)
         check_rate(self.false_alarm_rate, "false_alarm_rate")
         check_real(self.wrong_name_rate, "wrong_name_rate", max_val=0.5, **ABOVE_0)
         check_real(self.speed_tolerance, "speed_tolerance", min_val=0, max_val=0.3)
         if self.speed_range is not None:
-            ends = np.asarray(self.speed_range, dtype=np.float64)
-            if ends.shape != (2,) or not 0 < ends[0] < ends[1] < np.inf:
-                raise ValueError(
-                    f"speed_range={self.speed_range!r}, expected two speeds in revolutions per "
-                    "minute, the lower one first."
-                )
+            low, high = self.speed_range
+            check_real(high, "speed_range[1]", **ABOVE_0)
+            check_real(low, "speed_range[0]", **ABOVE_0 | {"max_val": high})
         for label, place in (self.places or {}).items():
             if place not in PLACES:
                 raise ValueError(

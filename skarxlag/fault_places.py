@@ -21,10 +21,11 @@ _WORDS = {"inner": "the inner race", "outer": "the outer race", "ball": "a rolli
 #: Log odds of two places for each neper between their scores: of all faulty recordings, and of
 #: those that are named, whose scores lie 1.6 nepers apart in the mean.
 CONFIDENCE, _CONFIDENCE_NAMED, _MEAN_MARGIN = 5.0, 10.0, 1.6
-#: Gumbel distribution of the best score of healthy recordings, location and scale in nepers: from
-#: ten recordings of three rigs, `python -m benchmarks.fault_orders --null`. The second location is
-#: that above the mean scores of the same machine at other speeds.
-HEALTHY_LOCATION, OTHER_SPEED_LOCATION, HEALTHY_SCALE = 0.94, 0.11, 0.29
+#: Gumbel distribution of the best score of healthy rows, location and scale in nepers: from 82
+#: stretches of 1 s of three rigs, `python -m benchmarks.fault_orders --null`. Scores of longer rows
+#: scatter less. The second location is that above the mean scores of the same machine at other
+#: speeds.
+HEALTHY_LOCATION, OTHER_SPEED_LOCATION, HEALTHY_SCALE = 0.86, 0.06, 0.31
 #: Rows that `HEALTHY_SCALE` counts for when healthy rows of the machine are at hand.
 _PRIOR_ROWS = 10
 #: Settings of `comb_evidence` and `discounted`, chosen by leaving rigs out, by
@@ -173,17 +174,6 @@ def discounted(
     return log_softmax(nearest**-distrust * log_probability, axis=1)
 
 
-def gumbel_quantile(rate: float, location: float) -> float:
-    """Score that healthy rows exceed at a rate."""
-    return location - HEALTHY_SCALE * np.log(-np.log1p(-rate))
-
-
-def gumbel_p_value(score: Any, location: float) -> Any:
-    """Share of healthy rows that exceed a score."""
-    above = -np.expm1(-np.exp((location - score) / HEALTHY_SCALE))
-    return np.maximum(above, LEAST_P)
-
-
 def evidence_sentence(
     scores: NDArray[Any],
     above: NDArray[Any],
@@ -193,6 +183,7 @@ def evidence_sentence(
     given: list[Any],
     orders: NDArray[Any],
     least_margin: float,
+    slip: float,
 ) -> str:
     """Describe the combs of a row in a sentence.
 
@@ -209,6 +200,8 @@ def evidence_sentence(
         Their orders of the cage, the spin, the inner and the outer race.
     least_margin : float
         Difference of the two best above which the better one is named.
+    slip : float
+        Largest logarithm of the factor that slip explains.
 
     Returns
     -------
@@ -229,30 +222,19 @@ def evidence_sentence(
     if above[best] - above[second] < least_margin:
         return f"impacts of {size} fit {where} and {_WORDS[FAULTS[second]]} nearly as well"
     order = (orders[bearing] * [1, 2, 1, 1])[1 + best] * factor
-    return (
-        f"impacts at {order:.2f} orders, {where}, {size}, {100 * (factor - 1):+.1f} % from the "
-        "nominal order"
-    )
+    found = f"impacts at {order:.2f} orders, {where}, {size}, {100 * (factor - 1):+.1f} % from the "
+    is_far = abs(np.log(factor)) > slip
+    doubt = ", which is more than slip explains: check the speed and the bearing"
+    return f"{found}nominal order{doubt if is_far else ''}"
 
 
-def tail_scale(healthy: NDArray[Any]) -> float:
-    """Compute the scale of the tail above the best scores of healthy rows of a machine.
-
-    It is the mean of their own Gumbel scale and of that of other machines, as root mean square.
-    """
-    own = 6 * np.var(healthy) / np.pi**2 if len(healthy) else 0.0
-    return float(np.sqrt(np.average([own, HEALTHY_SCALE**2], weights=[len(healthy), _PRIOR_ROWS])))
-
-
-def limit_of_healthy(healthy: NDArray[Any], scale: float, rate: float) -> float:
+def limit_of_healthy(healthy: NDArray[Any], rate: float) -> float:
     """Score whose p-value is the rate, see `p_values_of_healthy`.
 
     Parameters
     ----------
     healthy : ndarray of shape (n_rows,)
         Best scores of healthy rows, ascending. Empty: those of other machines.
-    scale : float
-        Of the exponential tail above the largest.
     rate : float
         Share of healthy rows above the limit.
 
@@ -263,18 +245,57 @@ def limit_of_healthy(healthy: NDArray[Any], scale: float, rate: float) -> float:
     """
     n_rows = len(healthy)
     if n_rows == 0:
-        return float(gumbel_quantile(rate, HEALTHY_LOCATION))
+        return _gumbel_limit(rate, HEALTHY_LOCATION)
     n_above = int(rate * (n_rows + 1) + 1e-9)
     if n_above >= 1:
         return float(healthy[-min(n_above, n_rows)])
-    return float(healthy[-1] - scale * np.log(rate * (n_rows + 1)))
+    return float(healthy[-1] - _tail_scale(healthy) * np.log(rate * (n_rows + 1)))
 
 
-def p_values_of_healthy(best: Any, healthy: NDArray[Any], scale: float) -> Any:
-    """Share of healthy rows with a larger best score, with an exponential tail above all."""
+def limit_elsewhere(limit: float, rate: float) -> float:
+    """Score that healthy rows exceed at a rate at speeds that no row of the limit had."""
+    return max(limit, _gumbel_limit(rate, OTHER_SPEED_LOCATION))
+
+
+def p_values_of_healthy(
+    best: NDArray[Any], healthy: NDArray[Any], is_far: NDArray[np.bool_]
+) -> NDArray[Any]:
+    """Compute the share of healthy rows with a larger best score, above all of them by a tail.
+
+    Parameters
+    ----------
+    best : ndarray of shape (n,)
+        Best scores.
+    healthy : ndarray of shape (n_rows,)
+        Best scores of healthy rows, ascending. Empty: those of other machines.
+    is_far : ndarray of bool of shape (n,)
+        Whether no healthy row had such a speed.
+
+    Returns
+    -------
+    ndarray of shape (n,)
+        In (0, 1].
+    """
     n_rows = len(healthy)
     if n_rows == 0:
-        return gumbel_p_value(best, HEALTHY_LOCATION)
+        return _gumbel_p_value(best, HEALTHY_LOCATION)
     n_above = n_rows - np.searchsorted(healthy, best)
-    beyond = np.maximum(best - healthy[-1], 0) / scale
-    return np.maximum(np.exp(-beyond) * (1 + n_above) / (1 + n_rows), LEAST_P)
+    beyond = np.maximum(best - healthy[-1], 0) / _tail_scale(healthy)
+    here = np.maximum(np.exp(-beyond) * (1 + n_above) / (1 + n_rows), LEAST_P)
+    elsewhere = _gumbel_p_value(best, OTHER_SPEED_LOCATION)
+    return np.where(is_far, np.maximum(here, elsewhere), here)
+
+
+def _tail_scale(healthy):
+    """Root mean square of the Gumbel scale of healthy rows and of that of other machines."""
+    variances = [6 * np.var(healthy) / np.pi**2, HEALTHY_SCALE**2]
+    return float(np.sqrt(np.average(variances, weights=[len(healthy), _PRIOR_ROWS])))
+
+
+def _gumbel_limit(rate, location):
+    return float(location - HEALTHY_SCALE * np.log(-np.log1p(-rate)))
+
+
+def _gumbel_p_value(score, location):
+    above = -np.expm1(-np.exp((location - score) / HEALTHY_SCALE))
+    return np.maximum(above, LEAST_P)

@@ -36,5 +36,5 @@ def test_a_cage_counts_in_rows_of_two_of_its_turns(turns_of_cage, weight):
     contrast = np.zeros(4001)
     contrast[[40, 80, 120, 160]] = 1.0
     orders = np.array([[0.4, 2.3, 5.4, 3.7]])
-    scores, *_ = best_combs(contrast, turns_of_cage / 0.4, orders, 0.0, 0.03)
+    scores = best_combs(contrast, turns_of_cage / 0.4, orders, 0.0, 0.03)["scores"]
     np.testing.assert_allclose(scores, [weight, 0, 0], atol=1e-12)

@@ -15,7 +15,7 @@ from skarxlag import (
 )
 from skarxlag._answers import answers
 from skarxlag.envelope_spectra import best_combs
-from skarxlag.fault_places import NOT_IDENTIFIABLE
+from skarxlag.fault_places import NOT_IDENTIFIABLE, limit_elsewhere
 
 RATE = 10_000.0
 ORDERS = bearing_orders("6205")
@@ -79,7 +79,9 @@ def test_the_limit_is_the_score_with_the_stated_p_value(rows, healthy):
         classifier(false_alarm_rate=0.01).fit(healthy, ["healthy"] * 40, rpm=900),
     ):
         for rpm in (900.0, 1200.0):
-            limit = fitted._limits(np.array([rpm]))[0]
+            limit = fitted.limit_
+            if rpm != 900.0 or fitted.healthy_speeds_.size == 0:
+                limit = limit_elsewhere(limit, 0.01)
             scores = np.array([[limit, -9, -9]]) + fitted.reference_
             assert fitted._judge(found(scores, rpm)).p_value[0] == pytest.approx(0.01, rel=1e-6)
             assert fitted._judge(found(scores + 0.1, rpm)).p_value[0] < 0.01
@@ -115,6 +117,15 @@ def test_speed_slip_and_gear_ratio(rows):
     )
     geared = classifier(gear_ratio=2.0).fit(rows)
     assert geared.predict(rows, rpm=450).tolist() == NAMES
+    # The bearing turns with 900 rpm, so that its contrasts are the same.
+    for ratio in (0.01, 20.0):
+        geared = classifier(gear_ratio=ratio).fit(rows)
+        found = geared.match(rows, rpm=900 / ratio)
+        expected = fitted.match(rows, rpm=900).contrasts
+        np.testing.assert_allclose(found.contrasts, expected, atol=1e-9)
+        np.testing.assert_allclose(found.rpm, 900 / ratio)
+        # One turn and a half of the bearing's shaft is too short.
+        assert np.isnan(geared.match(rows, rpm=90 / ratio).rpm).all()
 
 
 def test_speed_is_searched_in_the_stated_range():
@@ -182,24 +193,33 @@ def test_evidence_is_a_sentence(rows):
     assert said[0].startswith("no comb exceeds its limit; the strongest is that of")
     assert said[2].startswith("impacts at 5.4")
     assert "the inner race of 6205" in said[2]
+    assert said[2].endswith("% from the nominal order")
+    # At 6 % from the nominal order, a parameter decides what slip and the speed explain.
+    for slip, doubt in ((0.03, True), (0.08, False)):
+        fitted = classifier(slip=slip).fit(rows)
+        (said,) = fitted.diagnose([row("inner", rpm=954, amplitude=20)], rpm=900).evidence
+        assert said.startswith("impacts at 5.7")
+        assert said.endswith("more than slip explains: check the speed and the bearing") == doubt
 
 
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"bearing": None}, "bearing is None"),
-        ({"sampling_rate": None}, "sampling_rate is None"),
+        ({"bearing": None}, "bearing must be a name, .* got None"),
+        ({"sampling_rate": None}, "sampling_rate must be an instance of float, not NoneType"),
         ({"bearing": "6205x"}, "bearing '6205x' is not known"),
         ({"bearing": []}, "empty sequence"),
         ({"false_alarm_rate": 0}, "false_alarm_rate"),
         ({"wrong_name_rate": 0.6}, "wrong_name_rate"),
         ({"gear_ratio": -1}, "gear_ratio"),
-        ({"speed_range": (900, 600)}, "speed_range=.900, 600."),
+        ({"speed_range": (900, 600)}, "speed_range.0. == 900, must be < 600"),
+        ({"speed_range": (-900, 600)}, "speed_range.0. == -900, must be > 0"),
+        ({"speed_range": (900, np.inf)}, "speed_range.1. == inf, must be finite"),
         ({"places": {"a": "cage"}}, "places.'a'. is 'cage'"),
     ],
 )
 def test_bad_parameters_are_named(options, message, rows):
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises((TypeError, ValueError), match=message):
         classifier(**options).fit(rows, rpm=900)
 
 
@@ -262,7 +282,6 @@ def test_behind_a_model_saved_and_loaded(rows, tmp_path):
         ("orders_", np.zeros((1, 4))),
         ("class_places_", np.array([0, 1, 2, 9])),
         ("healthy_scores_", np.array([2.0, 1.0])),
-        ("tail_scale_", 0.0),
         ("reference_", np.zeros(2)),
     ],
 )
@@ -278,6 +297,7 @@ def test_the_cage_counts_in_rows_that_resolve_it(healthy):
     contrast = np.zeros(4001)
     contrast[[round(100 * k * ORDERS["cage"]) for k in (1, 2, 3, 4)]] = 2.0
     scores = [
-        best_combs(contrast, n_turns, fitted.orders_, 0.0, 0.03)[0][0] for n_turns in (15.0, 3.0)
+        best_combs(contrast, n_turns, fitted.orders_, 0.0, 0.03)["scores"][0]
+        for n_turns in (15.0, 3.0)
     ]
     assert scores[0] > 0.5 > scores[1] == 0

@@ -609,7 +609,7 @@ def test_combs_are_gathered_beside_learned_spectra(joint):
     spectra = effective_number(40) * found.spectra.mean(axis=0)
     contrast, decide = found.contrasts.mean(axis=0), joint["decide"]
     orders, places = decide.orders_, decide.class_places_
-    scores = best_combs(contrast, 3, orders, 0.1, 0.03)[0] - decide.reference_
+    scores = best_combs(contrast, 3, orders, 0.1, 0.03)["scores"] - decide.reference_
     combs = comb_evidence(np.sqrt(effective_number(40, 0.2)) * scores[np.newaxis], places)[0]
     assert last.probability == pytest.approx(softmax(spectra + combs).max())
 
