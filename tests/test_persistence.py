@@ -2,8 +2,10 @@ import importlib
 import json
 import pickle
 import re
+import shutil
 import sys
 import tracemalloc
+from pathlib import Path
 from zipfile import ZIP_BZIP2, ZIP_DEFLATED, ZIP_LZMA, ZIP_STORED, ZipFile
 
 import numpy as np
@@ -61,11 +63,16 @@ Y = np.repeat(["good", "worn", "broken"], 10)
 X = np.concatenate([lfilter([1.0], [1.0, a], rng.normal(size=(10, 300))) for a in (-0.9, 0.0, 0.9)])
 
 
-@pytest.fixture
-def saved(tmp_path):
-    path = tmp_path / "bearing.skops"
+@pytest.fixture(scope="module")
+def original(tmp_path_factory):
+    path = tmp_path_factory.mktemp("saved") / "bearing.skops"
     save_diagnoser(make_alpio(healthy="good").fit(X, Y), path, sampling_rate=50e3)
     return path
+
+
+@pytest.fixture
+def saved(original, tmp_path):
+    return Path(shutil.copy(original, tmp_path))
 
 
 def rewrite(path, change, keep_digest=False):

@@ -2,6 +2,7 @@
 
 import copy
 import warnings
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,13 +12,18 @@ from skarxlag import make_alpio, make_diagnoser, make_extended_state_pio
 from skarxlag._state import as_fitted, check_model_state, check_state
 from tests.test_common import ESTIMATORS, labels, outputs, signals
 
-with warnings.catch_warnings():
-    # A detector says that it has few windows.
-    warnings.simplefilter("ignore", UserWarning)
-    FITTED = [clone(e).fit(signals((12, 40)), labels(12)) for e in ESTIMATORS]
 #: One of each class is enough where the class decides.
-OF_EACH_CLASS = list({type(fitted): fitted for fitted in FITTED}.values())
+OF_EACH_CLASS = list({type(e): e for e in ESTIMATORS}.values())
 TABLE = signals((12, 40))
+
+
+@cache
+def fitted_once(estimator):
+    """Return the fitted estimator, which no test may change."""
+    with warnings.catch_warnings():
+        # A detector says that it has few windows.
+        warnings.simplefilter("ignore", UserWarning)
+        return clone(estimator).fit(TABLE, labels(12))
 
 
 def tampered(value):
@@ -94,8 +100,9 @@ def alterations(fitted):
             yield name, str(value), np.full_like(original, value) if is_array else value
 
 
-@pytest.mark.parametrize("fitted", OF_EACH_CLASS, ids=lambda e: type(e).__name__)
-def test_altered_attribute_is_refused_by_name_before_it_is_used(fitted):
+@pytest.mark.parametrize("estimator", OF_EACH_CLASS, ids=lambda e: type(e).__name__)
+def test_altered_attribute_is_refused_by_name_before_it_is_used(estimator):
+    fitted = fitted_once(estimator)
     names, passed = learnt(fitted), []
     estimator = copy.copy(fitted)
     outputs(estimator, TABLE)
@@ -114,8 +121,9 @@ def test_altered_attribute_is_refused_by_name_before_it_is_used(fitted):
     outputs(estimator, TABLE)
 
 
-@pytest.mark.parametrize("fitted", OF_EACH_CLASS, ids=lambda e: type(e).__name__)
-def test_every_fitted_attribute_stands_in_the_table_or_is_checked_by_its_estimator(fitted):
+@pytest.mark.parametrize("estimator", OF_EACH_CLASS, ids=lambda e: type(e).__name__)
+def test_every_fitted_attribute_stands_in_the_table_or_is_checked_by_its_estimator(estimator):
+    fitted = fitted_once(estimator)
     checked = {"_check_relations", "feature_names_in_"}
     in_relations = {
         "ThresholdLadder": {"rungs_"},
@@ -133,15 +141,16 @@ def test_every_fitted_attribute_stands_in_the_table_or_is_checked_by_its_estimat
 
 
 def test_small_array_changed_in_place_is_seen():
-    model = copy.deepcopy(FITTED[0])
+    model = copy.deepcopy(fitted_once(ESTIMATORS[0]))
     model.transform(TABLE)
     model.orders_[0] = 10**6
     with pytest.raises(ValueError, match="coef_ has shape"):
         model.transform(TABLE)
 
 
-@pytest.mark.parametrize("estimator", FITTED, ids=str)
+@pytest.mark.parametrize("estimator", ESTIMATORS, ids=str)
 def test_every_estimator_accepts_its_own_state(estimator):
+    estimator = fitted_once(estimator)
     check_state(estimator)
     assert as_fitted(estimator) is as_fitted(estimator)
     check_state(copy.deepcopy(estimator))
@@ -159,9 +168,9 @@ def changed(name, value):
     return value + 1 if isinstance(value, int) else None
 
 
-@pytest.mark.parametrize("fitted", FITTED, ids=str)
-def test_prediction_uses_the_parameters_of_fit(fitted):
-    estimator = copy.deepcopy(fitted)
+@pytest.mark.parametrize("estimator", ESTIMATORS, ids=str)
+def test_prediction_uses_the_parameters_of_fit(estimator):
+    estimator = copy.deepcopy(fitted_once(estimator))
     expected = outputs(estimator, TABLE)
     parameters = estimator.get_params(deep=False)
     for name, value in parameters.items():
@@ -176,7 +185,7 @@ def test_prediction_uses_the_parameters_of_fit(fitted):
 
 
 def test_altered_attribute_is_refused_after_set_params():
-    model = copy.deepcopy(FITTED[0]).set_params(order=3)
+    model = copy.deepcopy(fitted_once(ESTIMATORS[0])).set_params(order=3)
     model.transform(TABLE)
     model.coef_ = model.coef_[:, :3]
     with pytest.raises(ValueError, match="coef_ has shape"):
@@ -185,7 +194,7 @@ def test_altered_attribute_is_refused_after_set_params():
 
 @pytest.mark.parametrize("entries", [None, np.array([1.0]), {"order": 4, "other": 1}])
 def test_note_of_the_parameters_is_checked(entries):
-    model = copy.deepcopy(FITTED[0])
+    model = copy.deepcopy(fitted_once(ESTIMATORS[0]))
     model._fitted_parameters = entries
     with pytest.raises(ValueError, match="_fitted_parameters"):
         model.transform(TABLE)
@@ -193,7 +202,7 @@ def test_note_of_the_parameters_is_checked(entries):
 
 @pytest.mark.parametrize("entries", [{"alpha": -1.0}, {"order": 0}])
 def test_parameters_of_fit_are_checked_by_their_ranges(entries):
-    model = copy.deepcopy(FITTED[0])
+    model = copy.deepcopy(fitted_once(ESTIMATORS[0]))
     model._fitted_parameters = entries
     with pytest.raises(ValueError, match=next(iter(entries))):
         model.transform(TABLE)

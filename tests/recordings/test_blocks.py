@@ -174,7 +174,7 @@ print(n_windows, peak() - before)
 @pytest.mark.parametrize("suffix", [".npy", ".wav"])
 def test_memory_does_not_grow_with_the_recording(tmp_path, suffix):
     path = tmp_path / f"run{suffix}"
-    n_samples = 25_000_000
+    n_samples = 12_500_000
     with path.open("wb") as file:
         if suffix == ".npy":
             header = {"descr": "<f8", "fortran_order": False, "shape": (n_samples,)}
@@ -191,7 +191,7 @@ def test_memory_does_not_grow_with_the_recording(tmp_path, suffix):
     )
     n_windows, megabytes = map(float, done.stdout.split())
     assert n_windows == n_samples // 1200
-    assert megabytes < 60  # the samples are 190
+    assert megabytes < 60  # the samples are 95
 
 
 @pytest.mark.parametrize("suffix", [".parquet", ".feather", ".csv", ".npy", ".bin"])
