@@ -283,8 +283,8 @@ def _one_for_each(name, value, n_channels):
 
 def warn_user(text: str) -> None:
     """Issue a UserWarning for the line that called this package, or scikit-learn about it."""
-    names = [each.frame.f_globals["__name__"].partition(".")[0] for each in inspect.stack(0)]
-    ours = [level for level, name in enumerate(names, 1) if name in ("skarxlag", "sklearn")]
+    names = [each.frame.f_globals.get("__name__", "") for each in inspect.stack(0)]
+    ours = [n for n, name in enumerate(names, 1) if name.split(".")[0] in ("skarxlag", "sklearn")]
     warnings.warn(text, stacklevel=ours[-1] + 1)
 
 
