@@ -19,14 +19,14 @@ from .ladder import ThresholdLadder as ThresholdLadder
 from .model_selection import SpeedSplit as SpeedSplit
 from .model_selection import cross_speed_predict as cross_speed_predict
 from .monitoring import ConditionMonitor as ConditionMonitor
-from .monitoring import load_monitor_state as load_monitor_state
-from .monitoring import save_monitor_state as save_monitor_state
 from .observer_bank import ExtendedStatePIObserverBank as ExtendedStatePIObserverBank
 from .observers import ExtendedStatePIObserver as ExtendedStatePIObserver
 from .observers import PIObserver as PIObserver
 from .orders import OrderResidual as OrderResidual
 from .persistence import load_diagnoser as load_diagnoser
+from .persistence import load_monitor_state as load_monitor_state
 from .persistence import save_diagnoser as save_diagnoser
+from .persistence import save_monitor_state as save_monitor_state
 from .pipelines import DiagnosisPipeline as DiagnosisPipeline
 from .quality import signal_quality as signal_quality
 from .recordings.files import iter_windows as iter_windows

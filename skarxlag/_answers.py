@@ -7,6 +7,7 @@ estimator of this package describes itself by a method ``_answers()``, which ret
 
 from __future__ import annotations
 
+from collections import ChainMap
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,14 +20,7 @@ from sklearn.utils.metadata_routing import get_routing_for_object
 from ._state import CheckedEstimator, as_fitted, estimators_within, is_fitted
 
 #: Fields that describe the last step; other fields may come from any step.
-_OF_THE_DECISION = {
-    "alarm",
-    "gathers_combs",
-    "healthy_p_value",
-    "learned",
-    "none_of_these",
-    "stated_rate",
-}
+_OF_THE_DECISION = {"alarm", "healthy_p_value", "none_of_these", "stated_rate"}
 
 
 @dataclass(frozen=True)
@@ -65,10 +59,6 @@ class Answers:
         Whether a row holds several windows.
     sampling_rate : float or None, default=None
         In Hz. None if it is not known.
-    gathers_combs : bool, default=False
-        Whether the last step judges the mean contrast of many rows by `diagnose_gathered`.
-    learned : Pipeline or None, default=None
-        Fitted comparison and decision within the last step, which combs decide together with.
     """
 
     conditions: tuple[Any, ...] | None = None
@@ -86,8 +76,6 @@ class Answers:
     n_outputs: int = 1
     is_stretch: bool = False
     sampling_rate: float | None = None
-    gathers_combs: bool = False
-    learned: Any = None
 
 
 def answers(model: Any) -> Answers:
@@ -103,14 +91,14 @@ def answers(model: Any) -> Answers:
     Answers
         The description.
     """
-    *before, decision = [step for _, step in unfolded_steps(model)]
+    *before, decision = unfolded_steps(model)
     steps = [*before, *_steps_within(decision)]
     declared = [_declared(step) for step in steps]
-    found = _rows_of(steps[0])
-    for fields in reversed(declared):
-        found |= {name: fields[name] for name in fields.keys() - _OF_THE_DECISION}
     own = _declared(decision)
-    found |= {name: own[name] for name in own.keys() & _OF_THE_DECISION}
+    # A step that comes first takes precedence.
+    found = _rows_of(steps[0]) | ChainMap(*declared)
+    for name in _OF_THE_DECISION - own.keys():
+        found.pop(name, None)
     found["takes_rpm"] = (
         any(requests(step, "transform", "rpm") for step in before)
         or requests(decision, "predict", "rpm")
@@ -136,7 +124,7 @@ def requests(estimator: Any, method: str, name: str) -> bool:
     return bool(get_routing_for_object(estimator).consumes(method, [name]))
 
 
-def unfolded_steps(model: Any) -> list[tuple[str, Any]]:
+def unfolded_steps(model: Any) -> list[Any]:
     """Return the steps of a model, with the steps of pipelines within pipelines in their place.
 
     Parameters
@@ -146,24 +134,17 @@ def unfolded_steps(model: Any) -> list[tuple[str, Any]]:
 
     Returns
     -------
-    list of (str, estimator)
-        Names, which are unique, and fitted estimators.
+    list of estimator
+        Fitted estimators.
     """
     if isinstance(model, FrozenEstimator):
         return unfolded_steps(model.estimator)
     if "best_estimator_" in vars(model):
         return unfolded_steps(model.best_estimator_)
     if not isinstance(model, Pipeline):
-        return [("decide", model)]
-    steps = []
-    for name, step in model.steps:
-        if step in (None, "passthrough"):
-            continue
-        inner = unfolded_steps(step)
-        # A step that was not unfolded keeps its name.
-        is_whole = len(inner) == 1 and inner[0][1] is step
-        steps += [(name, step)] if is_whole else [(f"{name} {each}", part) for each, part in inner]
-    return steps
+        return [model]
+    steps = [step for _, step in model.steps if step not in (None, "passthrough")]
+    return [part for step in steps for part in unfolded_steps(step)]
 
 
 def _declared(step):
@@ -175,14 +156,12 @@ def _steps_within(decision):
     if not isinstance(decision, CheckedEstimator):
         for part in estimators_within(decision):
             if isinstance(part, Pipeline) and is_fitted(part):
-                return [step for _, step in unfolded_steps(part)]
+                return unfolded_steps(part)
     return [decision]
 
 
 def _rows_of(first):
     """Length and channels of the rows that a step was fitted on."""
-    shape = vars(first).get("window_shape_")
-    if shape is None:
-        shape = [getattr(first, "n_features_in_", None)]
+    shape = vars(first).get("window_shape_", [getattr(first, "n_features_in_", None)])
     length = None if shape[-1] is None else int(shape[-1])
     return {"window_length": length, "n_channels": int(shape[0]) if len(shape) == 2 else 1}

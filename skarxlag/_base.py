@@ -41,13 +41,7 @@ class SignalEstimator(CheckedEstimator, DocumentedEstimator):
         return tags
 
 
-class ArrayTransformer(
-    CheckedEstimator,
-    DocumentedEstimator,
-    TransformerMixin,
-    BaseEstimator,
-    auto_wrap_output_keys=None,
-):
+class ArrayTransformer(TransformerMixin, BaseEstimator, auto_wrap_output_keys=None):
     """Transformer whose output has three axes, so that it is always an array."""
 
     def set_output(self, *, transform: str | None = None) -> Self:

@@ -111,14 +111,11 @@ def _read(file, info):
 
 def _check_array_size(name, content):
     stream = io.BytesIO(content)
-    readers = {
-        (1, 0): np.lib.format.read_array_header_1_0,
-        (2, 0): np.lib.format.read_array_header_2_0,
-    }
     version = np.lib.format.read_magic(stream)
-    if version not in readers:
-        raise BadZipFile(f"{name} is an array of format {version}, expected {sorted(readers)}")
-    shape, _, dtype = readers[version](stream)
+    # NumPy uses later versions for arrays of structures only.
+    if version != (1, 0):
+        raise BadZipFile(f"{name} is an array of format {version}, expected (1, 0)")
+    shape, _, dtype = np.lib.format.read_array_header_1_0(stream)
     stated = math.prod(shape) * dtype.itemsize
     if dtype.hasobject or stated != len(content) - stream.tell():
         raise BadZipFile(f"{name} is an array of {dtype} that states {stated:,} bytes")

@@ -9,25 +9,14 @@ from concurrent.futures import ThreadPoolExecutor
 from numbers import Integral
 from typing import Any
 
-from joblib import effective_n_jobs
+from joblib import effective_n_jobs, parallel_config
 from sklearn import config_context, get_config
 from sklearn.utils import check_scalar
 from threadpoolctl import OpenBLASController, ThreadpoolController
 
-
-class _Thread(threading.local):
-    #: Whether this thread works on a batch.
-    is_worker = False
-
-
-_thread = _Thread()
 #: Windows in one batch: fixed, so that no sum depends on the number of workers.
 BATCH = 64
-
-
-@functools.cache
-def _libraries():
-    return ThreadpoolController()
+_libraries = functools.cache(ThreadpoolController)
 
 
 class _OneThread(contextlib.ContextDecorator):
@@ -74,10 +63,6 @@ if os.name == "posix":
     os.register_at_fork(after_in_child=one_thread.__init__)
 
 
-def _become_worker():
-    _thread.is_worker = True
-
-
 def map_batches(
     function: Callable[..., Any], n_windows: int, n_jobs: int | None, batch_size: int = BATCH
 ) -> list[Any]:
@@ -112,14 +97,14 @@ def map_batches(
     with one_thread:
         check_scalar(n_jobs, "n_jobs", (Integral, type(None)))
         n_threads = min(effective_n_jobs(n_jobs), len(batches))
-        if n_threads < 2 or _thread.is_worker:
+        if n_threads < 2:
             return [function(batch) for batch in batches]
         # scikit-learn's settings belong to a thread.
         settings = get_config()
 
         def of_batch(batch):
-            with config_context(**settings):
+            with config_context(**settings), parallel_config("sequential"):
                 return function(batch)
 
-        with ThreadPoolExecutor(n_threads, initializer=_become_worker) as threads:
+        with ThreadPoolExecutor(n_threads) as threads:
             return list(threads.map(of_batch, batches))

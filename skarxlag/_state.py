@@ -65,7 +65,7 @@ class Values(NamedTuple):
         else:
             fits = isinstance(value, np.ndarray) and value.dtype in types
             expected = f"an array of {several}"
-        _require(fits and np.isfinite(value), name, value, expected)
+        expect(fits and np.isfinite(value), name, value, expected)
         found = np.shape(value)
         wanted = [m if n is None else n for n, m in zip(shape, found, strict=False)]
         if len(found) != len(shape) or wanted != list(found):
@@ -73,10 +73,10 @@ class Values(NamedTuple):
             raise ValueError(f"{name} has shape {found}, expected {listed}.")
         if isinstance(self.range, str):
             phrase, bound = self.range.rsplit(" ", 1)
-            _require(_RANGES[phrase](value, float(bound)), name, value, self.range)
+            expect(_RANGES[phrase](value, float(bound)), name, value, self.range)
         elif self.range is not None:
             condition, expected = self.range
-            _require(condition(value, estimator), name, value, expected)
+            expect(condition(value, estimator), name, value, expected)
 
 
 class Labels:
@@ -88,12 +88,20 @@ class Labels:
         is_labels = is_array and (
             value.dtype.kind in "biufU" or all(isinstance(label, str) for label in value)
         )
-        _require(is_labels, name, value, "an array of labels")
-        _require(value[:-1] < value[1:], name, value, "different labels, sorted")
+        expect(is_labels, name, value, "an array of labels")
+        expect(value[:-1] < value[1:], name, value, "different labels, sorted")
 
 
-def _require(holds, name, value, expected):
-    """Raise a ValueError that names an attribute unless all of a condition holds."""
+def expect(holds: Any, name: str, value: object, expected: str) -> None:
+    """Raise a ValueError that names a value, and what was expected, unless all of `holds` is true.
+
+    Examples
+    --------
+    >>> expect(False, "order", -1, "at least 1")
+    Traceback (most recent call last):
+        ...
+    ValueError: order == -1, expected at least 1.
+    """
     if not np.all(holds):
         text = " ".join(repr(value).split())
         shown = text if len(text) <= 100 else f"{text[:97]}..."
@@ -104,29 +112,25 @@ def _require(holds, name, value, expected):
 SPEEDS = Values(
     (None,), (lambda v, e: np.all(v > 0) and np.all(np.diff(v) > 0), "speeds above 0, ascending")
 )
+
+
+def _fits_rows(shape, estimator):
+    return len(shape) in (1, 2) and np.all(shape >= 1) and shape[0] == estimator.n_features_in_
+
+
+def _fits_models(n, estimator):
+    return n == (estimator.n_features_in_ if len(estimator.window_shape_) == 2 else 0)
+
+
 #: Fitted attributes of estimators whose rows are plain.
 TABLE: dict[str, Values | Labels] = {"n_features_in_": Values((), "at least 1", "i")}
 #: Fitted attributes of estimators whose rows are windows.
 WINDOWS = TABLE | {
-    "window_shape_": Values(
-        (None,),
-        (
-            lambda s, e: len(s) in (1, 2) and np.all(s >= 1) and s[0] == e.n_features_in_,
-            "one or two lengths, of which the first is n_features_in_",
-        ),
-        "i",
-    )
+    "window_shape_": Values((None,), (_fits_rows, "1 or 2 lengths, first n_features_in_"), "i")
 }
 #: Fitted attributes of estimators whose rows are innovations, or plain windows.
 INNOVATIONS = WINDOWS | {
-    "n_models_": Values(
-        (),
-        (
-            lambda n, e: n == (e.n_features_in_ if len(e.window_shape_) == 2 else 0),
-            "the number of models in window_shape_, or 0 for plain windows",
-        ),
-        "i",
-    )
+    "n_models_": Values((), (_fits_models, "that of window_shape_, or 0 for plain rows"), "i")
 }
 
 
@@ -162,10 +166,9 @@ def check_state(estimator: CheckedEstimator) -> None:
 
 def remember_parameters(estimator: Any) -> None:
     """Store the parameters at the end of `fit`; `as_fitted` returns to them."""
-    parameters = estimator.get_params(deep=False)
     estimator._fitted_parameters = {
         name: copy.deepcopy(value)
-        for name, value in sorted(parameters.items())
+        for name, value in estimator.get_params(deep=False).items()
         # Prediction uses the fitted copies of other estimators, never the parameter.
         if name not in _FREE_PARAMETERS and not isinstance(value, BaseEstimator)
     }
@@ -197,7 +200,7 @@ def as_fitted(estimator: Any) -> Any:
     check_is_fitted(estimator)
     fitted = vars(estimator).get("_fitted_parameters")
     is_of_fit = isinstance(fitted, dict) and fitted.keys() <= estimator.get_params().keys()
-    _require(is_of_fit, "_fitted_parameters", fitted, "parameters of fit")
+    expect(is_of_fit, "_fitted_parameters", fitted, "parameters of fit")
     checked = object.__new__(type(estimator))
     vars(checked).update(vars(estimator) | fitted)
     check_state(checked)
@@ -243,7 +246,7 @@ def is_fitted(estimator: BaseEstimator) -> bool:
 
 
 def check_model_state(model: Any) -> None:
-    """Check the parameters and the fitted attributes of every estimator within a model.
+    """Check that a model is fitted, and the parameters and fitted attributes within it.
 
     Parameters
     ----------
@@ -253,10 +256,13 @@ def check_model_state(model: Any) -> None:
 
     Raises
     ------
+    NotFittedError
+        If the model is not fitted.
     ValueError
         If a value is out of its range, or steps of a pipeline do not fit together. The message
         names the step, the attribute, its value and what was expected.
     """
+    check_is_fitted(model)
     pipelines, places = [], {}
     for part in estimators_within(model):
         if isinstance(part, Pipeline):
@@ -272,19 +278,12 @@ def check_model_state(model: Any) -> None:
                 place = places.get(id(part), type(part).__name__)
                 raise ValueError(f"{place}: {error}") from error
     for pipeline in pipelines:
-        _check_widths(pipeline)
-
-
-def _check_widths(pipeline):
-    """Compare the number of columns that each step returns with the next step's input."""
-    width = None
-    for name, step in pipeline.steps:
-        n_features = vars(step).get("n_features_in_", width)
-        if width is not None and n_features != width:
-            raise ValueError(
-                f"Step {name!r}: n_features_in_ == {n_features}, but the step before returns "
-                f"{width} columns."
-            )
-        # The last step may be no transformer.
-        if step is not pipeline.steps[-1][1]:
-            width = len(step.get_feature_names_out())
+        width = None
+        for name, step in pipeline.steps:
+            n_features = vars(step).get("n_features_in_", width)
+            expected = f"{width}: the step before returns {width} columns"
+            is_fit = width in (None, n_features)
+            expect(is_fit, f"Step {name!r}: n_features_in_", n_features, expected)
+            # The last step may be no transformer.
+            if step is not pipeline.steps[-1][1]:
+                width = len(step.get_feature_names_out())

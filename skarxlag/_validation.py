@@ -16,17 +16,11 @@ from sklearn.utils import check_array, check_scalar, get_tags
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import validate_data
 
-from ._state import as_fitted
+from ._state import as_fitted, expect
 
 
 def validate_signals(
-    estimator: Any,
-    X: ArrayLike,
-    y: ArrayLike | None = None,
-    *,
-    reset: bool,
-    expected: str,
-    any_length: bool = False,
+    estimator: Any, X: ArrayLike, y: Any = None, *, reset: bool, any_length: bool = False
 ) -> tuple[NDArray[Any], NDArray[Any] | None]:
     """Check an array of two or three axes, and conditions if there are any.
 
@@ -40,8 +34,6 @@ def validate_signals(
         Conditions.
     reset : bool
         True in `fit`.
-    expected : str
-        Description of X for the message.
     any_length : bool, default=False
         Whether windows of several channels may be longer or shorter than in `fit`. scikit-learn's
         contract fixes the length of windows of one channel, which are rows of a table.
@@ -74,8 +66,8 @@ def validate_signals(
         check_labels(y)
         X, y = validate_data(estimator, X, y, **check)
         check_classification_targets(y)
-    if X.ndim > 3:
-        raise ValueError(f"X has shape {X.shape}, expected {expected}.")
+    shapes = "(n_rows, n_samples) or (n_rows, n_channels, n_samples), or models for channels"
+    expect(X.ndim <= 3, "X.shape", X.shape, shapes)
     if reset:
         estimator.window_shape_ = np.array(X.shape[1:])
     return X, y
@@ -104,12 +96,10 @@ def _check_window_shape(estimator, shape, any_length):
     if len(shape) not in (1, 2) or len(shape) == len(fitted) == 1:
         return
     any_length = any_length and len(shape) == len(fitted) == 2
-    if shape[0] != fitted[0] or (shape != fitted and not any_length):
-        wanted = f"({fitted[0]}, any)" if any_length else fitted
-        raise ValueError(
-            f"X has windows of shape {shape}, but {type(estimator).__name__} was fitted on windows "
-            f"of shape {wanted}: channels or models first, where there are several, then samples."
-        )
+    fits = shape == fitted or (any_length and shape[0] == fitted[0])
+    name = f"X has windows of shape {shape}, but {type(estimator).__name__}"
+    if not fits:
+        raise ValueError(f"{name} was fitted on windows of shape {fitted}: channels, then samples.")
 
 
 def check_labels(y: ArrayLike | None) -> None:
@@ -122,42 +112,24 @@ def check_labels(y: ArrayLike | None) -> None:
     >>> check_labels(["normal", 3])
     Traceback (most recent call last):
         ...
-    ValueError: y has labels that are texts and labels that are numbers: 'normal' and 3...
+    ValueError: y == ['normal', 3], expected labels that are all texts or all numbers.
     """
     if isinstance(y, np.ndarray) and y.dtype != object:
         return
     labels = np.asarray(y, dtype=object).ravel()
-    texts = [label for label in labels if isinstance(label, str)]
-    numbers = [label for label in labels if isinstance(label, Real)]
-    if texts and numbers:
-        raise ValueError(
-            f"y has labels that are texts and labels that are numbers: {texts[0]!r} and "
-            f"{numbers[0]!r}. Expected labels of one type."
-        )
+    kinds = {isinstance(label, str): label for label in labels if isinstance(label, str | Real)}
+    expect(len(kinds) < 2, "y", list(kinds.values()), "labels that are all texts or all numbers")
 
 
 def validate_innovations(
-    estimator: Any,
-    X: ArrayLike,
-    y: ArrayLike | None = None,
-    *,
-    reset: bool,
-    any_length: bool = False,
+    estimator: Any, X: ArrayLike, y: Any = None, *, reset: bool, any_length: bool = False
 ) -> tuple[NDArray[Any], NDArray[Any] | None]:
     """Check innovations as `validate_signals` does, and return them with three axes.
 
     Plain windows are the innovations of one model that predicts nothing. `fit` stores the number
     of models in `n_models_`, 0 for plain windows.
     """
-    X, y = validate_signals(
-        estimator,
-        X,
-        y,
-        reset=reset,
-        expected="innovations of shape (n_windows, n_models, n_samples) or windows of shape "
-        "(n_windows, n_samples)",
-        any_length=any_length,
-    )
+    X, y = validate_signals(estimator, X, y, reset=reset, any_length=any_length)
     if reset:
         estimator.n_models_ = X.shape[1] if X.ndim == 3 else 0
     return (X if X.ndim == 3 else X[:, np.newaxis]), y
@@ -165,11 +137,8 @@ def validate_innovations(
 
 def of_one_model(X: NDArray[Any]) -> NDArray[Any]:
     """Return innovations of shape (n_windows, n_samples), and refuse those of several models."""
-    if X.shape[1] != 1:
-        raise ValueError(
-            f"X has the innovations of {X.shape[1]} models, expected those of one: "
-            "ARXLaguerre(bank=False)."
-        )
+    one = "1 model, as of ARXLaguerre(bank=False)"
+    expect(X.shape[1] == 1, "Number of models in X", X.shape[1], one)
     return X[:, 0]
 
 
@@ -209,15 +178,10 @@ def weighted_windows(
     weights = check_array(
         sample_weight, dtype=np.float64, ensure_2d=False, input_name="sample_weight"
     )
-    if weights.shape != (len(X),):
-        raise ValueError(
-            f"sample_weight has shape {weights.shape}, expected one weight for each of "
-            f"{len(X)} windows."
-        )
-    if weights.min() < 0:
-        raise ValueError(f"sample_weight has {weights.min():g}, expected weights of at least 0.")
-    if weights.max() == 0:
-        raise ValueError("All weights in sample_weight are zero, expected one above 0.")
+    expected = f"{(len(X),)}, one weight for each window"
+    expect(weights.shape == (len(X),), "sample_weight.shape", weights.shape, expected)
+    is_weight = weights.min() >= 0 and weights.max() > 0
+    expect(is_weight, "sample_weight", weights, "weights of at least 0, one of them above 0")
     counted = weights > 0
     if counted.all():
         return X, y, weights
@@ -273,11 +237,8 @@ def _one_for_each(name, value, n_channels):
     if len(entries) == 2:
         of_output, of_inputs = entries
         entries = [of_output, *[of_inputs] * (n_channels - 1)]
-    if len(entries) != n_channels:
-        raise ValueError(
-            f"{name}={value!r} has {len(entries)} entries, but windows have {n_channels} channels; "
-            "expected one value, two (of the output and of all inputs), or one for each channel."
-        )
+    each = f"one value, two (of output and inputs), or {n_channels}, one for each channel"
+    expect(len(entries) == n_channels, name, value, each)
     return entries
 
 

@@ -315,8 +315,7 @@ class SpectralDistance(StretchTransformer):
         return np.tile(of_group, n_groups)
 
     def _validate(self, X, y=None, *, reset=False):
-        expected = "log spectra, (n_windows, n_groups, n_frequencies) or (n_windows, n_frequencies)"
-        X, y = validate_signals(self, X, y, reset=reset, expected=expected)
+        X, y = validate_signals(self, X, y, reset=reset)
         largest = np.max(np.abs(X))
         if largest > _LARGEST:
             raise ValueError(

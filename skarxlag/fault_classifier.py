@@ -595,8 +595,6 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             "needs_rpm": self.speed_range is None,
             "is_stretch": True,
             "sampling_rate": self.sampling_rate,
-            "gathers_combs": True,
-            "learned": self.conditions_,
         }
         if self.conditions_ is not None:
             learned = vars(answers(self.conditions_)) | {"needs_rpm": False}

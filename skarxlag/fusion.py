@@ -17,7 +17,7 @@ from sklearn.utils.metaestimators import available_if
 
 from ._answers import answers
 from ._base import SignalEstimator
-from ._state import WINDOWS, is_fitted, remember_parameters, uses_fitted
+from ._state import WINDOWS, expect, is_fitted, remember_parameters, uses_fitted
 from ._validation import validate_signals
 from .evidence import SMALLEST_PROBABILITY
 from .pipelines import in_one_pass
@@ -130,32 +130,23 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         ValueError
             If `n_outputs` is below 1 or above the number of channels.
         """
-        X, y = self._validate(X, y, reset=True)
+        X, y = validate_signals(self, X, y, reset=True, any_length=True)
         self._check_parameters()
         n_channels = X.shape[1] if X.ndim == 3 else 1
         n = n_channels if self.n_outputs is None else self.n_outputs
-        if n > n_channels:
-            raise ValueError(f"n_outputs={n}, expected at most {n_channels}, the channels of X.")
-        copies = [clone(self.estimator) for _ in range(n)]
-        rates = {
-            name: value / n
-            for name, value in self.estimator.get_params().items()
-            if name.rpartition("__")[2] in _RATES
-        }
+        expect(n <= n_channels, "n_outputs", n, f"at most {n_channels}, the channels of X")
+        stated = self.estimator.get_params().items()
+        rates = {name: value / n for name, value in stated if name.endswith(_RATES)}
         self.estimators_: list[Any] = [
-            each.set_params(**rates).fit(_channels(X, s, n), y, **params)
-            for s, each in enumerate(copies)
+            clone(self.estimator).set_params(**rates).fit(_channels(X, s, n), y, **params)
+            for s in range(n)
         ]
         remember_parameters(self)
         return self
 
-    def _validate(self, X, y=None, *, reset=False):
-        expected = "rows of shape (n_rows, n_outputs + n_inputs, n_samples) or (n_rows, n_samples)"
-        return validate_signals(self, X, y, reset=reset, expected=expected, any_length=True)
-
     def _asked(self, method, X, params):
         """Return the results of a method of all outputs."""
-        X, _ = self._validate(X)
+        X, _ = validate_signals(self, X, reset=False, any_length=True)
         models = [in_one_pass(each) for each in self.estimators_]
         return [
             getattr(each, method)(_channels(X, s, len(models)), **params)
@@ -321,16 +312,9 @@ class SensorFusion(SignalEstimator, BaseEstimator):
 
     def _answers(self):
         n, inner = len(self.estimators_), vars(answers(self.estimators_[0]))
-        rate = inner["stated_rate"]
-        shape = self.window_shape_
-        return inner | {
-            "stated_rate": None if rate is None else n * rate,
-            "n_channels": int(shape[0]) if len(shape) == 2 else 1,
-            "n_outputs": n,
-            # One output gathers its combs by itself, and has learned conditions of its own.
-            "gathers_combs": False,
-            "learned": None,
-        }
+        rate = None if inner["stated_rate"] is None else n * inner["stated_rate"]
+        own = {"n_outputs": n, "n_channels": inner["n_channels"] + n - 1}
+        return inner | own | {"stated_rate": rate}
 
     def _check_parameters(self):
         if self.n_outputs is not None:
@@ -339,18 +323,14 @@ class SensorFusion(SignalEstimator, BaseEstimator):
     def _check_relations(self):
         found, (n_channels, length) = vars(self).get("estimators_"), [1, *self.window_shape_][-2:]
         is_right = isinstance(found, list) and 0 < len(found) <= n_channels
-        if not is_right or self.n_outputs not in (None, len(found)):
-            raise ValueError(f"estimators_ == {found!r}, expected one for each output.")
-        if not all(isinstance(each, BaseEstimator) and is_fitted(each) for each in found):
-            raise ValueError("estimators_ has one that is not fitted.")
+        is_right = is_right and self.n_outputs in (None, len(found))
+        expect(is_right, "estimators_", found, "one for each output")
+        is_right = all(isinstance(each, BaseEstimator) and is_fitted(each) for each in found)
+        expect(is_right, "estimators_", found, "fitted ones")
         described = [answers(each) for each in found]
         rows = [(each.conditions, each.n_channels, each.window_length) for each in described]
-        wanted = (rows[0][0], n_channels - len(found) + 1, length)
-        if rows != [wanted] * len(found):
-            raise ValueError(
-                f"estimators_ have conditions, channels and samples {rows}, expected "
-                f"{wanted} for each by window_shape_."
-            )
+        wanted = [(rows[0][0], n_channels - len(found) + 1, length)] * len(found)
+        expect(rows == wanted, "Rows of estimators_", rows, f"{wanted} by window_shape_")
 
     def __sklearn_tags__(self) -> Any:
         tags, inner = super().__sklearn_tags__(), get_tags(_part(self))

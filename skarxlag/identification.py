@@ -442,13 +442,13 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         return np.array([str(name) for name in self.classes_], dtype=object)
 
     def _validate_windows(self, X, y, *, reset):
-        expected = "(n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)"
-        X, y = validate_signals(self, X, y, reset=reset, expected=expected, any_length=True)
+        X, y = validate_signals(self, X, y, reset=reset, any_length=True)
         windows = X[:, np.newaxis] if X.ndim == 2 else X
         if windows.shape[1] > windows.shape[2]:
             raise ValueError(
                 f"X has shape {X.shape}: windows of {windows.shape[1]} channels, but of only "
-                f"{windows.shape[2]} samples. Expected {expected}; transpose the last two axes."
+                f"{windows.shape[2]} samples. Expected (n_windows, 1 + n_inputs, n_samples); "
+                "transpose the last two axes."
             )
         if not reset:
             least = 2 * self._n_transient(int(self.window_shape_[-1]))

@@ -1,4 +1,4 @@
-"""Diagnosers in files that are safe to load."""
+"""Diagnosers, and states of monitors, in files that are safe to load."""
 
 import copy
 import hashlib
@@ -12,15 +12,15 @@ from zipfile import BadZipFile, ZipFile
 import sklearn
 from sklearn.calibration import CalibratedClassifierCV
 from sklearn.pipeline import Pipeline
-from sklearn.utils.validation import check_is_fitted
 
-from ._answers import answers, offers
-from ._facts import check_facts
+from ._answers import Answers, answers, offers
 from ._files import read_members, write_atomically
-from ._state import check_model_state, estimators_within
+from ._state import Values, check_model_state, estimators_within, expect
 from ._version import __version__
 from .detection import FaultDetector, KnownConditions
 from .fusion import SensorFusion
+from .monitoring import ConditionMonitor
+from .verdicts import check_conditions
 
 #: Classes of scikit-learn that a model may contain next to the estimators of this package:
 #: pipelines, calibration, scalers and linear models. They hold arrays and plain values only.
@@ -75,12 +75,27 @@ TRUSTED_TYPES = {
 }
 #: Largest size of a schema in bytes. A model of ten conditions needs 30 kB.
 _LONGEST_SCHEMA = 10 * 2**20
-_FORMAT = "skarxlag diagnoser 1"
-#: Models that are saved next to the diagnoser: the field of `Answers` that each must have, and the
-#: estimator that has it.
-_COMPANIONS = {
-    "known_conditions": ("none_of_these", KnownConditions),
-    "detector": ("alarm", FaultDetector),
+_FORMAT, _STATE_FORMAT = "skarxlag diagnoser 1", "skarxlag monitor 6"
+#: Largest file of a state. That of one window of a million samples is smaller.
+_LARGEST_STATE = 100 * 2**20
+#: Models that are saved next to the diagnoser, and the field of `Answers` that each must have.
+_COMPANIONS = {"known_conditions": "none_of_these", "detector": "alarm"}
+_AT_LEAST_0, _ABOVE_0 = Values((), "at least 0", "i"), Values((), "above 0")
+#: Facts with a meaning to the commands, by their type or range. Any of them but `conditions` may be
+#: None.
+_KNOWN_FACTS: dict[str, Any] = {
+    **dict.fromkeys(("diagnoser", "rows", "saved", "healthy", "bearing"), str),
+    **dict.fromkeys(("window_length", "n_channels"), Values((), "at least 1", "i")),
+    "sampling_rate": _ABOVE_0,
+    "false_alarm_rate": Values((), (lambda v, e: 0 < v < 1, "a number in (0, 1)")),
+}
+#: The same of facts that are lists. No row was recorded of some places of faults.
+_KNOWN_LISTS: dict[str, Any] = {
+    "conditions": object,
+    "channels": str | None,
+    "train_rpm": _ABOVE_0,
+    "n_windows": _AT_LEAST_0,
+    "n_recordings": _AT_LEAST_0,
 }
 
 
@@ -168,9 +183,7 @@ def _import_skops():
     try:
         import skops.io
     except ImportError as error:
-        raise ImportError(
-            "Saving and loading diagnosers needs skops: pip install 'skarxlag[io]'"
-        ) from error
+        raise ImportError("A model's file needs skops: pip install 'skarxlag[io]'") from error
     return skops.io
 
 
@@ -244,29 +257,49 @@ def load_diagnoser(
 
 def _check_content(content):
     """Raise an error that names the part of a file that is wrong."""
-    if content["format"] != _FORMAT:
-        raise ValueError(f"format {content['format']!r}, expected {_FORMAT!r}")
+    expect(content["format"] == _FORMAT, "format", content["format"], repr(_FORMAT))
     diagnoser, facts = content["diagnoser"], content["facts"]
     if not isinstance(diagnoser, Pipeline | CalibratedClassifierCV | SensorFusion):
-        raise TypeError(
-            f"diagnoser is a {type(diagnoser).__name__}, expected a Pipeline, a "
-            "CalibratedClassifierCV or a SensorFusion"
-        )
-    if not isinstance(facts, dict):
-        raise TypeError(f"facts are a {type(facts).__name__}, expected a dict")
-    check_is_fitted(diagnoser)
+        expected = "a Pipeline, a CalibratedClassifierCV or a SensorFusion"
+        raise TypeError(f"diagnoser is a {type(diagnoser).__name__}, expected {expected}")
     check_model_state(diagnoser)
-    check_facts(facts, answers(diagnoser))
-    for name, (question, expected) in _COMPANIONS.items():
+    _check_facts(facts, answers(diagnoser))
+    for name, question in _COMPANIONS.items():
         model = content.get(name)
         if model is not None:
-            check_is_fitted(model)
             check_model_state(model)
             if not vars(answers(model))[question]:
-                raise TypeError(
-                    f"{name} is a {type(model).__name__}, expected {expected.__name__}, or a "
-                    "Pipeline that ends with it"
-                )
+                found = type(model).__name__
+                raise TypeError(f"{name} is a {found}, expected the result of make_{name}")
+
+
+def _check_facts(facts: dict[str, Any], can: Answers) -> None:
+    """Check that facts are plain, can be true, and agree with the model."""
+    for name, value in facts.items():
+        entries = value if isinstance(value, list) else [value]
+        for each in entries:
+            if not isinstance(each, str | int | float | None):
+                kind = f"holds a {type(each).__name__}, expected a text, number, None or a list"
+                raise TypeError(f"{name}={value!r} {kind} of these")
+        # Escape sequences could rewrite what a terminal shows.
+        is_printable = all(str(text).isprintable() for text in (name, *entries))
+        expect(is_printable, name, value, "printable characters")
+        known = _KNOWN_LISTS if isinstance(value, list) else _KNOWN_FACTS
+        if value is None or name not in _KNOWN_LISTS | _KNOWN_FACTS:
+            continue
+        expect(name in known, name, value, "a list" if name in _KNOWN_LISTS else "one value")
+        for each in entries:
+            if isinstance(known[name], Values):
+                known[name].check(None, name, each)
+            else:
+                expect(isinstance(each, known[name]), name, each, "a text")
+    for name, own in {"window_length": can.window_length, "n_channels": can.n_channels}.items():
+        agrees = None in (own, facts.get(name)) or facts[name] == own
+        expect(agrees, name, facts.get(name), f"{own} as in fit")
+    if "conditions" in facts:
+        check_conditions(facts["conditions"] or [], can.conditions)
+    is_printable = all(str(name).isprintable() for name in can.conditions or ())
+    expect(is_printable, "conditions", can.conditions, "printable characters")
 
 
 def _remove_surroundings(content):
@@ -317,3 +350,85 @@ def _digest(members):
         for part in (name.encode(), members[name])
     ]
     return hashlib.sha256(b"".join(parts)).hexdigest().encode()
+
+
+def save_monitor_state(
+    monitor: ConditionMonitor, path: str | os.PathLike[str], /, **facts: Any
+) -> None:
+    """Write the state of a monitor and facts about it, all or nothing.
+
+    The file is JSON text. It does not contain the models.
+
+    Parameters
+    ----------
+    monitor : ConditionMonitor
+        The monitor.
+    path : str or path-like
+        The file; an existing one is replaced.
+    **facts : str, int, float, None, or list of these
+        Facts that `load_monitor_state` returns with the state, such as the source, its channel and
+        the offset in it. Compare them before the monitor continues with a source.
+
+    Raises
+    ------
+    TypeError
+        If a fact cannot be written as JSON.
+    OSError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import os, tempfile, warnings
+    >>> import numpy as np
+    >>> from skarxlag import ConditionMonitor, make_detector
+    >>> X = np.random.default_rng(0).normal(size=(100, 1200))
+    >>> with warnings.catch_warnings(action="ignore"):  # the speed is not known
+    ...     detector = make_detector().fit(X)
+    >>> monitor = ConditionMonitor(None, 20e3, detector=detector)
+    >>> _ = monitor.update(X[0, :700])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = os.path.join(folder, "monitor.json")
+    ...     save_monitor_state(monitor, path, sensor="B 12")
+    ...     state, facts = load_monitor_state(path)
+    >>> again = ConditionMonitor(None, 20e3, detector=detector).restore(state)
+    >>> again.counts["samples"], facts["sensor"]
+    (700, 'B 12')
+    """
+    text = json.dumps({"format": _STATE_FORMAT, "facts": facts, "state": monitor.state()})
+    write_atomically(path, text.encode())
+
+
+def load_monitor_state(path: str | os.PathLike[str]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Read a file that `save_monitor_state` wrote.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file.
+
+    Returns
+    -------
+    state : dict
+        For `ConditionMonitor.restore`, which checks that it fits.
+    facts : dict
+        As given to `save_monitor_state`.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If the file is not a state of a monitor. No code comes from it.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    try:
+        if path.stat().st_size > _LARGEST_STATE:
+            raise ValueError(f"it is larger than {_LARGEST_STATE} bytes")
+        content = json.loads(path.read_bytes())
+        expect(content["format"] == _STATE_FORMAT, "format", content["format"], _STATE_FORMAT)
+        return dict(content["state"]), dict(content["facts"])
+    # Errors of parsers on damaged input are as varied as the damage, such as RecursionError.
+    except Exception as error:
+        raise ValueError(f"{path}: no state of a monitor ({error})") from error

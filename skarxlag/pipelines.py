@@ -476,7 +476,8 @@ def in_one_pass(model: Any) -> DiagnosisPipeline:
     steps = unfolded_steps(model)
     if isinstance(model, DiagnosisPipeline) and len(steps) == len(model.steps):
         return model
-    return DiagnosisPipeline(steps, n_jobs=model.get_params(deep=False).get("n_jobs"))
+    named = [(f"step{place}", step) for place, step in enumerate(steps)]
+    return DiagnosisPipeline(named, n_jobs=model.get_params(deep=False).get("n_jobs"))
 
 
 def _routing(params):

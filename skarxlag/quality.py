@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 from sklearn.utils import check_array
 
 from ._parallel import map_batches
-from ._validation import check_real
+from ._state import expect
+from ._validation import ABOVE_0, check_real
 from .kernels.scaling import ROUNDING, largest
 from .speeds import speeds_of_rows
 
@@ -136,18 +137,12 @@ def signal_quality(
     array([0.  , 1.  , 0.32, 0.8 , 0.2 ])
     """
     if sampling_rate is not None:
-        check_real(sampling_rate, "sampling_rate", min_val=0, include_boundaries="neither")
-    X = check_array(
-        X, dtype=[np.float64, np.float32], allow_nd=True, ensure_all_finite=False, input_name="X"
-    )
-    if X.ndim > 3:
-        raise ValueError(
-            f"X has shape {X.shape}, expected (n_windows, n_samples) or "
-            "(n_windows, 1 + n_inputs, n_samples)."
-        )
+        check_real(sampling_rate, "sampling_rate", **ABOVE_0)
+    X = check_array(X, dtype=[np.float64, np.float32], allow_nd=True, ensure_all_finite=False)
+    shapes = "(n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)"
+    expect(X.ndim <= 3, "X.shape", X.shape, shapes)
     frequencies = speeds_of_rows(np.nan if rpm is None else rpm, len(X)) / 60
-    if frequencies.shape != (len(X),):
-        raise ValueError(f"rpm has shape {frequencies.shape}, expected one speed for each window.")
+    expect(frequencies.shape == (len(X),), "rpm", rpm, "one speed for each window")
     parts = map_batches(
         lambda batch: _quality_of_batch(X[batch], sampling_rate, frequencies[batch]), len(X), None
     )

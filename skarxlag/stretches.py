@@ -13,7 +13,7 @@ from sklearn.base import clone
 from sklearn.pipeline import Pipeline
 from sklearn.utils import check_scalar
 
-from ._answers import answers, requests
+from ._answers import requests
 from ._base import StretchTransformer
 from ._state import INNOVATIONS, SPEEDS, Labels
 from ._validation import check_real
@@ -75,7 +75,9 @@ def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidua
     ValueError
         If no step compares order spectra.
     """
-    steps, learned = [step for _, step in diagnoser.steps], answers(diagnoser).learned
+    steps = [step for _, step in diagnoser.steps]
+    # A FaultOrderClassifier may have learned conditions.
+    learned = vars(steps[-1]).get("conditions_")
     if learned is not None:
         steps[-1] = learned[0]
     for place, residual in enumerate(steps):

@@ -14,6 +14,7 @@ from sklearn.utils import Bunch, check_consistent_length
 
 from . import evidence
 from ._answers import answers
+from ._state import expect
 from .fault_places import NOT_IDENTIFIABLE
 from .kernels.speed_references import SAME_LOG_SPEED, UNIT_DISTANCE
 from .pipelines import in_one_pass
@@ -33,6 +34,10 @@ HOLD = "hold"
 #: Probability of a fault by combs above which a condition is named although spectra resemble none.
 _CLEAR_COMB = 0.9
 _NOTHING = pd.Series(dtype=float)
+#: What `DiagnosisPipeline.diagnose` returns of any classifier. Some return more.
+_OF_EVERY_CLASSIFIER = {"levels", "verdict", "probability", "score", "alarm", "p_value"}
+#: Columns for some of that.
+_COLUMNS = {"comb": "probability of a comb", "evidence": "evidence"}
 #: Without p-values, a recording exceeds the limits if more than this share of its windows does.
 _MOST_WINDOWS = 0.5
 
@@ -60,14 +65,13 @@ def check_condition_names(conditions: Sequence[Any]) -> None:
     >>> check_condition_names(["healthy", "no signal"])
     Traceback (most recent call last):
         ...
-    ValueError: condition 'no signal': this name is a verdict of its own, expected another name
+    ValueError: condition == 'no signal', expected another name: this one is a verdict of its own.
     """
+    verdicts, expected = (CHANGED, NONE_OF_THESE, NO_SIGNAL, NOT_IDENTIFIABLE), "another name"
     for name in map(str, conditions):
-        is_verdict = name.casefold() in (CHANGED, NONE_OF_THESE, NO_SIGNAL, NOT_IDENTIFIABLE)
-        if is_verdict or name.casefold().startswith(NO_VERDICT):
-            raise ValueError(
-                f"condition {name!r}: this name is a verdict of its own, expected another name"
-            )
+        folded = name.casefold()
+        is_verdict = folded in verdicts or folded.startswith(NO_VERDICT)
+        expect(not is_verdict, "condition", name, f"{expected}: this one is a verdict of its own")
 
 
 def check_conditions(conditions: Sequence[Any], known: Sequence[Any] | None) -> None:
@@ -90,12 +94,12 @@ def check_conditions(conditions: Sequence[Any], known: Sequence[Any] | None) -> 
     >>> check_conditions(["worn"], ["good", "worn"])
     Traceback (most recent call last):
         ...
-    ValueError: conditions=['worn'], expected a permutation of ['good', 'worn']
+    ValueError: conditions == ['worn'], expected a permutation of ['good', 'worn'].
     """
     wanted = conditions[:1] if known is None else known
-    if len(conditions) != max(len(wanted), 1) or set(conditions) != set(wanted):
-        expected = "the healthy one only" if known is None else f"a permutation of {list(known)}"
-        raise ValueError(f"conditions={conditions!r}, expected {expected}")
+    is_whole = len(conditions) == max(len(wanted), 1) and set(conditions) == set(wanted)
+    expected = "the healthy one only" if known is None else f"a permutation of {list(known)}"
+    expect(is_whole, "conditions", conditions, expected)
     check_condition_names(conditions)
 
 
@@ -153,26 +157,28 @@ class Judge:
         same_speed: bool = False,
         sampling_rate: float | None = None,
     ) -> None:
-        if diagnoser is None and detector is None:
-            raise ValueError("diagnoser and detector are None, expected at least one of them")
-        if diagnoser is not None and answers(diagnoser).conditions is None:
-            if detector is not None:
-                raise ValueError("diagnoser is no classifier, expected None beside a detector")
-            diagnoser, detector = None, diagnoser
-        self.same_speed: bool = same_speed
         models = {"diagnoser": diagnoser, "detector": detector, "known": known}
         models = {name: model for name, model in models.items() if model is not None}
+        some = "a diagnoser, a detector, or both"
+        expect(models.keys() - {"known"}, "diagnoser and detector", None, some)
+        if diagnoser is not None and answers(diagnoser).conditions is None:
+            expect(detector is None, "diagnoser", diagnoser, "a classifier beside a detector")
+            models["detector"] = models.pop("diagnoser")
+        self.same_speed: bool = same_speed
         self._can = {name: answers(model) for name, model in models.items()}
         self._models = {name: in_one_pass(model) for name, model in models.items()}
-        self.conditions: list[Any] = self._ordered(conditions)
+        known, ordered, healthy = None, ["healthy"], "healthy"
+        if "diagnoser" in self._can:
+            can = self._can["diagnoser"]
+            if not can.states_probabilities:
+                raise ValueError("diagnoser states no probabilities, expected predict_proba")
+            known, ordered, healthy = can.conditions, can.conditions, can.healthy
+        self.conditions: list[Any] = list(ordered if conditions is None else conditions)
+        check_conditions(self.conditions, known)
         # The first of a user's order is the healthy condition.
-        is_stated = conditions is not None or diagnoser is None
-        self.healthy: Any = self.conditions[0] if is_stated else self._can["diagnoser"].healthy
+        self.healthy: Any = healthy if conditions is None else self.conditions[0]
         limits = self._can.get("detector") or self._can["diagnoser"]
-        if detector is not None and not limits.alarm:
-            raise ValueError(
-                f"detector: {type(detector).__name__} flags no rows, expected an outlier detector"
-            )
+        expect(limits.alarm or detector is None, "detector", detector, "an outlier detector")
         self.detects: bool = limits.alarm
         self.alarm_rate: float | None = limits.stated_rate
         speeds = [train_rpm, *(can.speeds for can in self._can.values())]
@@ -181,20 +187,6 @@ class Judge:
         self.train_rpm: list[float] = list(next(filter(len, speeds), ()))
         rates = [sampling_rate, *(can.sampling_rate for can in self._can.values())]
         self.sampling_rate: float | None = next(filter(None, rates), None)
-
-    def _ordered(self, chosen):
-        """Return the conditions in the order asked for."""
-        can = self._can.get("diagnoser")
-        if can is not None and not can.states_probabilities:
-            raise ValueError(
-                "diagnoser states no probabilities, expected a classifier with predict_proba"
-            )
-        known = None if can is None else can.conditions
-        if chosen is not None:
-            check_conditions(list(chosen), known)
-        elif known is not None:
-            check_condition_names(known)
-        return list(chosen or known or ["healthy"])
 
     def opinions(self, X: NDArray[Any], rpm: ArrayLike | None = None) -> Bunch:
         """Ask all models about windows.
@@ -209,59 +201,66 @@ class Judge:
         Returns
         -------
         Bunch
-            One entry for each window: ``quality`` and ``quality_share``, as `signal_quality`
-            returns them; ``refusal``, why there can be no verdict, else an empty text; ``limits``,
-            ``"hold"`` or why healthy limits do not hold at this speed; ``probability`` of each
-            condition, of shape (n_windows, n_conditions); ``exceeds``, 1 if the healthy limits are
-            exceeded, else 0; ``score``, ``p_value`` (healthy) and ``nearest`` (p-value of the
-            nearest condition); ``comb``, the probability of a fault by combs alone. Numbers are NaN
-            if they are not known. With a bearing also ``contrasts`` over orders, of shape
-            (n_windows, 4001), ``rpm``, ``named`` and ``evidence``, and with learned conditions
-            ``spectra``, as `FaultOrderClassifier.diagnose` returns them.
+            ``table``: a dict of the columns of `window_verdicts`, in which ``alarm`` is 1, 0, or
+            NaN if healthy limits do not hold. ``refusal``: why there can be no verdict, else an
+            empty text. ``probability``: of shape (n_windows, n_conditions), or (n_windows, 0)
+            without a classifier. With a bearing also ``contrasts`` over orders, of shape
+            (n_windows, 4001), and ``rpm``, and with learned conditions ``spectra``, as
+            `FaultOrderClassifier.diagnose` returns them. Numbers are NaN if they are not known.
         """
-        n = len(X)
+        n, can = len(X), self._can
         refusal = np.full(n, "", dtype=object)
         if rpm is not None:
             refusal = speed_errors(rpm, n, self.train_rpm)
             rpm = speeds_of_rows(rpm, n)
         mean = rpm if rpm is None or rpm.ndim == 1 else rpm.mean(axis=1)
-        quality, share = self._quality(X, mean)
-        limits = self._limits(mean, n)
-        if "diagnoser" not in self._can:
+        (quality, share), limits = self._quality(X, mean), self._limits(mean, n)
+        if "diagnoser" not in can:
             # Without limits, a detector says nothing.
             refusal = np.where((refusal == "") & (limits != HOLD), limits, refusal)
-        found = Bunch(quality=quality, quality_share=share, refusal=refusal, limits=limits)
-        found.probability = np.full((n, len(self.conditions)), np.nan)
-        for name in ("exceeds", "score", "p_value", "nearest", "comb"):
-            found[name] = np.full(n, np.nan)
         usable = (quality == "good") & (refusal == "")
+        said = self._asked("diagnoser", X, rpm, usable) if "diagnoser" in can else Bunch()
+        if "refusal" in said:
+            refusal[usable] = reasons = said.pop("refusal")
+            said = Bunch(**{name: each[reasons == ""] for name, each in said.items()})
+            usable &= refusal == ""
         within = usable & (limits == HOLD)
-        if "diagnoser" in self._can and usable.any():
-            said = self._asked("diagnoser", "diagnose", X, rpm, usable)
-            if "refusal" in said:
-                refusal[usable], is_judged = said.refusal, said.refusal == ""
-                said = Bunch(**{name: each[is_judged] for name, each in said.items()})
-                usable &= refusal == ""
-                within &= usable
-            classes = self._can["diagnoser"].conditions
-            order = [classes.index(name) for name in self.conditions]
-            found.probability[usable] = said.probability[:, order]
-            further = {"comb", "contrasts", "rpm", "spectra", "named", "evidence"}
-            further = (further | {"verdict_of_outputs"}) & said.keys()
-            found |= {name: _of_all_rows(said[name], usable) for name in further}
-            if self.detects and "detector" not in self._can:
-                found.exceeds[within] = said.alarm[within[usable]]
+        verdict = np.array([no_verdict(reason) for reason in refusal], dtype=object)
+        verdict[quality != "good"] = NO_SIGNAL
+        table = {"verdict": verdict, "alarm": np.full(n, np.nan), "quality": quality}
+        table |= {"quality share": share, "limits": limits}
+        found = Bunch(table=table, refusal=refusal, probability=np.empty((n, 0)))
+        if "detector" in can:
+            watched = self._asked("detector", X, rpm, within)
+            table["alarm"][within] = watched.alarm
+            # The score is the logarithm of the p-value over the stated rate.
+            rate = self.alarm_rate if can["detector"].healthy_p_value else np.nan
+            table["score"] = _of_all_rows(watched.score, within)
+            table["p-value"] = np.exp(table["score"]) * rate
+        if "diagnoser" in can:
+            order = [can["diagnoser"].conditions.index(name) for name in self.conditions]
+            probability = said.probability[:, order]
+            names = np.array(self.conditions, dtype=object)
+            verdict[usable] = said.get("named", names[probability.argmax(axis=1)])
+            if self.detects and "detector" not in can:
+                table["alarm"][within] = said.alarm[within[usable]]
                 # The p-value of combs does not belong to the alarm of learned conditions.
                 if "p_value" in said and "comb" not in said:
-                    found.p_value[within] = said.p_value[within[usable]]
-        if "detector" in self._can and within.any():
-            said = self._asked("detector", "diagnose", X, rpm, within)
-            found.exceeds[within], found.score[within] = said.alarm, said.score
-            if self._can["detector"].healthy_p_value:
-                # The score is the logarithm of the p-value over the stated rate.
-                found.p_value[within] = np.exp(said.score) * self.alarm_rate
-        if "known" in self._can and usable.any():
-            found.nearest[usable] = np.exp(self._asked("known", "score_samples", X, rpm, usable))
+                    table["p-value"] = _of_all_rows(said.p_value[within[usable]], within)
+            found.probability = _of_all_rows(probability, usable)
+            for name, values in zip(self.conditions, found.probability.T, strict=True):
+                table[f"probability of {name}"] = values
+            further = said.keys() - _OF_EVERY_CLASSIFIER
+            found |= {name: _of_all_rows(said[name], usable) for name in further}
+            table |= {_COLUMNS[name]: found[name] for name in _COLUMNS if name in further}
+            of_outputs = found.get("verdict_of_outputs", np.empty((n, 0)))
+            for name, own in zip(self.outputs, of_outputs.T, strict=False):
+                table[f"verdict of {name}"] = own
+        else:
+            verdict[usable] = np.where(table["alarm"][usable] == 1, CHANGED, self.healthy)
+        if "known" in can:
+            scores = _of_all_rows(self._asked("known", X, rpm, usable).score, usable)
+            table["p-value of nearest"] = np.exp(scores) * can["known"].stated_rate
         return found
 
     def _quality(self, X, rpm):
@@ -273,11 +272,14 @@ class Judge:
         first = (qualities != "good").argmax(axis=0), np.arange(len(X))
         return qualities[first], shares[first]
 
-    def _asked(self, name, method, X, rpm, rows):
-        """Return the results of a model's method on some rows."""
+    def _asked(self, name, X, rpm, rows):
+        """Return what a model says of some rows."""
+        if not rows.any():
+            none = np.empty(0)
+            return Bunch(alarm=none, score=none, probability=np.empty((0, len(self.conditions))))
         some = X if rows.all() else np.asarray(X)[rows]
         params = {} if rpm is None or not self._can[name].takes_rpm else {"rpm": rpm[rows]}
-        return getattr(self._models[name], method)(some, **params)
+        return self._models[name].diagnose(some, **params)
 
     def _limits(self, rpm, n):
         """Return for each row whether healthy limits hold at its speed, or why not."""
@@ -304,41 +306,8 @@ class Judge:
 
     def windows(self, X: NDArray[Any], rpm: ArrayLike | None = None) -> pd.DataFrame:
         """Return a row for each window, as `window_verdicts` does."""
-        found = self.opinions(X, rpm)
-        is_usable = (found.quality == "good") & (found.refusal == "")
-        if "diagnoser" in self._can:
-            names = np.array([*self.conditions, None], dtype=object)[:-1]
-            most_probable = np.nan_to_num(found.probability).argmax(axis=1)
-            verdict = found.get("named", names[most_probable])
-        else:
-            verdict = np.where(found.exceeds == 1, CHANGED, self.healthy).astype(object)
-        verdict[~is_usable] = NO_SIGNAL
-        is_refused = (found.quality == "good") & (found.refusal != "")
-        verdict[is_refused] = [no_verdict(reason) for reason in found.refusal[is_refused]]
-        columns = {
-            "verdict": verdict,
-            "alarm": found.exceeds if np.isnan(found.exceeds).any() else found.exceeds == 1,
-            "quality": found.quality,
-            "quality share": found.quality_share,
-            "limits": found.limits,
-        }
-        if "detector" in self._can:
-            columns["score"] = found.score
-        if "detector" in self._can or not np.isnan(found.p_value).all():
-            columns["p-value"] = found.p_value
-        if "diagnoser" in self._can:
-            for name, values in zip(self.conditions, found.probability.T, strict=True):
-                columns[f"probability of {name}"] = values
-        if "known" in self._can:
-            columns["p-value of nearest"] = found.nearest
-        if not np.isnan(found.comb).all():
-            columns["probability of a comb"] = found.comb
-        if "evidence" in found:
-            columns["evidence"] = found.evidence
-        of_outputs = found.get("verdict_of_outputs", np.empty((len(X), 0)))
-        for name, own in zip(self.outputs, of_outputs.T, strict=False):
-            columns[f"verdict of {name}"] = own
-        return pd.DataFrame(columns)
+        table = pd.DataFrame(self.opinions(X, rpm).table)
+        return table if table["alarm"].isna().any() else table.astype({"alarm": bool})
 
     def recording(self, windows: pd.DataFrame) -> dict[str, Any]:
         """Return one answer for the windows of one recording.
@@ -359,17 +328,14 @@ class Judge:
         alarm, p_value, limits = self._recording_alarm(usable)
         answer = {"verdict": NO_SIGNAL, "probability": np.nan, "alarm": alarm, "p-value": p_value}
         if "known" in self._can:
-            nearest = evidence.combined_p_value(
-                usable["p-value of nearest"], evidence.NEAREST_CORRELATION
-            )
-            answer["p-value of nearest"] = nearest
+            of_windows, correlation = usable["p-value of nearest"], evidence.NEAREST_CORRELATION
+            answer["p-value of nearest"] = evidence.combined_p_value(of_windows, correlation)
         for name in (each for each in usable if each.startswith("verdict of ")):
             answer[name] = usable[name].mode().get(0)
-        if usable.empty:
-            if is_refused.any():
-                answer["verdict"] = windows.loc[is_refused, "verdict"].mode()[0]
-        else:
+        if not usable.empty:
             answer["verdict"], answer["probability"] = self._recording_condition(usable, answer)
+        elif is_refused.any():
+            answer["verdict"] = windows.loc[is_refused, "verdict"].mode()[0]
         possible = self.conditions if "diagnoser" in self._can else [self.healthy, CHANGED]
         return (
             answer
@@ -390,22 +356,28 @@ class Judge:
 
     def _recording_condition(self, usable, answer):
         """Verdict and its probability."""
-        is_unknown = (
-            "known" in self._can and answer["p-value of nearest"] < self._can["known"].stated_rate
-        )
-        verdict, probability = self.healthy, np.nan
-        if "diagnoser" in self._can:
-            columns = [f"probability of {name}" for name in self.conditions]
-            logs = np.log(usable[columns].clip(lower=evidence.SMALLEST_PROBABILITY))
-            every = softmax(evidence.effective_number(len(usable)) * logs.mean().to_numpy())
-            verdict, probability = self.conditions[every.argmax()], float(every.max())
-        if is_unknown and not usable.get("probability of a comb", _NOTHING).median() > _CLEAR_COMB:
+        is_clear = usable.get("probability of a comb", _NOTHING).median() > _CLEAR_COMB
+        rate = self._can["known"].stated_rate if "known" in self._can else 0.0
+        if answer.get("p-value of nearest", 1.0) < rate and not is_clear:
             return NONE_OF_THESE, np.nan
         if (usable["verdict"] == NOT_IDENTIFIABLE).mean() > _MOST_WINDOWS:
             return NOT_IDENTIFIABLE, np.nan
-        if verdict == self.healthy and answer["alarm"] == "yes":
-            return CHANGED, np.nan
-        return verdict, probability
+        columns = [f"probability of {name}" for name in self.conditions if "diagnoser" in self._can]
+        logs = np.log(usable[columns].clip(lower=evidence.SMALLEST_PROBABILITY))
+        return self.named(logs.mean().to_numpy(), len(usable), answer["alarm"] == "yes")
+
+    def named(
+        self, mean: NDArray[Any], n_windows: float, alarm: bool | None
+    ) -> tuple[object, float]:
+        """Return verdict and probability by the mean log probabilities of windows, and the alarm.
+
+        Without a classifier, there are no probabilities.
+        """
+        verdict, probability = self.healthy, np.nan
+        if len(mean) > 0:
+            every = softmax(evidence.effective_number(n_windows) * mean)
+            verdict, probability = self.conditions[every.argmax()], float(every.max())
+        return (CHANGED, np.nan) if alarm and verdict == self.healthy else (verdict, probability)
 
 
 def _of_all_rows(values, rows):
@@ -554,10 +526,8 @@ def recording_verdicts(
     recording = np.asarray(recording)
     missing = np.flatnonzero(pd.isna(recording))
     if len(missing) > 0:
-        raise ValueError(
-            f"recording[{missing[0]}] is {recording[missing[0]]}, expected an identifier of the "
-            "recording for each window"
-        )
+        place = missing[0]
+        raise ValueError(f"recording[{place}] is {recording[place]}, expected an identifier.")
     judge = Judge(diagnoser, conditions=conditions, **options)
     groups = judge.windows(X, rpm).groupby(recording, sort=False)
     rows = {name: judge.recording(windows) for name, windows in groups}

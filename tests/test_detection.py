@@ -419,7 +419,7 @@ def test_measured_inputs_are_explained_first():
     with pytest.warns(UserWarning, match="one speed"):
         detector = make_detector(false_alarm_rate=RATE).fit(X, rpm=1000)
     assert (detector.predict(X, rpm=1000) == -1).mean() <= 2 * RATE
-    with pytest.raises(ValueError, match="innovations of 2 models, expected those of one"):
+    with pytest.raises(ValueError, match="models in X == 2, expected 1"):
         FaultDetector().fit(ARXLaguerre().fit_transform(X, np.arange(60) % 2))
 
 

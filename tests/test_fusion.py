@@ -121,7 +121,7 @@ def test_inputs_belong_to_every_output():
 
 @pytest.mark.parametrize(
     ("n_outputs", "message"),
-    [(3, "n_outputs=3, expected at most 2"), (0, "n_outputs == 0, must be >= 1")],
+    [(3, "n_outputs == 3, expected at most 2"), (0, "n_outputs == 0, must be >= 1")],
 )
 def test_numbers_of_outputs_that_cannot_be(n_outputs, message):
     with pytest.raises(ValueError, match=message):
@@ -166,7 +166,7 @@ def test_saved_and_loaded(fused, tmp_path):
     [
         (lambda each: each[:0], "expected one for each output"),
         (lambda each: each + each, "expected one for each output"),
-        (lambda each: [each[0], make_diagnoser()], "not fitted"),
+        (lambda each: [each[0], make_diagnoser()], "expected fitted ones"),
         (
             lambda each: [each[0], make_diagnoser().fit(rows(2)[:, 0], np.repeat(["a", "b"], 30))],
             "by window_shape_",

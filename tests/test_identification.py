@@ -179,7 +179,7 @@ def test_fit_forgets_what_partial_fit_knew(windows):
 
 def test_partial_fit_refuses_labels_of_another_type(windows):
     model = ARXLaguerre(order=4).partial_fit(windows, list("ababab"))
-    with pytest.raises(ValueError, match="labels that are numbers: 'a' and 0"):
+    with pytest.raises(ValueError, match=r"y == \['b', 1\], expected labels"):
         model.partial_fit(windows, [0, 1, 0, 1, 0, 1])
 
 
@@ -336,7 +336,7 @@ def test_partial_fit_goes_on_as_fit_began():
 
 @pytest.mark.parametrize("y", [["a", 1, "a", 1], np.array(["a", 1, "a", 1], dtype=object)])
 def test_labels_that_mix_texts_and_numbers_are_refused_by_name(y):
-    with pytest.raises(ValueError, match="y has labels that are texts and labels that are numbers"):
+    with pytest.raises(ValueError, match=r"y == .* all texts or all numbers"):
         ARXLaguerre(order=2).fit(np.random.default_rng(0).normal(size=(4, 60)), y)
 
 
@@ -346,7 +346,7 @@ def test_two_orders_are_those_of_the_output_and_of_all_inputs():
     assert found[0].orders_.tolist() == [2, 5, 5] and found[0].poles_.tolist() == [0.2, 0.4, 0.4]
     np.testing.assert_array_equal(found[0].coef_, found[1].coef_)
     assert ARXLaguerre(order=(2, 5)).fit(X[:, 0]).orders_.tolist() == [2]
-    with pytest.raises(ValueError, match=r"order=.* has 3 entries, but windows have 2 channels"):
+    with pytest.raises(ValueError, match=r"order == .*, or 2, one for each channel"):
         ARXLaguerre(order=(2, 5, 5)).fit(X[:, :2])
 
 

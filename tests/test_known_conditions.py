@@ -234,7 +234,7 @@ def test_bad_input_is_named(fitted):
     assert np.all(p_values < 1e-30) and np.all(p_values > 0)
     with pytest.warns(UserWarning, match="rows without a signal"):
         assert np.all(fitted.predict(X, rpm=0) == -1)
-    with pytest.raises(ValueError, match="texts and labels that are numbers"):
+    with pytest.raises(ValueError, match="all texts or all numbers"):
         KnownConditions().fit(X, ["a", 1] * 4)
 
 

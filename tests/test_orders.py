@@ -124,7 +124,7 @@ def test_innovations_of_several_models_are_refused():
     one = OrderResidual(sampling_rate=RATE).fit(X[:, np.newaxis], y, rpm=900)
     alone = OrderResidual(sampling_rate=RATE).fit(X, y, rpm=900)
     np.testing.assert_array_equal(one.references_, alone.references_)
-    with pytest.raises(ValueError, match="innovations of 2 models, expected those of one"):
+    with pytest.raises(ValueError, match="models in X == 2, expected 1"):
         one.fit(np.stack([X, X], axis=1), y, rpm=900)
 
 

@@ -181,7 +181,7 @@ def test_facts_that_cannot_be_are_neither_saved_nor_loaded(facts, tmp_path, save
 
 def test_conditions_with_terminal_escapes_are_not_saved(tmp_path):
     y = np.where(Y == "worn", "\x1b[2Jworn", Y)
-    with pytest.raises(ValueError, match="not printable"):
+    with pytest.raises(ValueError, match="expected printable characters"):
         save_diagnoser(make_alpio().fit(X, y), tmp_path / "d.skops")
 
 
@@ -203,7 +203,7 @@ def test_detector_and_known_conditions_are_saved_with_the_diagnoser(tmp_path):
     np.testing.assert_array_equal(facts["detector"].p_values(X), detector.p_values(X))
     np.testing.assert_array_equal(facts["known_conditions"].p_values(X), known.p_values(X))
     for name in ("detector", "known_conditions"):
-        with pytest.raises(TypeError, match=rf"{name} is a \w+, expected (FaultD|KnownC)"):
+        with pytest.raises(TypeError, match=rf"{name} is a \w+, expected .* make_{name}"):
             save_diagnoser(diagnoser, path, **{name: LinearSVC().fit(X, Y)})
 
 

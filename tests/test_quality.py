@@ -121,10 +121,10 @@ def test_good_windows_are_what_a_diagnoser_can_be_asked_about():
     ("X", "arguments", "message"),
     [
         (NOISE, {"sampling_rate": 0.0}, "sampling_rate == 0"),
-        (NOISE, {"rpm": [900, 900]}, r"rpm has shape \(2,\), expected one speed for each window"),
+        (NOISE, {"rpm": [900, 900]}, r"rpm == \[900, 900\], expected one speed for each window"),
         (NOISE, {"rpm": "fast"}, "rpm must hold numbers"),
         (NOISE[0], {}, "Expected 2D array"),
-        (NOISE[np.newaxis, np.newaxis], {}, r"X has shape \(1, 1, 6, 1200\)"),
+        (NOISE[np.newaxis, np.newaxis], {}, r"X.shape == \(1, 1, 6, 1200\)"),
     ],
 )
 def test_errors_name_what_is_wrong(X, arguments, message):

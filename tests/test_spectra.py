@@ -69,7 +69,7 @@ def test_type_layout_and_threads(windows):
 def test_a_state_that_is_not_possible_is_named(windows):
     fitted = LogSpectra().fit(windows)
     fitted.n_models_ = 3
-    with pytest.raises(ValueError, match="n_models_ == 3, expected the number of models"):
+    with pytest.raises(ValueError, match="n_models_ == 3, expected that of window_shape_"):
         fitted.transform(windows)
 
 

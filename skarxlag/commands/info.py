@@ -124,11 +124,11 @@ def limits(model: SavedModel) -> Iterator[str]:
 
 def limits_basis(model: Any, rows: str) -> str:
     """Describe the basis of the alarm of a detector or of a diagnoser."""
-    decide = unfolded_steps(model)[-1][1]
+    decide = unfolded_steps(model)[-1]
     if isinstance(decide, SensorFusion):
         return f"{limits_basis(decide.estimators_[0], rows)}, for the first output"
-    if (learned := answers(decide).learned) is not None:
-        decide = learned[-1]
+    if isinstance(decide, FaultOrderClassifier) and decide.conditions_ is not None:
+        decide = decide.conditions_[-1]
     if isinstance(decide, FaultOrderClassifier):
         return f"combs {decide.limit_:.2f} nepers above the healthy {rows}"
     if not answers(decide).healthy_p_value:
@@ -140,7 +140,7 @@ def limits_basis(model: Any, rows: str) -> str:
 
 
 def _steps(diagnoser):
-    steps = [step for _, step in unfolded_steps(diagnoser)]
+    steps = unfolded_steps(diagnoser)
     text = " -> ".join(type(step).__name__ for step in steps)
     # A CalibratedClassifierCV holds the pipelines of its folds, which have the same steps.
     inner = [part for part in estimators_within(steps[-1]) if isinstance(part, Pipeline)]

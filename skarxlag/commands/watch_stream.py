@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
 
-from ..monitoring import ConditionMonitor, load_monitor_state, save_monitor_state
+from ..monitoring import ConditionMonitor
+from ..persistence import load_monitor_state, save_monitor_state
 from ..recordings.formats._contents import ContentError
 from ..recordings.listing import ListedRecording
 from ..recordings.live import Block, from_folder, from_growing_file, from_stream

@@ -10,26 +10,19 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
-from scipy.special import softmax
 from sklearn.utils import check_scalar
 
-from .._answers import answers, unfolded_steps
-from .._validation import check_real
-from ..evidence import (
-    SMALLEST_PROBABILITY,
-    combined_score,
-    effective_number,
-    p_value_score,
-)
+from .._answers import answers, offers, unfolded_steps
+from .._state import expect
+from .._validation import ABOVE_0, check_rate, check_real
+from ..evidence import SMALLEST_PROBABILITY, combined_score, effective_number, p_value_score
 from ..kernels.fault_orders import N_ORDERS
-from ..verdicts import CHANGED, NO_VERDICT, Judge, no_verdict
-from .memory import CumulativeSumAlarm, FadingEvidence, healthy_shares, runs_of
-from .windowing import WindowStream, check_count
+from ..speeds import speeds_of_rows
+from ..verdicts import CHANGED, NO_VERDICT, Judge
+from . import _memory
 
 #: Largest number of windows that are diagnosed together.
 _BATCH = 256
-#: Counts of `runs_of`, none of which exceeds the one before.
-_RUNS = ("windows", "exceeding", "followed", "runs")
 
 
 class MonitorVerdict(NamedTuple):
@@ -176,9 +169,6 @@ class ConditionMonitor:
     ('worn', True)
     """
 
-    conditions: list[Any]
-    healthy: Any
-
     def __init__(
         self,
         diagnoser: Any,
@@ -196,28 +186,23 @@ class ConditionMonitor:
     ) -> None:
         check_scalar(window_length, "window_length", Integral, min_val=1)
         hop = window_length if hop is None else check_scalar(hop, "hop", Integral, min_val=1)
-        positive = {"sampling_rate": sampling_rate, "false_alarm_interval": false_alarm_interval}
-        positive |= {} if half_life == np.inf else {"half_life": half_life}
-        for name, value in positive.items():
-            check_real(value, name, min_val=0, include_boundaries="neither")
+        check_real(sampling_rate, "sampling_rate", **ABOVE_0)
+        check_real(false_alarm_interval, "false_alarm_interval", **ABOVE_0)
+        if half_life != np.inf:
+            check_real(half_life, "half_life", **ABOVE_0)
         if gap_tolerance is None:
             gap_tolerance = 0.5 * window_length / sampling_rate
         check_real(gap_tolerance, "gap_tolerance", min_val=0)
-        check_real(persistence, "persistence", min_val=0, max_val=1, include_boundaries="neither")
-        self._judge = Judge(
-            diagnoser,
-            conditions=conditions,
-            detector=detector,
-            train_rpm=train_rpm,
-            same_speed=True,
-            sampling_rate=sampling_rate,
-        )
-        can = answers(detector if diagnoser is None else diagnoser)
-        self.conditions = [] if can.conditions is None else self._judge.conditions
-        self.healthy = self._judge.healthy
+        check_rate(persistence, "persistence")
+        options = {"conditions": conditions, "detector": detector, "train_rpm": train_rpm}
+        self._judge = Judge(diagnoser, same_speed=True, sampling_rate=sampling_rate, **options)
+        model = detector if diagnoser is None else diagnoser
+        can, last = answers(model), unfolded_steps(model)[-1]
+        self.conditions: list[Any] = [] if can.conditions is None else self._judge.conditions
+        self.healthy: Any = self._judge.healthy
         self._n_channels, self._length, self._hop = can.n_channels, int(window_length), int(hop)
         self._half_life = float(half_life)
-        self._combs = unfolded_steps(diagnoser)[-1][1] if can.gathers_combs else None
+        self._combs = last if offers(last, "diagnose_gathered") else None
         # The shaft speed is one more channel.
         self._windowing = {
             "n_rows": can.n_channels + 1,
@@ -232,21 +217,31 @@ class ConditionMonitor:
             # Windows that share samples exceed together.
             "persistence": max(float(persistence), 1 - hop / window_length),
         }
-        self._seen = Counter()
+        self._settings = {
+            **self._windowing,
+            **self._alarming,
+            "n_channels": self._n_channels,
+            "half_life": self._half_life,
+            "conditions": [str(name) for name in self.conditions],
+            "healthy": None if self.healthy is None else str(self.healthy),
+            "train_rpm": [float(speed) for speed in self._judge.train_rpm],
+        }
+        self._seen = np.zeros(4, dtype=int)
         self._start_afresh()
 
     def _start_afresh(self):
-        self._stream = WindowStream(**self._windowing)
-        self._evidence = FadingEvidence(len(self.conditions), self._half_life)
+        self._stream = _memory.WindowStream(**self._windowing)
+        self._evidence = _memory.FadingEvidence(len(self.conditions), self._half_life)
         # The speed of the windows is one more value.
         n_values = 0 if self._combs is None else N_ORDERS + 1
-        self._contrasts = FadingEvidence(n_values, self._half_life)
-        self._p_values = FadingEvidence(1, self._half_life)
+        self._contrasts = _memory.FadingEvidence(n_values, self._half_life)
+        self._p_values = _memory.FadingEvidence(1, self._half_life)
         self._alarm = self._new_alarm(self._seen) if self._judge.detects else None
         self._qualities, self._rpm, self._varies = Counter(), None, False
 
     def _new_alarm(self, seen):
-        return CumulativeSumAlarm(**self._alarming | (healthy_shares(seen) if seen else {}))
+        measured = _memory.healthy_shares(seen) if seen.any() else {}
+        return _memory.CumulativeSumAlarm(**self._alarming | measured)
 
     @property
     def counts(self) -> dict[str, Any]:
@@ -329,7 +324,7 @@ class ConditionMonitor:
         self._start_afresh()
         exceeds = [v.exceeds for v in self.update(samples, rpm=rpm) if v.exceeds is not None]
         self._start_afresh()
-        seen = self._seen + runs_of(exceeds)
+        seen = self._seen + _memory.runs_of(exceeds)
         self._alarm = self._new_alarm(seen)
         self._seen = seen
         return self
@@ -339,11 +334,9 @@ class ConditionMonitor:
         signal, n = np.asarray(samples), self._n_channels
         if signal.ndim == 1 and (n == 1 or signal.size == 0):
             signal = signal.reshape(n, -1)
-        if signal.dtype.kind not in "iuf" or signal.ndim != 2 or len(signal) != n:
-            raise ValueError(
-                f"samples of type {signal.dtype} and shape {signal.shape}, expected {n} channels "
-                f"as in fit: real numbers of shape ({n}, n_samples)"
-            )
+        is_right = signal.dtype.kind in "iuf" and signal.ndim == 2 and len(signal) == n
+        found, expected = f"{signal.dtype} of shape {signal.shape}", f"{n} channels as in fit"
+        expect(is_right, "samples", found, f"{expected}: real numbers of shape ({n}, n_samples)")
         return signal
 
     def _speeds(self, rpm, n_samples):
@@ -351,17 +344,12 @@ class ConditionMonitor:
         before = np.nan if self._rpm is None else self._rpm
         if rpm is None:
             return np.full(n_samples, before)
-        try:
-            stated = np.asarray(rpm, dtype=np.float64)
-            speeds = np.broadcast_to(stated, n_samples)
-        except (TypeError, ValueError) as error:
-            raise ValueError(
-                f"rpm == {rpm!r}, expected one number, or one for each of {n_samples} samples"
-            ) from error
-        if stated.ndim == 1:
+        speeds, expected = speeds_of_rows(rpm, n_samples), f"one for each of {n_samples} samples"
+        expect(speeds.shape == (n_samples,), "rpm", rpm, f"one number, or {expected}")
+        if np.ndim(rpm) == 1:
             stated = pd.Series([before, *speeds]).ffill().to_numpy()
-            speeds, self._varies = stated[1:], True
-        self._rpm = float(stated.flat[-1])
+            speeds, rpm, self._varies = stated[1:], stated[-1], True
+        self._rpm = float(rpm)
         return speeds
 
     def _judged(self, windows, start):
@@ -380,17 +368,18 @@ class ConditionMonitor:
         end = self._stream.time_of(start + self._length)
         for evidence in (self._evidence, self._contrasts, self._p_values):
             evidence.move_to(end)
-        if not np.isnan(found.p_value[i]):
-            self._p_values.add(p_value_score(found.p_value[i]))
-        exceeds = None if np.isnan(found.exceeds[i]) else bool(found.exceeds[i])
+        table = {name: values[i] for name, values in found.table.items()}
+        if not np.isnan(table.get("p-value", np.nan)):
+            self._p_values.add(p_value_score(table["p-value"]))
+        exceeds = None if np.isnan(table["alarm"]) else bool(table["alarm"])
         alarm, level = None, np.nan
         if self._alarm is not None:
             if exceeds is not None:
                 self._alarm.add(exceeds)
             alarm, level = self._alarm.active, self._alarm.sum / self._alarm.limit
-        quality, window_verdict = str(found.quality[i]), None
+        quality, window_verdict = str(table["quality"]), None
         if quality == "good" and found.refusal[i] != "":
-            quality, window_verdict = NO_VERDICT, no_verdict(found.refusal[i])
+            quality, window_verdict = NO_VERDICT, table["verdict"]
             verdict, probability = window_verdict, np.nan
         else:
             if quality == "good":
@@ -398,14 +387,14 @@ class ConditionMonitor:
             verdict, probability = self._condition(alarm)
         self._qualities[quality] += 1
         return MonitorVerdict(
-            *(start, end, rpm, quality, float(found.quality_share[i])),
+            *(start, end, rpm, quality, float(table["quality share"])),
             *(window_verdict, verdict, probability),
-            *(exceeds, alarm, level, self._p_value(), str(found.limits[i])),
+            *(exceeds, alarm, level, self._p_value(), str(table["limits"])),
         )
 
     def _add(self, found, i):
         """Add the evidence of a window, and return its condition."""
-        probabilities = found.probability[i, : len(self.conditions)]
+        probabilities = found.probability[i]
         kept = np.exp(found.spectra[i]) if "spectra" in found else probabilities
         self._evidence.add(np.log(np.maximum(kept, SMALLEST_PROBABILITY)))
         if self._combs is not None and not np.isnan(found.rpm[i]):
@@ -417,20 +406,18 @@ class ConditionMonitor:
         mean = self._evidence.mean()
         if mean is None:
             return None, np.nan
-        verdict, probability = self.healthy, np.nan
+        if self._combs is None:
+            return self._judge.named(mean, self._evidence.weight, alarm)
+        gathered = self._contrasts.mean()
+        if gathered is None:
+            gathered = np.append(np.zeros(N_ORDERS), np.nan)
+        *contrast, rpm = gathered
         logs = effective_number(self._evidence.weight) * mean
-        if self._combs is not None:
-            gathered = self._contrasts.mean()
-            if gathered is None:
-                gathered = np.append(np.zeros(N_ORDERS), np.nan)
-            *contrast, rpm = gathered
-            found = self._combs.diagnose_gathered(contrast, self._contrasts.weight, rpm, logs)
-            verdict, probability = found.named[0], float(found.probability.max())
-            probability = probability if verdict in self.conditions else np.nan
-        elif self.conditions:
-            every = softmax(logs)
-            verdict, probability = self.conditions[int(every.argmax())], float(every.max())
-        return (CHANGED, np.nan) if alarm and verdict == self.healthy else (verdict, probability)
+        found = self._combs.diagnose_gathered(contrast, self._contrasts.weight, rpm, logs)
+        verdict = found.named[0]
+        if alarm and verdict == self.healthy:
+            return CHANGED, np.nan
+        return verdict, float(found.probability.max()) if verdict in self.conditions else np.nan
 
     def _p_value(self):
         mean = self._p_values.mean()
@@ -445,29 +432,16 @@ class ConditionMonitor:
             Plain numbers, texts, lists and dicts. `save_monitor_state` writes it to a file.
         """
         return {
-            "settings": self._settings(),
-            "seen": dict(self._seen),
+            "settings": dict(self._settings),
+            "seen": self._seen.tolist(),
             "rpm": self._rpm,
             "qualities": dict(self._qualities),
         } | {name: part.state() for name, part in self._parts().items()}
 
     def _parts(self):
-        parts = {"stream": self._stream, "evidence": self._evidence, "contrasts": self._contrasts}
-        parts["p_values"] = self._p_values
-        return parts if self._alarm is None else parts | {"alarm": self._alarm}
-
-    def _settings(self):
-        return (
-            self._windowing
-            | self._alarming
-            | {
-                "n_channels": self._n_channels,
-                "half_life": self._half_life,
-                "conditions": [str(name) for name in self.conditions],
-                "healthy": None if self.healthy is None else str(self.healthy),
-                "train_rpm": [float(speed) for speed in self._judge.train_rpm],
-            }
-        )
+        names = ("stream", "evidence", "contrasts", "p_values", "alarm")
+        parts = {name: vars(self)[f"_{name}"] for name in names}
+        return {name: part for name, part in parts.items() if part is not None}
 
     def restore(self, state: dict[str, Any]) -> Self:
         """Continue from the state of a monitor with the same settings.
@@ -488,29 +462,25 @@ class ConditionMonitor:
             If the state has other settings, conditions, channels or training speeds, or is damaged.
             The monitor is then as after its construction.
         """
-        settings = state.get("settings") if isinstance(state, dict) else None
-        if not isinstance(settings, dict):
-            raise ValueError(f"state is a {type(state).__name__}, expected the result of `state`")
-        for name, value in self._settings().items():
-            if settings.get(name) != value:
-                raise ValueError(f"state: {name} is {settings.get(name)!r}, expected {value!r}")
         before = self._seen
         try:
-            self._take_over(state)
+            for name, value in self._settings.items():
+                found = state["settings"].get(name)
+                expect(found == value, name, found, f"{value!r}, as this monitor")
+            self._seen = np.array([_memory.check_count(n) for n in state["seen"]])
+            is_right = self._seen.shape == (4,) and np.all(np.diff(self._seen) <= 0)
+            expect(is_right, "seen", state["seen"], "as many windows as exceed, or more")
+            self._start_afresh()
+            for name, part in self._parts().items():
+                part.restore(state[name])
+            qualities = {
+                str(name): _memory.check_count(n) for name, n in state["qualities"].items()
+            }
+            self._qualities = Counter(qualities)
+            self._rpm = None if state["rpm"] is None else float(state["rpm"])
         # Errors of damaged states are as varied as the damage.
         except Exception as error:
             self._seen = before
             self._start_afresh()
-            raise ValueError(f"state is damaged: {error}") from error
+            raise ValueError(f"state of another monitor, or damaged: {error}") from error
         return self
-
-    def _take_over(self, state):
-        seen = [check_count(state["seen"].get(name, 0)) for name in _RUNS]
-        if seen != sorted(seen, reverse=True):
-            raise ValueError(f"seen {state['seen']}, expected as many windows as exceed, or more")
-        self._seen = Counter(state["seen"])
-        self._start_afresh()
-        for name, part in self._parts().items():
-            part.restore(state[name])
-        self._qualities = Counter({str(k): check_count(n) for k, n in state["qualities"].items()})
-        self._rpm = None if state["rpm"] is None else float(state["rpm"])

@@ -4,12 +4,10 @@ They need matplotlib, which the extra ``skarxlag[plot]`` installs.
 """
 
 from ._style import condition_styles
-from .envelope_spectrum import EnvelopeSpectrumDisplay
 from .identification import IdentificationDisplay
-from .order_spectrum import OrderSpectrumDisplay
-from .residual import ResidualDisplay
+from .spectra import EnvelopeSpectrumDisplay, OrderSpectrumDisplay
 from .speed_accuracy import SpeedAccuracyDisplay
-from .threshold_ladder import ThresholdLadderDisplay
+from .thresholds import ResidualDisplay, ThresholdLadderDisplay
 
 __all__ = [
     "EnvelopeSpectrumDisplay",

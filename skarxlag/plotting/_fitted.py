@@ -1,16 +1,12 @@
-"""Conditions, models and thresholds that the displays read from a fitted diagnoser."""
+"""Conditions and models that the displays read from a fitted diagnoser."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import Any
 
 from .._answers import answers, unfolded_steps
-
-if TYPE_CHECKING:
-    from ..ladder import ThresholdLadder
+from .._state import expect
 
 
 def known_conditions(estimator: Any) -> list[Any]:
@@ -43,10 +39,8 @@ def ordered_conditions(known: Sequence[Any], conditions: Sequence[Any] | None) -
     if conditions is None:
         return list(dict.fromkeys(known))
     order = [str(name) for name in conditions]
-    if not set(known) <= set(order) or len(set(order)) < len(order):
-        raise ValueError(
-            f"conditions={order} must name each condition once, expected all of {known}."
-        )
+    is_whole = set(known) <= set(order) and len(set(order)) == len(order)
+    expect(is_whole, "conditions", order, f"each condition once, and all of {known}")
     return order
 
 
@@ -73,22 +67,9 @@ def chosen_model(estimator: Any, model: Any) -> tuple[int, list[str]]:
     ValueError
         If no model has this name.
     """
-    names = [str(name) for name in unfolded_steps(estimator)[0][1].classes_]
+    names = [str(name) for name in unfolded_steps(estimator)[0].classes_]
     if model is None:
         healthy = str(answers(estimator).healthy)
         model = healthy if healthy in names else names[0]
-    if str(model) not in names:
-        raise ValueError(f"model={model!r} is not a model of the diagnoser, which has {names}.")
+    expect(str(model) in names, "model", model, f"a model of the diagnoser: {names}")
     return names.index(str(model)), names
-
-
-def isolation_thresholds(decide: ThresholdLadder) -> dict[str, float]:
-    r"""Return the isolation threshold :math:`\Delta` of each condition of a fitted ladder.
-
-    For a single residual the thresholds ascend: each is the upper end of the range of levels that
-    is assigned to its condition, and the highest is infinite.
-    """
-    deltas, names = decide.isolation_thresholds_, decide.classes_
-    if not decide._is_bank():
-        deltas, names = np.append(deltas, np.inf), decide.rungs_
-    return dict(zip(names.astype(str).tolist(), deltas.tolist(), strict=True))

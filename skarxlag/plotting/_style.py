@@ -3,6 +3,8 @@
 matplotlib is imported only when a figure is drawn.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.lines import Line2D
+    from matplotlib.axes import Axes as Axes
+else:
+    Axes = Any
 
 #: Grey with similar contrast to white and to a dark page, for elements that are not a condition.
 NEUTRAL = "#7a7a7a"
@@ -21,13 +24,10 @@ NEUTRAL = "#7a7a7a"
 #: A random search that maximised the smallest distance between two colours found them. The tests
 #: check these properties.
 PALETTE = ("#2aa564", "#6982ff", "#cb7207", "#960efc", "#c82b31", "#f839bd", "#336d8e", "#b304c0")
+_INKS = ("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color")
+_PAPERS = ("figure.facecolor", "axes.facecolor", "savefig.facecolor")
 #: matplotlib settings for images without a background, readable on a white and on a dark page.
-ANY_PAGE = {
-    **dict.fromkeys(
-        ("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color"), NEUTRAL
-    ),
-    **dict.fromkeys(("figure.facecolor", "axes.facecolor", "savefig.facecolor"), "none"),
-}
+ANY_PAGE = dict.fromkeys(_INKS, NEUTRAL) | dict.fromkeys(_PAPERS, "none")
 #: Line styles that can be distinguished without colour.
 LINE_STYLES = "-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (3, 1)), (0, (8, 3)), (0, (1, 1))
 #: Properties of a condition that a line without markers has.
@@ -80,10 +80,6 @@ def ink() -> str:
 class Display:
     """Base of the displays: a figure with one or more axes one above the other."""
 
-    ax_: Any
-    axes_: NDArray[Any]
-    figure_: Any
-
     def _set_axes(self, axes: Any, n_rows: int = 1) -> NDArray[Any]:
         """Use these axes, or those of a new pyplot figure if None, and return them."""
         if axes is None:
@@ -93,13 +89,13 @@ class Display:
                 fix = "pip install 'skarxlag[plot]'"
                 raise ImportError(f"Plotting needs matplotlib: {fix}") from error
             _, axes = pyplot.subplots(n_rows, sharex=True, squeeze=False, layout="constrained")
-        self.axes_ = np.asarray(axes, dtype=object).reshape(n_rows)
-        self.ax_ = self.axes_[0]
-        self.figure_ = self.ax_.figure
+        self.axes_: NDArray[Any] = np.asarray(axes, dtype=object).reshape(n_rows)
+        self.ax_: Any = self.axes_[0]
+        self.figure_: Any = self.ax_.figure
         return self.axes_
 
 
-def legend_beside(ax: "Axes", lines: "Sequence[Line2D]") -> None:
+def legend_beside(ax: Axes, lines: Sequence[Any]) -> None:
     """Place the legend of these lines to the right of the axes, so that it covers no data."""
     ax.legend(
         handles=lines, loc="upper left", bbox_to_anchor=(1, 1), fontsize="small", frameon=False

@@ -115,18 +115,13 @@ class IdentificationDisplay(Display):
             If the estimator has no model of the condition `model`, or `conditions` omits one.
         """
         m, names = chosen_model(estimator, model)
-        identify = unfolded_steps(estimator)[0][1]
+        identify = unfolded_steps(estimator)[0]
         prediction = identify.predict_output(np.asarray(window)[np.newaxis])
         known = known_conditions(estimator) or (names if len(names) > 1 else [])
-        display = cls(
-            np.atleast_2d(window)[0, -prediction.shape[-1] :],
-            prediction[0, m],
-            model=names[m],
-            condition=condition,
-            conditions=ordered_conditions([*known, condition], conditions),
-            sampling_rate=sampling_rate,
-        )
-        return display.plot(axes=axes)
+        labels = {"model": names[m], "condition": condition, "sampling_rate": sampling_rate}
+        labels["conditions"] = ordered_conditions([*known, condition], conditions)
+        output = np.atleast_2d(window)[0, -prediction.shape[-1] :]
+        return cls(output, prediction[0, m], **labels).plot(axes=axes)
 
     def plot(self, axes: Sequence[Any] | NDArray[Any] | None = None) -> Self:
         """Draw the plot.

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, InitVar, dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from ..accuracy_tables import speed_accuracy
-from ._style import Display, condition_styles
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from ._style import Axes, Display, condition_styles
 
 
 @dataclass(repr=False, eq=False)
@@ -57,14 +54,10 @@ class SpeedAccuracyDisplay(Display):
     name: str | None = None
 
     def __post_init__(self, y_true: ArrayLike, y_pred: ArrayLike) -> None:
-        verdicts = pd.DataFrame(
-            {
-                "true": np.asarray(y_true),
-                "predicted": np.asarray(y_pred),
-                "train_rpm": np.asarray(self.train_rpm),
-                "test_rpm": np.asarray(self.test_rpm),
-            }
-        )
+        speeds = {"train_rpm": self.train_rpm, "test_rpm": self.test_rpm}
+        columns = {"true": y_true, "predicted": y_pred} | speeds
+        # The index of a table is not that of another one.
+        verdicts = pd.DataFrame({name: np.asarray(each) for name, each in columns.items()})
         table = speed_accuracy(verdicts) / 100
         self.accuracy: NDArray[Any] = table.to_numpy(dtype=float)
         self.train_rpm, self.test_rpm = table.index.to_numpy(), table.columns.to_numpy()

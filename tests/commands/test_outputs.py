@@ -57,7 +57,7 @@ def test_one_verdict_and_that_of_each_output(run, workshop, model):
 def test_outputs_that_cannot_be(run, workshop):
     table, to = workshop / "table.csv", ("-o", workshop / "wrong.skops")
     code, _, err = run("fit", table, *to, "--outputs", 4, "--window-length", WINDOW)
-    assert code == 1 and "n_outputs=4, expected at most 3" in err
+    assert code == 1 and "n_outputs == 4, expected at most 3" in err
     code, _, err = run("fit", table, *to, "--outputs", 2, "--bearing", "6205")
     assert code == 2 and "argument --outputs: not allowed with --bearing" in err
 

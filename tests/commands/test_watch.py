@@ -410,4 +410,4 @@ def test_a_state_of_other_settings_is_refused(run, models, piped, tmp_path):
     assert run("watch", models[0], "-", "--state", state)[0] == 0
     piped(b"")
     code, _, err = run("watch", models[0], "-", "--state", state, "--hop", 50)
-    assert code == 1 and "hop is 200, expected 50" in err
+    assert code == 1 and "hop == 200, expected 50" in err

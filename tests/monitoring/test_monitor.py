@@ -179,7 +179,7 @@ def test_calibration_measures_how_often_healthy_windows_exceed(make, detector):
     assert monitor.calibrate(healthy[:20_000]).calibrate(healthy[20_000:]) is monitor
     exceeds = detector.predict(make_windows(healthy, WINDOW)) < 0
     seen = monitor.state()["seen"]
-    assert (seen.get("exceeding", 0), seen["windows"]) == (exceeds.sum(), len(exceeds))
+    assert seen[:2] == [len(exceeds), exceeds.sum()]
     assert monitor._alarm.limit != make()._alarm.limit
     assert monitor.counts["samples"] == 0
     before = monitor.state()
@@ -280,32 +280,32 @@ def test_state_of_a_calibrated_monitor_keeps_the_calibration(make):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda s: s["settings"].update(hop=7), "hop is 7, expected 200"),
-        (lambda s: s["settings"].update(conditions=["a"]), "conditions is"),
+        (lambda s: s["settings"].update(hop=7), "hop == 7, expected 200"),
+        (lambda s: s["settings"].update(conditions=["a"]), "conditions == "),
         (lambda s: s["evidence"].update(sums=[1.0]), "expected 2 finite sums"),
         (lambda s: s["evidence"].update(sums=[np.nan, 0.0]), "expected 2 finite sums"),
         (lambda s: s["evidence"].update(time=np.inf), "expected 2 finite sums"),
         (lambda s: s["evidence"].update(age=None), "damaged"),
         (lambda s: s["alarm"].update(sum=10**6), "expected a sum from 0 to"),
-        (lambda s: s["stream"].update(rest=[[0.0] * 5] * 2), "do not fit"),
+        (lambda s: s["stream"].update(rest=[[0.0] * 5] * 2), "that fit each other"),
         (lambda s: s["stream"].pop("next_start"), "next_start"),
         (lambda s: s["stream"].update(n_gaps="x"), "'x', expected an integer of at least 0"),
         (lambda s: s["stream"].update(rest=[1.0]), "damaged"),
         (lambda s: s["stream"].update(reference=[]), "damaged"),
-        (lambda s: s["stream"].update(missing_seconds=-1.0), "do not fit"),
+        (lambda s: s["stream"].update(missing_seconds=-1.0), "that fit each other"),
         (lambda s: s["evidence"].update(weight=np.inf), "finite sums"),
         (lambda s: s["p_values"].update(weight=-1.0), "expected 1 finite sums"),
-        (lambda s: s["settings"].update(healthy="worn"), "healthy is 'worn', expected 'good'"),
+        (lambda s: s["settings"].update(healthy="worn"), "healthy == 'worn', expected 'good'"),
         (lambda s: s.pop("seen"), "seen"),
-        (lambda s: s["seen"].update(windows=-1), "-1, expected an integer"),
-        (lambda s: s["seen"].update(runs=3), "expected as many windows as exceed, or more"),
-        (lambda s: s["settings"].update(n_rows=3), "n_rows is 3, expected 2"),
-        (lambda s: s["settings"].update(train_rpm=[50.0]), "train_rpm is"),
-        (lambda s: s["settings"].update(rate=0.3), "rate is 0.3, expected 0.05"),
-        (lambda s: s["stream"].update(rest=[[0.0] * 150] * 3), "do not fit"),
+        (lambda s: s.update(seen=[-1, 0, 0, 0]), "-1, expected an integer"),
+        (lambda s: s.update(seen=[9, 2, 2, 3]), "expected as many windows as exceed, or more"),
+        (lambda s: s["settings"].update(n_rows=3), "n_rows == 3, expected 2"),
+        (lambda s: s["settings"].update(train_rpm=[50.0]), "train_rpm == "),
+        (lambda s: s["settings"].update(rate=0.3), "rate == 0.3, expected 0.05"),
+        (lambda s: s["stream"].update(rest=[[0.0] * 150] * 3), "that fit each other"),
         (lambda s: s["qualities"].update(good=-3), "-3, expected an integer"),
         (lambda s: s.update(rpm="fast"), "damaged: could not convert"),
-        (lambda s: s.clear(), "state is a dict, expected the result of `state`"),
+        (lambda s: s.clear(), "damaged: 'settings'"),
     ],
 )
 def test_a_state_that_does_not_fit_is_refused(make, change, message):
@@ -323,7 +323,7 @@ def test_a_state_that_does_not_fit_is_refused(make, change, message):
 
 @pytest.mark.parametrize("state", [None, [], "state", 5])
 def test_what_is_no_state_is_refused(make, state):
-    with pytest.raises(ValueError, match="expected the result of `state`"):
+    with pytest.raises(ValueError, match="state of another monitor, or damaged"):
         make().restore(state)
 
 
@@ -336,8 +336,8 @@ def test_what_is_no_state_is_refused(make, state):
         b"\xff\xfe",
         pickle.dumps({}),
         b'{"format": "another", "facts": {}, "state": {}}',
-        b'{"format": "skarxlag monitor 5", "facts": 3, "state": {}}',
-        b'{"format": "skarxlag monitor 5", "facts": {}}',
+        b'{"format": "skarxlag monitor 6", "facts": 3, "state": {}}',
+        b'{"format": "skarxlag monitor 6", "facts": {}}',
     ],
     ids=range(8),
 )
@@ -376,12 +376,12 @@ def test_samples_of_any_real_type(make, dtype):
 @pytest.mark.parametrize(
     ("samples", "message"),
     [
-        (["a"], "samples of type <U1"),
-        (np.zeros(3, dtype=complex), "samples of type complex128"),
+        (["a"], "samples == '<U1 of shape"),
+        (np.zeros(3, dtype=complex), "samples == 'complex128 of shape"),
         (np.zeros((1, 1, 3)), r"shape \(1, 1, 3\)"),
-        (np.zeros((0, 3)), r"shape \(0, 3\), expected 1 channels"),
-        (np.zeros((2, 3)), r"shape \(2, 3\), expected 1 channels as in fit"),
-        (np.zeros((3, 1)), r"shape \(3, 1\), expected 1 channels as in fit"),
+        (np.zeros((0, 3)), r"shape \(0, 3\)', expected 1 channels"),
+        (np.zeros((2, 3)), r"shape \(2, 3\)', expected 1 channels as in fit"),
+        (np.zeros((3, 1)), r"shape \(3, 1\)', expected 1 channels as in fit"),
     ],
 )
 def test_bad_samples_are_refused(make, samples, message):
@@ -479,7 +479,7 @@ def test_a_speed_holds_from_its_sample_on(diagnoser, make):
 
 
 def test_speed_must_be_a_number(make):
-    with pytest.raises(ValueError, match="rpm == 'fast', expected one number"):
+    with pytest.raises(ValueError, match="rpm must hold numbers, got 'fast'"):
         make().update([0.0], rpm="fast")
 
 
@@ -529,7 +529,7 @@ def test_a_diagnoser_alone_and_a_detector_alone(diagnoser, detector):
     last = watching.update(signal)[-1]
     assert last.verdict == "healthy" and last.window_verdict is None and last.alarm is False
     assert watching.conditions == []
-    with pytest.raises(ValueError, match="diagnoser and detector are None"):
+    with pytest.raises(ValueError, match="diagnoser and detector == None"):
         ConditionMonitor(None, RATE)
     with pytest.raises(ValueError, match="states no probabilities"):
         ConditionMonitor(LinearSVC().fit(np.eye(4), [0, 0, 1, 1]), RATE)

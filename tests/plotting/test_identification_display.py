@@ -79,7 +79,7 @@ def test_condition_and_order_give_the_colour(axes):
     assert draw(*signals, condition="b").plot(axes=axes).error_line_.get_color() == PALETTE[0]
     display = draw(*signals, condition="b", conditions=["a", "b"]).plot(axes=axes)
     assert display.error_line_.get_color() == display.output_line_.get_color() == PALETTE[1]
-    with pytest.raises(ValueError, match=r"conditions=\['a'\] must name each condition once"):
+    with pytest.raises(ValueError, match=r"conditions == \['a'\], expected each condition once"):
         draw(*signals, condition="b", conditions=["a"]).plot(axes=axes)
 
 
@@ -93,5 +93,7 @@ def test_time_axis(axes):
 
 
 def test_what_cannot_be_shown_is_refused(bank, rig):
-    with pytest.raises(ValueError, match=r"model='bent' is not a model .* \['good', 'worn'\]"):
+    with pytest.raises(
+        ValueError, match=r"model == 'bent', expected a model .* \['good', 'worn'\]"
+    ):
         IdentificationDisplay.from_estimator(bank, rig.X[0], model="bent")

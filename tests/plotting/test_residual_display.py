@@ -113,22 +113,24 @@ def test_repeated_plots(ax):
 
 
 def test_what_cannot_be_shown_is_refused(bank, rig):
-    with pytest.raises(ValueError, match=r"model='bent' is not a model .* \['good', 'worn'\]"):
+    with pytest.raises(
+        ValueError, match=r"model == 'bent', expected a model .* \['good', 'worn'\]"
+    ):
         ResidualDisplay.from_estimator(bank, rig.X[0], model="bent")
-    with pytest.raises(ValueError, match="SpectralDistance before its decision"):
+    with pytest.raises(ValueError, match="Step before the decision == SpectralDistance"):
         ResidualDisplay.from_estimator(make_diagnoser().fit(rig.X, rig.y), rig.X[0])
-    with pytest.raises(ValueError, match=r"conditions=\['good'\] .* \['good', 'worn'\]"):
+    with pytest.raises(ValueError, match=r"conditions == \['good'\], .* \['good', 'worn'\]"):
         ResidualDisplay.from_estimator(bank, rig.X[0], conditions=["good"])
 
 
 def test_conditions_that_repeat_are_refused():
-    with pytest.raises(ValueError, match=r"conditions=.*'a', 'a'.* must name each condition once"):
+    with pytest.raises(ValueError, match=r"conditions == .*'a', 'a'.* each condition once"):
         ResidualDisplay([1.0], conditions=["a", "a"])
 
 
 def test_whiteness_has_no_trajectory(rig):
     white = make_pipeline(ARXLaguerre(), PIObserver(evaluation="whiteness"), ThresholdLadder())
-    with pytest.raises(ValueError, match="evaluation='whiteness'"):
+    with pytest.raises(ValueError, match="evaluation == 'whiteness'"):
         ResidualDisplay.from_estimator(white.fit(rig.X, rig.y), rig.X[0])
 
 

@@ -170,11 +170,17 @@ def test_repeated_plots(ax):
 
 def test_wrong_parameters_are_refused(bank, detector, rig):
     draw = ThresholdLadderDisplay
-    with pytest.raises(ValueError, match=r"conditions=\['b'\] .* expected all of \['a'\]"):
+    with pytest.raises(ValueError, match=r"conditions == \['b'\], .* all of \['a'\]"):
         draw(["a"], [1.0], conditions=["b"])
-    with pytest.raises(ValueError, match=r"decision='both', expected one of \('detection', 'iso"):
+    with pytest.raises(
+        ValueError, match=r"decision == 'both', expected one of \('detection', 'iso"
+    ):
         draw.from_estimator(bank, rig.X, rig.y, decision="both")
-    with pytest.raises(ValueError, match=r"decision='isolation', expected one of \('detection',\)"):
+    with pytest.raises(
+        ValueError, match=r"decision == 'isolation', expected one of \('detection',\)"
+    ):
         draw.from_estimator(detector, rig.X, rig.y, decision="isolation")
-    with pytest.raises(ValueError, match=r"y has \['bent'\], but the bank has models"):
+    with pytest.raises(
+        ValueError, match=r"Conditions in y == .*'bent'.*, expected models of the bank"
+    ):
         draw.from_estimator(bank, rig.X[:1], ["bent"])
