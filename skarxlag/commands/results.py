@@ -22,8 +22,8 @@ SUFFIXES = (".csv", ".json", ".parquet", ".html")
 _HEADS = (b"recording,verdict,probability,alarm,", b"recording,start,verdict,alarm,")
 _FIRST = ["recording", "verdict", "probability", "alarm", "p-value", "windows", "no signal"]
 _FIRST_OF_WINDOWS = ["recording", "start", "verdict", "alarm", "quality"]
-#: First characters of a text that a spreadsheet would run as a formula.
-_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+#: First characters of a text that a spreadsheet would run as a formula, also in full width.
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 
 
 def result_paths(output: Path) -> list[Path]:

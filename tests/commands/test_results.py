@@ -172,14 +172,17 @@ def test_a_spreadsheet_runs_no_text_of_a_csv(run, plant):
     formula = plant / "=1+1.npy"
     formula.write_bytes((plant / "good.npy").read_bytes())
     table = plant / "odd.csv"
-    table.write_text("path,name,sampling_rate,+note\n=1+1.npy,x,5e3,@SUM(A1)\ngood.npy,y,5e3,-2\n")
+    table.write_text(
+        "path,name,sampling_rate,+note\n=1+1.npy,x,5e3,@SUM(A1)\ngood.npy,\uff1d1+1,5e3,-2\n",
+        "utf-8",
+    )
     for suffix in (".csv", ".json"):
         output = plant / f"safe{suffix}"
         run("diagnose", plant / "bearing.skops", "--table", table, "-o", output)
     rows = pd.read_csv(plant / "safe.csv", dtype=str, keep_default_na=False)
     cells = [str(cell) for cell in [*rows, *rows.to_numpy().ravel()] if len(str(cell)) > 1]
-    assert not any(cell.startswith(("=", "+", "-", "@")) for cell in cells)
-    assert {"'=1+1.npy", "'@SUM(A1)"} <= set(cells)
+    assert not any(cell.startswith(("=", "+", "-", "@", "\uff1d")) for cell in cells)
+    assert {"'=1+1.npy", "'@SUM(A1)", "'\uff1d1+1"} <= set(cells)
     # A program reads what was meant.
     first = json.loads((plant / "safe.json").read_text())["recordings"][0]
     assert first["recording"] == "=1+1.npy" and first["stated_+note"] == "@SUM(A1)"

@@ -107,7 +107,7 @@ def _as_signal(name, values, start):
 
         is_text = np.isnan(pd.to_numeric(values, errors="coerce")) & ~pd.isna(values)
         i = np.argmax(is_text)
-        raise ContentError(f"{where} is not numeric: {values[i]!r} at sample {start + i}")
+        raise ContentError(f"{where} is not numeric: {values[i]!r:.80} at sample {start + i}")
     if values.dtype.kind not in "fiu":
         raise ContentError(f"{where} is not numeric but of type {values.dtype}")
     with np.errstate(invalid="ignore"):

@@ -95,6 +95,13 @@ def test_a_row_that_is_no_number_behind_the_first_lines(tmp_path):
         read_recording(path, channel="y")
 
 
+def test_a_message_does_not_repeat_a_long_field(tmp_path):
+    path = write(tmp_path, "y\n" + "1\n" * 100 + "1." * 100_000 + "\n")
+    with pytest.raises(ValueError, match=r"is not numeric: '1\.1\.1") as refused:
+        read_recording(path)
+    assert len(str(refused.value)) < 300
+
+
 HEADERS = {
     "names": "y;u\n",
     "names and units": "y;u\nm/s2;Nm\n",
