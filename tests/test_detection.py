@@ -19,6 +19,7 @@ from skarxlag import (
 )
 from skarxlag._answers import Answers, answers
 from skarxlag._state import check_state
+from skarxlag.detection import measure
 
 LENGTH = 1200
 RATE = 0.05
@@ -485,3 +486,12 @@ def test_rows_at_implausible_speeds_are_flagged_with_one_warning(fitted, rpm):
         p_values = fitted.p_values(X, rpm=speeds)
     assert len(said) == 1
     assert np.all(p_values[1:4] < 1e-30) and np.all(np.delete(p_values, [1, 2, 3]) > 1e-6)
+
+
+def test_rows_of_more_windows_than_a_batch_are_measured_one_by_one():
+    rows = np.random.default_rng(0).normal(size=(3, 1, 65 * 100))
+    together = measure(rows, 65, with_level=True, n_jobs=None)
+    for number in range(3):
+        single = measure(rows[[number]], 65, with_level=True, n_jobs=None)
+        for all_rows, row in zip(together, single, strict=True):
+            np.testing.assert_array_equal(all_rows[[number]], row)

@@ -9,15 +9,18 @@ def noise():
     return np.random.default_rng(0).normal(size=(3, 600))
 
 
-def test_colour_is_the_mean_of_the_fine_log_spectrum_in_each_band(noise):
-    fine = spectra.autoregressive_log_spectrum(noise, 20, 31 * 9)
-    expected = [[fine[w, 9 * b : 9 * b + 9].mean() for b in range(31)] for w in range(3)]
-    np.testing.assert_allclose(measures.own_model(noise, 64, 20)["colour"], expected, rtol=1e-12)
+@pytest.mark.parametrize(("n_bands", "n_cells"), [(31, 9), (63, 4)])
+def test_colour_is_the_mean_of_the_fine_log_spectrum_in_each_band(noise, n_bands, n_cells):
+    fine = spectra.autoregressive_log_spectrum(noise, 20, n_bands * n_cells)
+    expected = fine.reshape(3, n_bands, n_cells).mean(axis=2)
+    found = measures.own_model(noise, 2 * n_bands + 2, 20)["colour"]
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
-def test_steadiness_is_floor_less_power(noise):
-    found = measures.short_time(noise, 64, 20)
-    mean, median = spectra.short_time_log_spectra(noise, 64, 8)
+@pytest.mark.parametrize(("segment", "hop"), [(64, 8), (8, 1), (7, 1)])
+def test_steadiness_is_floor_less_power(noise, segment, hop):
+    found = measures.short_time(noise, segment, 20)
+    mean, median = spectra.short_time_log_spectra(noise, segment, hop)
     np.testing.assert_array_equal(found["power"], mean)
     np.testing.assert_array_equal(found["floor"], median)
     np.testing.assert_array_equal(found["steadiness"], median - mean)
