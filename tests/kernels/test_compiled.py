@@ -44,6 +44,7 @@ def run(code, folder, **environment):
 
 
 @pytest.mark.slow
+@pytest.mark.any_version
 def test_nothing_is_compiled_at_import():
     run(NOTHING_COMPILED, PACKAGE.parent)
 
@@ -56,6 +57,7 @@ def test_machine_code_is_cached_where_a_folder_can_be_written(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.any_version
 @pytest.mark.parametrize("has_home", [True, False])
 def test_installed_package_without_write_access_uses_the_cache_of_the_user(tmp_path, has_home):
     # Files where folders would have to be: not even an administrator can write in there.
@@ -118,12 +120,21 @@ def test_compiled_function_keeps_its_name_and_what_it_was():
     assert compiled(lambda x: 1.0 / x)(0.0) == np.inf
 
 
-@pytest.mark.parametrize("source", sorted(PACKAGE.rglob("*.py")), ids=lambda p: p.stem)
-def test_nothing_private_of_scikit_learn_is_imported(source):
-    for line in re.findall(r"^\s*(?:from|import)\s+sklearn.*$", source.read_text(), re.MULTILINE):
-        assert not re.search(r"[.\s,(]_(?!_)", line), line
+@pytest.mark.any_version
+def test_nothing_private_of_scikit_learn_is_imported():
+    lines = [
+        (source.name, line)
+        for source in PACKAGE.rglob("*.py")
+        for line in re.findall(
+            r"^\s*(?:from|import)\s+sklearn.*$", source.read_text(), re.MULTILINE
+        )
+    ]
+    assert len(lines) > 20
+    assert not [each for each in lines if re.search(r"[.\s,(]_(?!_)", each[1])]
 
 
-@pytest.mark.parametrize("source", sorted((PACKAGE / "kernels").glob("*.py")), ids=lambda p: p.stem)
-def test_kernels_know_nothing_of_scikit_learn(source):
-    assert "sklearn" not in source.read_text()
+@pytest.mark.any_version
+def test_kernels_know_nothing_of_scikit_learn():
+    sources = list((PACKAGE / "kernels").glob("*.py"))
+    assert len(sources) > 10
+    assert not [source.name for source in sources if "sklearn" in source.read_text()]
