@@ -7,6 +7,7 @@ from functools import partial
 from itertools import product
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 from sklearn.utils import Bunch, check_random_state, check_scalar
 
@@ -30,22 +31,16 @@ STREAMS = ("torque", "noise", "friction", "strikes", "rubbing")
 
 
 def _positive_numbers(name, values):
-    try:
-        array = np.atleast_1d(np.asarray(values, dtype=float))
-    except (TypeError, ValueError):
-        array = np.zeros(0)
-    if array.ndim != 1 or not array.size or not np.all((array > 0) & (array < np.inf)):
-        raise ValueError(f"{name} must hold positive numbers, got {values!r}.")
-    if len(np.unique(array)) != array.size:
-        raise ValueError(f"{name} must not repeat a value, got {values!r}.")
+    array = np.atleast_1d(pd.to_numeric(values, errors="coerce")).astype(float)
+    is_distinct = array.size == len(set(array)) > 0
+    if not is_distinct or not np.all((array > 0) & (array < np.inf)):
+        raise ValueError(f"{name} must hold distinct positive numbers, got {values!r}.")
     return array.tolist()
 
 
 def _check_conditions(conditions):
-    if conditions is None:
-        return list(CONDITIONS)
-    chosen = [conditions] if isinstance(conditions, str) else list(conditions)
-    if not chosen or len(set(chosen)) != len(chosen) or not set(chosen) <= set(CONDITIONS):
+    chosen = list(CONDITIONS) if conditions is None else np.atleast_1d(conditions).tolist()
+    if not 0 < len(chosen) == len({*chosen} & {*CONDITIONS}):
         raise ValueError(
             f"conditions must be distinct names out of {list(CONDITIONS)}, got {conditions!r}."
         )

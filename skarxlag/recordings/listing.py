@@ -12,11 +12,12 @@ from typing import Any, Self
 
 from numpy.typing import NDArray
 
+from ..speeds import pulse_speeds
 from .files import recording_blocks, recording_speed, recording_start
 from .formats import FORMATS
 from .formats.text import distinct
 from .rates import rates_agree
-from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, read_texts, tacho_speed
+from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, read_texts
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
 FACTS = ("condition", "rpm", "pulses_per_turn", "sampling_rate", "channel", "dtype")
@@ -75,7 +76,9 @@ class ListedRecording:
         Raises
         ------
         FileNotFoundError, ImportError, ValueError
-            As `recording_speed`, `tacho_speed` and `logged_speed` do. The message names the entry.
+            As `recording_speed` and `logged_speed` do; and if a tachometer has fewer than two
+            pulses, no sampling rate, or no integer number of pulses in a turn. The message names
+            the entry.
         """
         if self.rpm is not None:
             return self
@@ -84,8 +87,12 @@ class ListedRecording:
             if source is None:
                 found = recording_speed(self.path, sampling_rate=self.sampling_rate, **options)
             elif source.startswith(TACHO):
-                tacho = replace(self, channel=source.removeprefix(TACHO))
-                found = tacho_speed(tacho.blocks(), self.pulses_per_turn)
+                if self.pulses_per_turn % 1:
+                    raise ValueError(f"pulses_per_turn is {self.pulses_per_turn}, not an integer")
+                ((signal, rate),) = replace(self, channel=source.removeprefix(TACHO)).blocks()
+                if rate is None:
+                    raise ValueError(f"sampling_rate is missing and {self.path} does not state it")
+                found = SpeedProfile(*pulse_speeds(signal, rate, int(self.pulses_per_turn)))
             else:
                 names = {self.name, str(self.path), self.path.name, self.path.stem}
                 found = logged_speed(source, names, self._span)

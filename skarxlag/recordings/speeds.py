@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ..speeds import pulse_levels, pulse_speeds, pulse_times
+from ..speeds import pulse_levels, pulse_times
 from .formats._facts import seconds_of_dates
 from .formats.text import number
 
@@ -110,30 +110,6 @@ class SpeedProfile(NamedTuple):
         """
         samples = np.asarray(start)[:, np.newaxis] + np.arange(n_samples)
         return np.interp(samples / sampling_rate, *self)
-
-
-def tacho_speed(blocks: Iterable[tuple[NDArray[Any], float | None]], pulses: float) -> SpeedProfile:
-    """Return the speed that the pulses of a tachometer state.
-
-    Parameters
-    ----------
-    blocks : iterable of tuple (signal, rate)
-        The channel of the tachometer as one block, and its sampling rate in Hz.
-    pulses : float
-        Pulses in a turn of the shaft, an integer.
-
-    Raises
-    ------
-    ValueError
-        If the sampling rate is unknown, the signal has fewer than two pulses, or `pulses` is not an
-        integer.
-    """
-    if pulses % 1:
-        raise ValueError(f"pulses_per_turn is {pulses:g}, expected an integer")
-    ((signal, rate),) = blocks
-    if rate is None:
-        raise ValueError("sampling_rate is missing and the file does not state it")
-    return SpeedProfile(*pulse_speeds(signal, rate, int(pulses)))
 
 
 class TachoStream:

@@ -180,7 +180,7 @@ def test_compound_faults_are_superpositions():
     ("parameters", "error", "message"),
     [
         ({"rpm": 0}, ValueError, "rpm .* got 0"),
-        ({"rpm": (300, 300)}, ValueError, r"rpm .* repeat .* \(300, 300\)"),
+        ({"rpm": (300, 300)}, ValueError, r"rpm .* distinct .* \(300, 300\)"),
         ({"rpm": ()}, ValueError, r"rpm .* \(\)"),
         ({"rpm": "fast"}, ValueError, "rpm .* 'fast'"),
         ({"crack_mm": np.nan}, ValueError, "crack_mm .* nan"),

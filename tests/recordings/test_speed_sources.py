@@ -89,7 +89,7 @@ def test_errors_name_the_entry(folder, rpm, log, message):
         list_recordings(table(folder, f"a.npz,a,y,{rpm}"))[0].with_speed()
 
 
-@pytest.mark.parametrize(("text", "message"), [("2.5", "expected an integer"), ("0", "positive")])
+@pytest.mark.parametrize(("text", "message"), [("2.5", "not an integer"), ("0", "positive")])
 def test_pulses_that_are_none(folder, text, message):
     columns = "path,condition,channel,rpm,pulses_per_turn"
     with pytest.raises(ValueError, match=f"line 2: .*pulses_per_turn is .*{message}"):

@@ -41,13 +41,7 @@ class NamedArrays:
                 self.scalars[f"{place}{self._separator}{key}" if place else key] = number.item()
 
     def add(
-        self,
-        name: str,
-        shape: Any,
-        dtype: Any = None,
-        key: Any = None,
-        place: str = "",
-        **facts: Any,
+        self, name: str, shape: Any, dtype: Any = None, key: Any = None, at: str = "", **facts: Any
     ) -> None:
         """Add an array, whose rows or columns, whichever are longer, are channels.
 
@@ -63,8 +57,8 @@ class NamedArrays:
             out.
         key : object, default=None
             Passed to the function that returns the array. None takes `name`.
-        place : str, default=""
-            Name of the array among those of `scalars`. Empty takes `name`.
+        at : str, default=""
+            Place of the array among those of `scalars`. Empty takes `name`.
         **facts
             Of the channels, such as ``unit``, see `Channel`.
         """
@@ -91,7 +85,7 @@ class NamedArrays:
             self._channels[channel] = Channel(shape[time], **facts)
             self._parts[channel] = (key, index)
             # Numbers below the name of the array take precedence.
-            self._places[channel] = f"{place or name}{self._separator}{channel}"
+            self._places[channel] = f"{at or name}{self._separator}{channel}"
 
     def contents(self) -> Contents:
         """Return the contents of the file."""

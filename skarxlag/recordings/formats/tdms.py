@@ -38,7 +38,7 @@ def contents(path: Path) -> Iterator[Contents]:
             if isinstance(date, np.datetime64) and date > _NO_DATE:
                 start = float(date.astype("datetime64[us]").astype(float) / 1e6)
                 start += arrays.scalars.get(f"{place}{_SEPARATOR}wf_start_offset", 0.0)
-            arrays.add(name, (len(channel),), place=place, unit=unit, start=start)
+            arrays.add(name, (len(channel),), at=place, unit=unit, start=start)
         yield arrays.contents()
 
 

@@ -23,8 +23,6 @@ FORMAT = Format((".csv", ".txt", ".tsv", ".csv.gz", ".txt.gz", ".tsv.gz"))
 
 #: Bytes and lines from which the layout is inferred.
 _HEAD, _LINES = 2**16, 200
-_NUMBER = r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?"
-_WITH_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
 _UNIT_IN_NAME = re.compile(r".*[(\[]([^()\[\]]+)[)\]]\s*")
 _UNITS = {*SECONDS, "g", "m/s2", "m/s^2", "m/s²", "mm/s", "v", "mv", "nm", "n", "rpm", "1/min", "%"}
 
@@ -73,8 +71,9 @@ def contents(path: Path) -> Iterator[Contents]:
     def read(names, n_samples):
         for frame in _frames(path, layout, n_samples or sys.maxsize):
             if len(parts) == 2 and {*parts} & {*names}:
-                joined = frame[parts[0]].astype(str) + " " + frame[parts[1]].astype(str)
-                frame = frame.assign(**dict.fromkeys(parts, joined))
+                date, clock = (frame[part].astype(str) for part in parts)
+                if ":" in clock.iloc[0] and ":" not in date.iloc[0]:
+                    frame = frame.assign(**dict.fromkeys(parts, date + " " + clock))
             yield [frame[name].to_numpy() for name in names]
 
     yield Contents({name: Channel(unit=layout.units.get(name)) for name in layout.names}, read)
@@ -183,7 +182,8 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
         raise ContentError("No columns to parse: the file holds no line of text")
     separator = _separator(filled[len(filled) // 2 :][-20:])
     before, rows = zip(*_rows(body, separator), strict=True)
-    is_comma = separator != "," and any(map(_WITH_COMMA.fullmatch, chain.from_iterable(rows)))
+    with_comma = [field for field in chain.from_iterable(rows) if "," in field]
+    is_comma = separator != "," and any(is_number(field, ",") for field in with_comma)
     decimal = "," if is_comma else "."
     kinds = [[_kind(field, decimal) for field in fields] for fields in rows]
     n_fields, n_filled, first = _first_sample(kinds, may_be_cut)
@@ -294,7 +294,7 @@ def _separator(lines):
             return separator
     numbers = [line.split() for line in lines if "," not in line.split()]
     last = numbers[-1] if numbers else []
-    if len(last) > 1 and all(re.fullmatch(_NUMBER, field) for field in last):
+    if len(last) > 1 and not np.isnan([*map(number, last)]).any():
         return r"\s+"
     return ","
 
@@ -315,9 +315,8 @@ def number(field: str, decimal: str = ",") -> float:
 
 def distinct(names: list[str]) -> list[str]:
     """Return the names, with a number after those that occur a second time, as in pandas."""
-    seen, distinct = {}, []
-    for i, name in enumerate(names):
-        name = name or f"Unnamed: {i}"
-        seen[name] = seen.get(name, -1) + 1
-        distinct.append(f"{name}.{seen[name]}" if seen[name] else name)
-    return distinct
+    import pandas as pd
+
+    named = pd.Series([name or f"Unnamed: {i}" for i, name in enumerate(names)], dtype=object)
+    n_before = named.groupby(named).cumcount()
+    return named.where(n_before == 0, named + "." + n_before.astype(str)).tolist()

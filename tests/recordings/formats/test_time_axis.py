@@ -102,6 +102,15 @@ def test_dates_and_times_of_day_in_two_columns(tmp_path, names, form):
     assert recording_start(tmp_path / "run.csv") == times[0].timestamp()
 
 
+def test_whole_dates_and_seconds_in_two_columns_stay_apart(tmp_path):
+    dates = pd.Timestamp("2026-02-03") + pd.to_timedelta(np.arange(N) * 40, unit="us")
+    seconds = np.arange(N) * 4e-5
+    columns = {"date": dates.strftime("%Y-%m-%dT%H:%M:%S.%f"), "time": seconds, "y": Y}
+    pd.DataFrame(columns).to_csv(tmp_path / "run.csv", index=False)
+    assert read_recording(tmp_path / "run.csv", channel="y")[1] == 25_000
+    np.testing.assert_allclose(read_recording(tmp_path / "run.csv", channel="time")[0], seconds)
+
+
 def test_dates(tmp_path):
     times = pd.Timestamp("2026-01-01") + pd.to_timedelta(np.arange(N) * 40, unit="us")
     assert read_recording(write(tmp_path, times, suffix="parquet"))[1] == 25_000
