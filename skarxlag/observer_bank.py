@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from numbers import Integral
 from typing import Any, ClassVar
 
@@ -13,14 +14,18 @@ from sklearn.utils import check_scalar
 from ._base import GroupTransformer
 from ._state import INNOVATIONS, Values
 from ._validation import ABOVE_0, WITHIN_1, check_real
-from .kernels import observer
+from .kernels.observer import common_lyapunov, loop_matrix
 from .kernels.observer_bank import bank_levels, centre_frequencies, member_gains
 
-#: Shares of the stable range of the loop's gain that a member's bound may take, tried in turn.
-_SHARES = (0.5, 0.25, 0.125, 0.0625)
 #: Step of the logarithm of K per sample: K crosses a decade in 46 samples, and so settles in short
 #: windows.
 _ADAPTATION_STEP = 0.05
+
+
+# A search over other parameters fits the same bank many times.
+@lru_cache(maxsize=4096)
+def _certificate(pole, kp, ki, bound):
+    return common_lyapunov(loop_matrix(pole, kp, ki), loop_matrix(pole, kp, ki, 1.0 + bound))
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
@@ -147,15 +152,13 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         kp, ki = member_gains(self.pole, self.n_members, self.bandwidth)
         self.kp_: NDArray[Any] = kp
         self.ki_: NDArray[Any] = ki
-        # Jury's first condition, a + k < 1, is the one that a larger gain breaks first.
-        stable = (1 - (self.pole - self.kp_)) / self.ki_ - 1
         self.bounds_: NDArray[Any] = np.zeros(self.n_members)
         self.lyapunov_: NDArray[Any] = np.empty((self.n_members, 2, 2))
-        for m in range(self.n_members):
-            for bound in dict.fromkeys(min(self.saturation, s * stable[m]) for s in _SHARES):
-                gains = self.pole, kp[m], ki[m]
-                loops = [observer.loop_matrix(*gains, gain) for gain in (1.0, 1.0 + bound)]
-                certificate = observer.common_lyapunov(*loops)
+        # Jury's first condition, a + k < 1, is the one that a larger gain breaks first. A member's
+        # bound is a share of the stable range, tried in turn.
+        for m, stable in enumerate((1 - (self.pole - kp)) / ki - 1):
+            for bound in np.minimum(self.saturation, stable * 0.5 ** np.arange(1, 5)):
+                certificate = _certificate(self.pole, kp[m], ki[m], bound)
                 if certificate is not None:
                     break
             else:

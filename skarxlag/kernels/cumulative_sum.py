@@ -1,7 +1,7 @@
 """Page's cumulative sum of windows above a threshold: its step, its limit and its run length."""
 
 from bisect import bisect_left
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 from scipy import sparse
@@ -98,7 +98,7 @@ def mean_run_length(limit: int, step: int, rate: float, persistence: float) -> f
     return float(spsolve((sparse.eye_array(2 * limit) - moves).tocsc(), np.ones(2 * limit))[0])
 
 
-@cache
+@lru_cache(maxsize=128)
 def alarm_limit(run_length: float, step: float, rate: float, persistence: float) -> int:
     """Find the smallest limit at which healthy windows raise an alarm rarely enough.
 
