@@ -264,13 +264,16 @@ class Judge:
         return found
 
     def _quality(self, X, rpm):
-        """Return quality and share of each row: those of its first output that is not good."""
+        """Return quality and share of each row: of several outputs, of the first that is bad."""
         options = {"sampling_rate": self.sampling_rate, "rpm": rpm, "return_share": True}
-        outputs = [X] if len(self.outputs) < 2 else [X[:, s:] for s in range(len(self.outputs))]
-        found = zip(*(signal_quality(each, **options) for each in outputs), strict=True)
-        qualities, shares = map(np.array, found)
-        first = (qualities != "good").argmax(axis=0), np.arange(len(X))
-        return qualities[first], shares[first]
+        if len(self.outputs) == 1:
+            return signal_quality(X, **options)
+        found = [signal_quality(X[:, s:], **options) for s in range(len(self.outputs))]
+        qualities, shares = map(np.array, zip(*found, strict=True))
+        named = np.char.add(qualities, [[f" in {name}"] for name in self.outputs])
+        named = np.where(qualities == "good", "good", named)
+        first = (named != "good").argmax(axis=0), np.arange(len(X))
+        return named[first], shares[first]
 
     def _asked(self, name, X, rpm, rows):
         """Return what a model says of some rows."""
@@ -425,7 +428,8 @@ def window_verdicts(
         ``verdict``: the most probable condition, of a detector alone the healthy condition or
         ``"changed"``; ``"no signal"``; or ``"no verdict: ..."`` with the reason. ``alarm``: whether
         the healthy limits are exceeded, NaN if this is not known; ``quality`` and
-        ``quality share``, as :func:`skarxlag.signal_quality` returns them; ``limits``: ``"hold"``,
+        ``quality share``, as :func:`skarxlag.signal_quality` returns them, of several outputs with
+        the name of the first bad one, such as ``"constant in output 2"``; ``limits``: ``"hold"``,
         or why the healthy limits do not hold at this speed. With a detector, ``score``, the
         logarithm of the p-value over the false-alarm rate, and ``p-value``, the probability that a
         healthy window deviates as much. Of a classifier, ``probability of`` each condition. With

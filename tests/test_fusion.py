@@ -134,7 +134,7 @@ def test_a_dead_sensor_is_no_signal_and_a_constant_input_is_one():
     fusion = SensorFusion(estimator=make_diagnoser(healthy="good"), n_outputs=2).fit(X, Y, rpm=RPM)
     X[5, 1] = 0.25
     found = window_verdicts(fusion, X, rpm=RPM)
-    assert found["quality"].tolist() == ["good"] * 5 + ["constant"] + ["good"] * 54
+    assert found["quality"].tolist() == ["good"] * 5 + ["constant in output 2"] + ["good"] * 54
     assert found["quality share"].tolist() == [0.0] * 5 + [1.0] + [0.0] * 54
     assert found["verdict"][5] == "no signal" and found["verdict of output 2"].isna()[5]
 

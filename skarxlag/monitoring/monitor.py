@@ -200,27 +200,21 @@ class ConditionMonitor:
         can, last = answers(model), unfolded_steps(model)[-1]
         self.conditions: list[Any] = [] if can.conditions is None else self._judge.conditions
         self.healthy: Any = self._judge.healthy
-        self._n_channels, self._length, self._hop = can.n_channels, int(window_length), int(hop)
-        self._half_life = float(half_life)
+        self._n_channels, self._half_life = can.n_channels, float(half_life)
+        self._length, self._hop = int(window_length), int(hop)
         self._combs = last if offers(last, "diagnose_gathered") else None
         # The shaft speed is one more channel.
-        self._windowing = {
-            "n_rows": can.n_channels + 1,
-            "window_length": self._length,
-            "hop": self._hop,
-            "sampling_rate": float(sampling_rate),
-            "gap_tolerance": float(gap_tolerance),
-        }
-        self._alarming = {
-            "run_length": false_alarm_interval * 3600 * sampling_rate / hop,
-            "rate": self._judge.alarm_rate,
-            # Windows that share samples exceed together.
-            "persistence": max(float(persistence), 1 - hop / window_length),
-        }
+        sizes = {"n_rows": can.n_channels + 1, "window_length": self._length, "hop": self._hop}
+        times = {"sampling_rate": float(sampling_rate), "gap_tolerance": float(gap_tolerance)}
+        self._windowing = sizes | times
+        # Windows that share samples exceed together.
+        persistence = max(float(persistence), 1 - hop / window_length)
+        run_length = false_alarm_interval * 3600 * sampling_rate / hop
+        self._alarming = {"run_length": run_length, "persistence": persistence}
+        self._alarming["rate"] = self._judge.alarm_rate
         self._settings = {
             **self._windowing,
             **self._alarming,
-            "n_channels": self._n_channels,
             "half_life": self._half_life,
             "conditions": [str(name) for name in self.conditions],
             "healthy": None if self.healthy is None else str(self.healthy),
@@ -473,10 +467,8 @@ class ConditionMonitor:
             self._start_afresh()
             for name, part in self._parts().items():
                 part.restore(state[name])
-            qualities = {
-                str(name): _memory.check_count(n) for name, n in state["qualities"].items()
-            }
-            self._qualities = Counter(qualities)
+            for name, n in state["qualities"].items():
+                self._qualities[str(name)] = _memory.check_count(n)
             self._rpm = None if state["rpm"] is None else float(state["rpm"])
         # Errors of damaged states are as varied as the damage.
         except Exception as error:

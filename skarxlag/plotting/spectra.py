@@ -131,16 +131,12 @@ class EnvelopeSpectrumDisplay(Display):
             order = classifier.orders_[found.bearings[0, place]][1 + place] * factors[name]
             lines = order * (2 if name == "ball" else 1) * np.arange(1, RACE_MULTIPLES + 1)
             combs[name] = lines[lines <= _HIGHEST_ORDER]
-        display = cls(
-            np.arange(n_shown) * ORDER_STEP,
-            NEPER_IN_DB * found.contrasts[0][:n_shown],
-            combs=combs,
-            scores=dict(zip(PLACES, (NEPER_IN_DB * found.scores[0]).tolist(), strict=True)),
-            factors=factors,
-            limit=NEPER_IN_DB * float(classifier.limit_ + classifier.reference_.max()),
-            evidence=classifier._judge(found).evidence[0],
-        )
-        return display.plot(ax)
+        scores = dict(zip(PLACES, (NEPER_IN_DB * found.scores[0]).tolist(), strict=True))
+        shown = {"combs": combs, "scores": scores, "factors": factors}
+        shown["limit"] = NEPER_IN_DB * float(classifier.limit_ + classifier.reference_.max())
+        shown["evidence"] = classifier._judge(found).evidence[0]
+        contrast = NEPER_IN_DB * found.contrasts[0][:n_shown]
+        return cls(np.arange(n_shown) * ORDER_STEP, contrast, **shown).plot(ax)
 
     def plot(self, ax: Axes | None = None) -> Self:
         """Draw the plot.
