@@ -34,13 +34,9 @@ _KINDS: dict[str, tuple[Any, str, tuple[Any, ...], str]] = {
 _checked: weakref.WeakKeyDictionary = weakref.WeakKeyDictionary()
 
 #: Ranges of fitted values in words, before a bound.
-_RANGES = {
-    "above": operator.gt,
-    "at least": operator.ge,
-    "below": operator.lt,
-    # Squares of larger values overflow when they are summed.
-    "within": lambda value, bound: np.abs(value) < bound,
-}
+_RANGES = {"above": operator.gt, "at least": operator.ge, "below": operator.lt}
+# Squares of larger values overflow when they are summed.
+_RANGES["within"] = lambda value, bound: np.abs(value) < bound
 
 
 class Values(NamedTuple):

@@ -80,22 +80,18 @@ _FORMAT, _STATE_FORMAT = "skarxlag diagnoser 1", "skarxlag monitor 6"
 _LARGEST_STATE = 100 * 2**20
 #: Models that are saved next to the diagnoser, and the field of `Answers` that each must have.
 _COMPANIONS = {"known_conditions": "none_of_these", "detector": "alarm"}
-_AT_LEAST_0, _ABOVE_0 = Values((), "at least 0", "i"), Values((), "above 0")
 #: Facts with a meaning to the commands, by their type or range. Any of them but `conditions` may be
 #: None.
 _KNOWN_FACTS: dict[str, Any] = {
     **dict.fromkeys(("diagnoser", "rows", "saved", "healthy", "bearing"), str),
     **dict.fromkeys(("window_length", "n_channels"), Values((), "at least 1", "i")),
-    "sampling_rate": _ABOVE_0,
+    "sampling_rate": Values((), "above 0"),
     "false_alarm_rate": Values((), (lambda v, e: 0 < v < 1, "a number in (0, 1)")),
 }
 #: The same of facts that are lists. No row was recorded of some places of faults.
 _KNOWN_LISTS: dict[str, Any] = {
-    "conditions": object,
-    "channels": str | None,
-    "train_rpm": _ABOVE_0,
-    "n_windows": _AT_LEAST_0,
-    "n_recordings": _AT_LEAST_0,
+    **dict.fromkeys(("n_windows", "n_recordings"), Values((), "at least 0", "i")),
+    **{"conditions": object, "channels": str | None, "train_rpm": Values((), "above 0")},
 }
 
 
@@ -164,13 +160,9 @@ def save_diagnoser(
     (20000.0, True)
     """
     skops_io = _import_skops()
-    content = {
-        "format": _FORMAT,
-        "diagnoser": diagnoser,
-        "facts": facts | {"skarxlag": __version__, "scikit-learn": sklearn.__version__},
-        "known_conditions": known_conditions,
-        "detector": detector,
-    }
+    facts |= {"skarxlag": __version__, "scikit-learn": sklearn.__version__}
+    content = {"format": _FORMAT, "diagnoser": diagnoser, "facts": facts}
+    content |= {"known_conditions": known_conditions, "detector": detector}
     _check_content(content)
     content = {name: copy.deepcopy(value) for name, value in content.items() if value is not None}
     _remove_surroundings(content)
@@ -344,12 +336,11 @@ def sealed(archive: bytes) -> bytes:
 
 def _digest(members):
     """Return the SHA-256 of the names and contents of all members."""
-    parts = [
-        hashlib.sha256(part).digest()
-        for name in sorted(members)
-        for part in (name.encode(), members[name])
-    ]
-    return hashlib.sha256(b"".join(parts)).hexdigest().encode()
+    whole = hashlib.sha256()
+    for name in sorted(members):
+        whole.update(hashlib.sha256(name.encode()).digest())
+        whole.update(hashlib.sha256(members[name]).digest())
+    return whole.hexdigest().encode()
 
 
 def save_monitor_state(

@@ -425,12 +425,9 @@ class ConditionMonitor:
         dict
             Plain numbers, texts, lists and dicts. `save_monitor_state` writes it to a file.
         """
-        return {
-            "settings": dict(self._settings),
-            "seen": self._seen.tolist(),
-            "rpm": self._rpm,
-            "qualities": dict(self._qualities),
-        } | {name: part.state() for name, part in self._parts().items()}
+        own = {"settings": dict(self._settings), "seen": self._seen.tolist(), "rpm": self._rpm}
+        own["qualities"] = dict(self._qualities)
+        return own | {name: part.state() for name, part in self._parts().items()}
 
     def _parts(self):
         names = ("stream", "evidence", "contrasts", "p_values", "alarm")

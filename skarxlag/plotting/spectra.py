@@ -279,17 +279,12 @@ class OrderSpectrumDisplay(Display):
         def by_name(values):
             return {str(names[c]): values[c] for c in nearest}
 
-        display = cls(
-            residual.orders_,
-            by_name(found.spectra[0].mean(axis=1)),
-            by_name(residual.references_.mean(axis=1)),
-            factors=by_name(found.factors[0].astype(float)),
-            residuals=by_name(found.residuals[0].astype(float)),
-            rpm=None if rpm is None else float(np.mean(rpm)),
-            fault_orders=fault_orders,
-            conditions=known_conditions(estimator),
-        )
-        return display.plot()
+        spectra = by_name(found.spectra[0].mean(axis=1))
+        references = by_name(residual.references_.mean(axis=1))
+        shown = {name: by_name(found[name][0].astype(float)) for name in ("factors", "residuals")}
+        shown |= {"rpm": None if rpm is None else float(np.mean(rpm)), "fault_orders": fault_orders}
+        shown["conditions"] = known_conditions(estimator)
+        return cls(residual.orders_, spectra, references, **shown).plot()
 
     def plot(self) -> Self:
         """Draw the plot into a new figure.

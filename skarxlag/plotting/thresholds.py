@@ -419,11 +419,8 @@ class ThresholdLadderDisplay(ThresholdDisplay):
                 (self.threshold_lines_[style["label"]],) = ends
         self.bands_: dict[str, Any] = self._draw_rungs(ax, styles) if self.rivals is None else {}
         ax.set_xticks([at.mean() for at in own.values()], shown, rotation=30, ha="right")
-        ax.set(
-            xlim=(-gap, place.max() + gap),
-            xlabel="Windows by true condition",
-            ylabel="Residual level" if self.rivals is None else "Relative residual level",
-        )
+        ylabel = "Residual level" if self.rivals is None else "Relative residual level"
+        ax.set(xlim=(-gap, place.max() + gap), xlabel="Windows by true condition", ylabel=ylabel)
         # The legend lists the thresholds as they lie in the plot, the highest on top.
         lines = sorted(self.threshold_lines_.values(), key=lambda line: -line.get_ydata()[0])
         legend_beside(ax, lines if self.rivals is None else [self.rival_line_, *lines])
