@@ -16,8 +16,7 @@ from sklearn.utils import check_array, check_scalar, get_tags
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import validate_data
 
-from ._state import as_fitted, expect
-
+from ._state import expect
 
 def validate_signals(
     estimator: Any, X: ArrayLike, y: Any = None, *, reset: bool, any_length: bool = False
@@ -48,15 +47,14 @@ def validate_signals(
     Raises
     ------
     ValueError
-        If X has another number of axes, channels or samples than in `fit`, y has no classes or is
-        missing although required, or the estimator is not consistent.
+        If X has another number of axes, channels or samples than in `fit`, or y has no classes or
+        is missing although required.
     """
     check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
     # scikit-learn converts big-endian float32 to float64, but the byte order must not matter.
     if isinstance(X, np.ndarray) and not X.dtype.isnative:
         X = X.astype(X.dtype.newbyteorder("="))
     if not reset:
-        as_fitted(estimator)
         if y is None and is_plain(estimator, X, tuple(estimator.window_shape_.tolist())):
             return X, None
         _check_window_shape(estimator, np.asarray(X).shape[1:], any_length)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from numbers import Integral
 from typing import Any, Self
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._base import StretchTransformer
-from ._parallel import one_thread
+from ._parallel import map_batches, one_thread
 from ._state import SPEEDS, WINDOWS, Labels, Values, as_fitted
 from ._validation import ABOVE_0, check_real, validate_signals
 from .kernels import drift, speed_references
@@ -265,24 +266,38 @@ class SpectralDistance(StretchTransformer):
             "joint_references_": self.joint_references_ + moved[-1],
         }
 
-    @one_thread
     def _residuals(self, X, rpm):
-        cepstra = cepstrum(X.astype(np.float64))
         if rpm is None:
-            speeds = speed_references.speeds_to_try(self._known_log_speeds())
-            places = [np.full(len(X), number) for number in range(len(speeds))]
+            parts = self._at_any_speed
+            places = np.arange(len(parts[0][2])).repeat(len(X)).reshape(-1, len(X))
         else:
             speeds, place = np.unique(log_speeds(rpm, len(X)), return_inverse=True)
-            places = [place]
-        weights, factor = self._at(speeds, rpm)
-        residuals = np.ones((len(places), len(X), len(self.classes_)))
+            parts, places = self._parts_at(speeds, rpm), place[np.newaxis]
+
+        def of_batch(batch):
+            cepstra = cepstrum(X[batch].astype(np.float64))
+            residuals = np.ones((len(places), len(cepstra), len(self.classes_)))
+            for chosen, axes, references, variances, weight in parts:
+                rows = drift.along_axes(_joined(cepstra[:, chosen]), axes)[:, np.newaxis]
+                for residual, at in zip(residuals, places[:, batch], strict=True):
+                    squares = (rows - references[at]) ** 2 / variances[at]
+                    residual *= (squares.sum(axis=-1) / max(len(axes), 1) + _LEAST) ** (weight / 2)
+            return residuals.min(axis=0)
+
+        return np.concatenate(map_batches(of_batch, len(X), n_jobs=None))
+
+    @cached_property
+    def _at_any_speed(self):
+        # It stays with the copy that `as_fitted` keeps, so that a single row need not wait for it.
+        return self._parts_at(speed_references.speeds_to_try(self._known_log_speeds()), None)
+
+    def _parts_at(self, log_speed, rpm):
+        """Return what `_parts` yields, with references and variances at speeds."""
+        (weights, factor), found = self._at(log_speed, rpm), []
         for chosen, axes, variances, references, weight in self._parts():
-            rows = drift.along_axes(_joined(cepstra[:, chosen]), axes)
             expected = np.einsum("skc,kcf->scf", weights, references)
-            for residual, place in zip(residuals, places, strict=True):
-                squares = drift.mean_squared_distances(rows, expected, variances + factor, place)
-                residual *= (squares + _LEAST) ** (weight / 2)
-        return residuals.min(axis=0)
+            found.append((chosen, axes, expected, (variances + factor)[:, np.newaxis], weight))
+        return found
 
     def _at(self, log_speed, rpm):
         """Return weights of the references at speeds, and the factor on the drift, a column."""

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from .compiled import compiled
 from .healthy_rows import N_COEFFICIENTS, log_spectra_cepstra
 
 #: What a change of speed by the unit distance does to cepstra of healthy rows: `smooth_variance` in
@@ -175,39 +174,3 @@ def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
     """
     # In the other layout, sums are rounded in another way.
     return (rows[:, np.newaxis] @ np.ascontiguousarray(axes))[:, 0]
-
-
-def mean_squared_distances(
-    rows: NDArray[Any], references: NDArray[Any], variances: NDArray[Any], at: NDArray[Any]
-) -> NDArray[Any]:
-    """Compute the mean squared distance of rows from references, in units of the variances.
-
-    Parameters
-    ----------
-    rows : ndarray of shape (n_rows, n_axes)
-        Rows.
-    references : ndarray of shape (n_speeds, n_references, n_axes)
-        References at several speeds.
-    variances : ndarray of shape (n_speeds, n_axes)
-        Variance of each axis at each speed, above 0.
-    at : ndarray of int of shape (n_rows,)
-        Index of each row's speed.
-
-    Returns
-    -------
-    ndarray of shape (n_rows, n_references)
-        Distances; 0 if there are no axes.
-    """
-    distances = np.zeros((len(rows), references.shape[1]))
-    _add_squares(rows, np.ascontiguousarray(references), variances, at, distances)
-    return distances / max(rows.shape[1], 1)
-
-
-@compiled
-def _add_squares(rows, references, variances, at, distances):
-    for row in range(rows.shape[0]):
-        variance = variances[at[row]]
-        for c in range(references.shape[1]):
-            reference = references[at[row], c]
-            for i in range(rows.shape[1]):
-                distances[row, c] += (rows[row, i] - reference[i]) ** 2 / variance[i]

@@ -20,6 +20,7 @@ _HALF = LENGTH // 2
 _LANES = 80
 #: Distances in a block of complex numbers: real to imaginary parts, and a quarter of either.
 _IMAGINARY, _STEP = _HALF * _LANES, _HALF // 4 * _LANES
+_TURNS = np.exp(-2j * np.pi * np.arange(_HALF) / LENGTH)
 
 
 def band_levels(
@@ -56,14 +57,13 @@ def band_levels(
         power = bands.real**2 + bands.imag**2 + floor[:, np.newaxis, np.newaxis]
         return power.mean(axis=1), np.median(power, axis=1)
     n_columns = -(-n_segments // _LANES) * _LANES + -(-LENGTH // hop)
-    turns = np.exp(-2j * np.pi * np.arange(_HALF) / LENGTH)
     levels = np.empty((2, len(signals), _HALF), dtype=np.float32)
     _fill_levels(
         np.ascontiguousarray(signals, dtype=np.float32),
         # The join of the spectra of even and odd samples doubles them.
         (window / 2).astype(np.float32),
         floor.astype(np.float32),
-        np.array([turns.real, turns.imag], dtype=np.float32),
+        np.array([_TURNS.real, _TURNS.imag], dtype=np.float32),
         np.zeros((hop, n_columns), dtype=np.float32),
         np.empty((2, 2 * _IMAGINARY), dtype=np.float32),
         np.zeros((n_segments, _HALF), dtype=np.float32),
