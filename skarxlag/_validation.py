@@ -12,11 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import OneToOneFeatureMixin
-from sklearn.utils import check_array, check_scalar, get_tags
+from sklearn.utils import check_array, check_scalar, column_or_1d, get_tags
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import validate_data
 
+from ._on_demand import OnDemand
 from ._state import expect
+
 
 def validate_signals(
     estimator: Any, X: ArrayLike, y: Any = None, *, reset: bool, any_length: bool = False
@@ -50,6 +52,10 @@ def validate_signals(
         If X has another number of axes, channels or samples than in `fit`, or y has no classes or
         is missing although required.
     """
+    if isinstance(X, OnDemand):
+        # The model before has checked the windows, and that there are as many conditions.
+        validate_signals(estimator, X[:1], reset=reset)
+        return X, None if y is None else column_or_1d(y)
     check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
     # scikit-learn converts big-endian float32 to float64, but the byte order must not matter.
     if isinstance(X, np.ndarray) and not X.dtype.isnative:

@@ -381,7 +381,9 @@ class FaultDetector(RowOutlierDetector):
         n_parts = healthy_limits.parts_of_rows(at, self.n_windows_)
         n_windows = self.n_windows_ // n_parts
         length = n_windows * (X.shape[-1] // self.n_windows_)
-        parts = X[..., : n_parts * length].reshape(-1, X.shape[1], length)
+        parts = X
+        if n_parts > 1:
+            parts = np.asarray(X)[..., : n_parts * length].reshape(-1, X.shape[1], length)
         with_level = bool(self.fixed_gain) or X.shape[-1] < _SHORTEST_SPECTRUM
         rows = measure(parts, n_windows, with_level=with_level, n_jobs=self.n_jobs)
         at, weights = np.repeat(at, n_parts), np.repeat(weights, n_parts)
@@ -690,10 +692,9 @@ class KnownConditions(RowOutlierDetector):
 
 def measure(X: NDArray[Any], n_windows: int, *, with_level: bool, n_jobs: int | None) -> Rows:
     """Compute the features of rows of shape (n_rows, 1, n_samples) in batches."""
-    signals = of_one_model(X)
 
     def of_batch(batch):
-        return measure_rows(signals[batch], n_windows, with_level=with_level)
+        return measure_rows(of_one_model(X[batch]), n_windows, with_level=with_level)
 
     parts = map_batches(of_batch, len(X), n_jobs, max(BATCH // n_windows, 1))
     return Rows(*(np.concatenate(part) for part in zip(*parts, strict=True)))

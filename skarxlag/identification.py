@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import Bunch, check_scalar
 
 from ._base import ArrayTransformer, SignalEstimator
+from ._on_demand import rows_computed_by
 from ._parallel import map_batches
 from ._state import WINDOWS, Labels, Values, remember_parameters, uses_fitted
 from ._validation import (
@@ -324,7 +325,9 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
             sensor's unit.
         """
         windows, _ = self._validate_windows(X, None, reset=False)
-        return self._innovations(windows, self.unit_rms)
+        return rows_computed_by(
+            lambda rows: self._innovations(windows[rows], self.unit_rms), len(windows)
+        )
 
     def _innovations(self, windows, unit_rms):
         n_windows, _, n_samples = windows.shape

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from functools import partial
-from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
@@ -20,8 +19,9 @@ from sklearn.utils.metaestimators import available_if
 
 from ._answers import offers, unfolded_steps
 from ._base import DocumentedEstimator, InnovationsTransformer
+from ._on_demand import on_demand
 from ._parallel import map_batches, one_thread
-from .identification import ARXLaguerre
+from .detection import RowOutlierDetector
 from .kernels.lanes import LANES
 
 #: Bytes of the rows of a batch. The results of several models for these rows should stay in the
@@ -36,6 +36,8 @@ _LAZY = (
     "block, with one chunk along all axes but the first: X.map_blocks(diagnoser.predict, "
     "dtype=diagnoser.classes_.dtype, drop_axis=1), for several channels drop_axis=[1, 2]."
 )
+#: Steps that take innovations batch by batch, in `fit`, too.
+_OF_BATCHES = (InnovationsTransformer, RowOutlierDetector)
 #: Methods that scikit-learn's routing does not know get the metadata that `predict` requests.
 _ROUTED_AS = {"score_samples": "predict", "p_values": "predict"}
 
@@ -49,10 +51,10 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
     The innovations of a bank are many times larger than its windows. A batch of windows goes
     through all steps before the next one, so the memory between the steps is the same for any
-    number of windows. `fit` computes innovations batch by batch, too, if the step after
-    `ARXLaguerre` is an observer, a bank of them or `LogSpectra`, X is an array, and `memory` and
-    `transform_input` are None. Every window is diagnosed by itself: all results are those of
-    `sklearn.pipeline.Pipeline`, bit for bit.
+    number of windows. `fit` computes innovations batch by batch, too, if the second step is an
+    observer, a bank of them, `LogSpectra` or an outlier detector, and `memory` is None. Every
+    window is diagnosed by itself: all results are those of `sklearn.pipeline.Pipeline`, bit for
+    bit.
 
     Metadata such as ``rpm``, the speed of each window, and ``sample_weight``, its weight, reach the
     steps that request them by scikit-learn's metadata routing, as the steps of this package do. In
@@ -122,26 +124,10 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         DiagnosisPipeline
             The fitted pipeline.
         """
-        with _routing(params), self._innovations_by_batch(X):
+        # Other estimators may use any method of an array, and a cache stores arrays.
+        takes_batches = any(isinstance(step, _OF_BATCHES) for _, step in self.steps[1:2])
+        with _routing(params), on_demand(takes_batches and self.memory is None):
             return super().fit(X, y, **params)
-
-    @contextmanager
-    def _innovations_by_batch(self, X):
-        """Let `fit` compute the innovations batch by batch if the step after them allows it."""
-        if self.memory or self.transform_input or not isinstance(X, np.ndarray):
-            # A cache holds the innovations of all windows, and fitted copies of the steps.
-            yield
-            return
-        steps = self.steps
-        self.steps = list(steps)
-        for i, ((name, model), (after, step)) in enumerate(pairwise(steps[:-1])):
-            if type(model) is ARXLaguerre and _learns_nothing_from_rows(step):
-                stand_in = _OfInnovations(model, step, self._in_batches)
-                self.steps[i : i + 2] = [(name, _Model(model)), (after, stand_in)]
-        try:
-            yield
-        finally:
-            self.steps = steps
 
     @_if_last_step_offers("transform")
     def transform(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -421,43 +407,6 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         if isinstance(parts[0], Bunch):
             return Bunch(**{name: np.concatenate([p[name] for p in parts]) for name in parts[0]})
         return np.concatenate(parts)
-
-
-class _Model:
-    """Stand-in for a model in `fit`, which leaves the innovations to the next step."""
-
-    def __init__(self, model):
-        self.model = model
-        self.transform = model.transform
-        self.get_metadata_routing = model.get_metadata_routing
-
-    def fit_transform(self, X, y=None, **params):
-        self.model.fit(X, y, **params)
-        return X
-
-
-class _OfInnovations:
-    """Stand-in for the step after a model in `fit`, which is given windows."""
-
-    def __init__(self, model, step, in_batches):
-        self.model, self.step, self.in_batches = model, step, in_batches
-        self.transform = step.transform
-
-    def fit_transform(self, X, y=None):
-        first = self.step.fit_transform(self.model.transform(X[:1]))
-        if not isinstance(first, np.ndarray):
-            # Tables of batches would have to be joined.
-            return self._of_batch(X)
-        return self.in_batches(self._of_batch, X, {})
-
-    def _of_batch(self, X):
-        return self.step.transform(self.model.transform(X))
-
-
-def _learns_nothing_from_rows(step):
-    """Return whether the step's fitted state follows from its parameters and one row."""
-    is_reducing = isinstance(step, InnovationsTransformer)
-    return is_reducing and type(step).fit is InnovationsTransformer.fit
 
 
 def in_one_pass(model: Any) -> DiagnosisPipeline:
