@@ -24,9 +24,9 @@ from ._parallel import map_batches, one_thread
 from .detection import RowOutlierDetector
 from .kernels.lanes import LANES
 
-#: Bytes of the rows of a batch. The results of several models for these rows should stay in the
-#: processor's cache.
-_BATCH_BYTES = 2**21
+#: Bytes of the rows of a batch: so many that the calls around the loops take little time, and so
+#: few that the results of several models for them are soon used again.
+_BATCH_BYTES = 2**22
 #: Rows of a batch, however long they are, while they take fewer bytes than the second number: the
 #: recursions process this many signals side by side.
 _ROWS_TOGETHER, _MOST_BYTES = LANES, 2**25

@@ -480,10 +480,10 @@ def test_batches_are_counted_in_bytes(data, monkeypatch):
         ARXLaguerre, "transform", lambda self, X: seen.append(X.nbytes) or original(self, X)
     )
     diagnoser = make_alpio().fit(*data)
-    short, long = np.tile(data[0], (20, 1)), np.tile(data[0], (2, 400))[:, np.newaxis]
+    short, long = np.tile(data[0], (40, 1)), np.tile(data[0], (2, 400))[:, np.newaxis]
     seen.clear()
     diagnoser.predict(short)
-    assert 2**20 < seen[0] <= 2**21
+    assert 2**21 < seen[0] <= 2**22
     stretches = make_alpio().fit(long[:36:6], data[1][::6])
     seen.clear()
     assert stretches.predict(long).shape == (72,)
