@@ -166,7 +166,7 @@ def list_files(source: Any, *, pattern: str | None = None, **stated: Any) -> lis
 
     Parameters
     ----------
-    source : str or path-like
+    source : path-like
         A folder, of which all files with a known suffix are taken, also in folders below; or a
         glob such as ``runs/*/acc_*.tdms``, in which ``**`` stands for folders of any depth; or a
         file.

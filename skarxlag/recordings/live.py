@@ -160,7 +160,7 @@ def from_folder(
         ``takes_rpm`` and ``needs_rpm``: whether the speed is read, and a file without is skipped.
     warn : callable
         Called with a message for each file that cannot be read.
-    place : list or None, default=None
+    place : sequence, default=None
         Time and name of the latest file that was read. Older files that exist at the start count as
         read.
     """

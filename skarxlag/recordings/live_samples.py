@@ -131,7 +131,7 @@ class TextSamples(_Samples):
 
     Parameters
     ----------
-    channel : str, list of str, or None
+    channel : None, str, or list of str
         Chosen columns, in their order; None for all but those of times and shaft speeds.
     times : StreamTimes or None
         Parser of the column of times; None does not look for one.
