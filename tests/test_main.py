@@ -60,9 +60,8 @@ PRINTS_MUCH = [
     "-c",
     "import sys, types, skarxlag.commands\n"
     "command = types.ModuleType('skarxlag.commands.diagnose')\n"
-    "def add_arguments(parser):\n"
-    "    parser.set_defaults(run=lambda args: print('x' * 100_000) or 0, fail=parser.error)\n"
-    "command.add_arguments = add_arguments\n"
+    "command.run = lambda args: print('x' * 100_000) or 0\n"
+    "command.add_arguments = lambda parser: None\n"
     "sys.modules[command.__name__] = command\n"
     "sys.exit(skarxlag.commands.main(['diagnose']))\n",
 ]

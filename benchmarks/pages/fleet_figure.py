@@ -11,6 +11,7 @@ import signal
 import tempfile
 import time
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +24,8 @@ from matplotlib.patches import Patch
 from benchmarks.pages.svg_figures import BLUE, GREY, ORANGE, PURPLE, saved_figure
 from benchmarks.speed.rows import coloured_windows
 from skarxlag import make_diagnoser, save_diagnoser
-from skarxlag.commands.diagnosis import Task
+from skarxlag.commands.diagnosis import diagnose_file, executors, run_tasks
 from skarxlag.commands.models import SavedModel
-from skarxlag.commands.workers import TaskFailed, executors, run_tasks
 from skarxlag.recordings.listing import list_files
 
 WINDOW_LENGTH, N_WINDOWS, N_RECORDINGS = 1200, 2400, 24
@@ -81,8 +81,11 @@ def measure():
         save_diagnoser(make_diagnoser().fit(X[::6], y[::6]), model)
         np.save(folder / "0.npy", X.ravel().astype(np.float32))
         (recording,) = list_files(folder / "0.npy")
-        load = SavedModel(model).loader()
-        tasks = [Task(replace(recording, name=str(n)), load) for n in range(N_RECORDINGS)]
+        load = SavedModel(model).load
+        tasks = [
+            partial(diagnose_file, replace(recording, name=str(n)), load)
+            for n in range(N_RECORDINGS)
+        ]
         expected = tasks[0]().windows
         notes = folder / "notes"
         args = argparse.Namespace()
@@ -100,7 +103,7 @@ def measure():
                 attempts = [Attempt(number, task, notes) for number, task in enumerate(tasks)]
                 for number, outcome in run_tasks(attempts, workers):
                     arrivals.append(time.time() - start)
-                    if isinstance(outcome, TaskFailed):
+                    if isinstance(outcome, Exception):
                         continue
                     *key, end, diagnosis = outcome
                     ended[number, *key] = end - start

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
+from matplotlib.figure import Figure
 
 from benchmarks.pages.diagrams import DIAGRAMS, draw
 from benchmarks.paper.ladders import make_single_ladder
 from skarxlag import ExtendedStatePIObserver, make_extended_state_pio
-from skarxlag.commands.evaluation_reports import new_figure
 from skarxlag.datasets import simulate_rig
 from skarxlag.plotting import (
     IdentificationDisplay,
@@ -64,6 +64,13 @@ def figures():
     for name, number in RESIDUAL_FIGURES.items():
         drawn[f"figure_{number}"] = residual_figure(ladder, rig, name, windows[name], title)
     return drawn
+
+
+def new_figure(title, width, height):
+    """Return a figure with a title, made without pyplot."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    figure.suptitle(title, fontsize="medium")
+    return figure
 
 
 def identification_figure(diagnoser, rig, condition, window, title):

@@ -24,9 +24,8 @@ from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.speed.rows import coloured_windows, rate
 from benchmarks.speed.timing import matrix_product, ratio, take_turns
 from skarxlag import make_diagnoser, save_diagnoser
-from skarxlag.commands.diagnosis import Task
+from skarxlag.commands.diagnosis import Workers, diagnose_file, run_tasks
 from skarxlag.commands.models import SavedModel
-from skarxlag.commands.workers import TaskFailed, Workers, run_tasks
 from skarxlag.recordings.listing import list_files
 
 WINDOW_LENGTH = 1200
@@ -58,7 +57,7 @@ def _warm_workers(n_workers, tasks):
 
 def _run(executor, tasks, n_workers):
     for _, outcome in run_tasks(tasks, Workers(executor.submit, lambda: n_workers)):
-        if isinstance(outcome, TaskFailed) or getattr(outcome, "error", None):
+        if isinstance(outcome, Exception) or getattr(outcome, "error", None):
             raise RuntimeError(f"a task failed: {outcome}")
 
 
@@ -87,8 +86,8 @@ def measure(n_rounds=9, n_recordings=24, n_windows=400):
         save_diagnoser(make_diagnoser().fit(X, y), model)
         for number in range(n_recordings):
             np.save(folder / f"{number}.npy", X.ravel().astype(np.float32))
-        load = SavedModel(model).loader()
-        tasks = [Task(recording, load) for recording in list_files(folder)]
+        load = SavedModel(model).load
+        tasks = [partial(diagnose_file, recording, load) for recording in list_files(folder)]
         products = [partial(_products, 10)] * 8
         with _warm_workers(1, tasks[:2]) as one, _warm_workers(2, tasks[:4]) as two:
             seconds = take_turns(

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from benchmarks.speed.children import write_model
 from benchmarks.speed.timing import take_turns
-from skarxlag.commands.diagnosis import Task
+from skarxlag.commands.diagnosis import diagnose_file
 from skarxlag.commands.journal import Journal
 from skarxlag.commands.models import SavedModel
 from skarxlag.commands.report import html_report
@@ -48,7 +48,7 @@ def _steps(model, recording, n):
     table.write_text("\n".join(["path,condition,rpm,sampling_rate,channel", *lines, ""]))
     listed = list_recordings(table)
     [known] = list_files(recording, sampling_rate=20e3)
-    found = [Task(known, model.loader())()] * n
+    found = [diagnose_file(known, model.load)] * n
     rows, windows = recording_rows(listed, found, model.healthy), window_rows(listed, found)
 
     def with_journal():

@@ -12,8 +12,7 @@ from .._version import __version__
 from .messages import CommandError, UsageError, say
 
 #: Summaries of the commands. The command NAME is the module ``skarxlag.commands.NAME``. Its
-#: ``add_arguments(parser)`` declares the arguments, and two defaults: ``run``, which takes the
-#: parsed arguments and returns the exit status, and ``fail=parser.error``.
+#: ``add_arguments(parser)`` declares the arguments. Its ``run(args)`` returns the exit status.
 _COMMANDS = {
     "evaluate": "compare the diagnosers across speeds",
     "fit": "calibrate a diagnoser on your recordings",
@@ -92,5 +91,8 @@ def _parser(argv):
         command = commands.add_parser(name, help=summary)
         # Importing a command imports all that it computes with, which takes seconds.
         if name in argv:
-            import_module(f".{name}", __name__).add_arguments(command)
+            module = import_module(f".{name}", __name__)
+            command.description = module.__doc__
+            command.set_defaults(run=module.run, fail=command.error)
+            module.add_arguments(command)
     return parser

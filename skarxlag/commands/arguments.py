@@ -4,6 +4,7 @@ import argparse
 import math
 import os
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,8 @@ from ..recordings.listing import ListedRecording, is_file_source, list_files, li
 from ..recordings.speeds import TACHO, is_speed_source
 from .messages import UsageError
 
+#: Ways to state a bearing.
+BEARING = "a name such as 6205, dimensions 9,7.94,39.04, or orders outer=3.585,inner=5.415"
 #: Facts of recordings that no table lists.
 FACTS = ("pattern", "channel", "sampling_rate", "rpm", "pulses_per_turn", "dtype")
 
@@ -46,15 +49,12 @@ def number(
     """Return a type for argparse that parses a finite number and checks it."""
 
     def parse(text: str) -> Any:
-        try:
-            value = kind(text)
-            if math.isfinite(value) and is_valid(value):
+        with suppress(ValueError, OverflowError):
+            if math.isfinite(value := kind(text)) and is_valid(value):
                 return value
-        except (ValueError, OverflowError):
-            pass
-        raise ValueError(f"{text!r}, expected {expected}")
+        raise argparse.ArgumentTypeError(f"{text!r}, expected {expected}")
 
-    return checked(parse)
+    return parse
 
 
 positive_int = number(int, "an integer of at least 1", lambda value: value >= 1)
@@ -76,9 +76,9 @@ def speed_or_all(text: str) -> float | str:
     return text if text == "all" else speed(text)
 
 
-def speed_or_source(text: str) -> float | str:
-    """Parse a shaft speed, or a source of speeds."""
-    return text if is_speed_source(text) else positive_number(text)
+def speed_or_source(text: str) -> dict[str, Any]:
+    """Parse a shaft speed, or a source of speeds, to facts of recordings."""
+    return {"speed_source": text} if is_speed_source(text) else {"rpm": positive_number(text)}
 
 
 @checked
@@ -97,20 +97,15 @@ def add_execution_arguments(parser: argparse.ArgumentParser) -> None:
     option(group, "--n-jobs", "number of workers; default: all cores", job_count)
     where = group.add_mutually_exclusive_group()
     flag(where, "--processes", "not threads; for small files, and files that crash their reader")
-    option(
-        where,
-        "--dask",
-        "workers of a dask.distributed scheduler, such as tcp://host:8786, read the files",
-        metavar="ADDRESS",
-    )
+    text = "workers of a dask.distributed scheduler, such as tcp://host:8786, read the files"
+    option(where, "--dask", text, metavar="ADDRESS")
     parser.set_defaults(n_jobs=-1)
 
 
 def add_source_arguments(parser: argparse.ArgumentParser, of: str) -> None:
     """Declare facts of recordings that no table lists."""
     group = parser.add_argument_group(f"facts of {of}")
-    text = "facts in a file's name, as named groups: '(?P<condition>[A-Z]+)_(?P<rpm>\\d+)'"
-    option(group, "--pattern", text, metavar="REGEX")
+    option(group, "--pattern", "with named groups that state facts in a file's name", str, "REGEX")
     text = "name, position, or pattern such as *DE_time; several separated by ;, the output first"
     option(group, "--channel", text, channel_names, "NAME")
     option(group, "--sampling-rate", "if the files do not state it", positive_number, "HZ")
@@ -157,11 +152,8 @@ def with_speed(
     recordings: list[ListedRecording], args: argparse.Namespace
 ) -> list[ListedRecording]:
     """Return recordings with the speed, or the source of speeds, of the arguments."""
-    source = args.rpm if isinstance(args.rpm, str) else None
-    if not (source or "").startswith(TACHO):
+    stated = args.rpm or {}
+    if not stated.get("speed_source", "").startswith(TACHO):
         refuse(args, ["pulses_per_turn"], f"belongs to --rpm {TACHO}CHANNEL")
-    if args.rpm is None:
-        return recordings
-    facts = {"rpm": None if source else args.rpm, "speed_source": source}
-    facts["pulses_per_turn"] = args.pulses_per_turn or 1
-    return [replace(recording, **facts) for recording in recordings]
+    facts = {"rpm": None, "speed_source": None, "pulses_per_turn": args.pulses_per_turn or 1}
+    return [replace(each, **facts | stated) if stated else each for each in recordings]

@@ -1,10 +1,13 @@
 """Diagnose recordings with a model that `fit` or `save_diagnoser` saved.
 
 Each recording gets one verdict from the evidence of all its windows. With --bearing and without a
-model, the orders of the bearing name the place of a fault. A .csv among RECORDING holds samples; a
-table of recordings, with the columns that `fit` takes, is given with --table. Exit status: 0 if all
-recordings were diagnosed, 1 if some could not be, 2 if an argument is wrong, 3 with --fail-on alarm
-if a verdict is not the healthy condition.
+model, the orders of the bearing name the place of a fault; with a model, they are marked in the
+report. A .csv among RECORDING holds samples; a table of recordings, with the columns that `fit`
+takes, is given with --table. With -o, results are written as .csv or .parquet (rows of windows in a
+second file, FILE_windows), .json, or .html, a report to read and print. An interrupted run goes on
+where it stopped if it is started again with the same file. Exit status: 0 if all recordings were
+diagnosed, 1 if some could not be, 2 if an argument is wrong, 3 with --fail-on alarm if a verdict is
+not the healthy condition.
 """
 
 import argparse
@@ -23,7 +26,7 @@ from . import arguments, results
 from .arguments import flag, option, refuse
 from .diagnosis import diagnose_all
 from .journal import Journal
-from .messages import UsageError, add_progress_arguments, as_command_error, below_common_folder
+from .messages import UsageError, add_progress_arguments, as_command_error
 from .models import BearingModel, SavedModel, is_model_file
 from .report import html_report, template
 
@@ -34,37 +37,27 @@ _MOST_NAMES = 5
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.description = __doc__
-    parser.set_defaults(run=run, fail=parser.error)
-    text = "not needed with --bearing"
-    parser.add_argument("model", nargs="?", type=Path, metavar="MODEL.skops", help=text)
+    parser.add_argument("model", nargs="?", type=Path, metavar="MODEL.skops", help="or --bearing")
     text = "a file, a folder, or a glob such as 'runs/*/acc_*.tdms'"
     parser.add_argument("recordings", nargs="*", metavar="RECORDING", help=text)
     option(parser, "--table", "csv table of further recordings", Path, "FILE.csv")
-    text = "write the results: .csv or .parquet (rows of windows in a second file, FILE_windows), "
-    text += ".json, or .html, a report to read and print. An interrupted run goes on where it "
-    text += "stopped if it is started again with this file"
-    option(parser, "-o --output", text, Path, "FILE")
-    text = "exit status 3 if a verdict is not healthy"
-    parser.add_argument("--fail-on", choices=["alarm"], help=text)
+    option(parser, "-o --output", "write .csv, .parquet, .json or .html", Path, "FILE")
+    parser.add_argument("--fail-on", choices=["alarm"], help="exit status 3 if one is not healthy")
     flag(parser, "--resample", "bring recordings to the model's sampling rate")
-    text = "without a model: name the place of a fault from the orders of this bearing. With a "
-    text += "model: mark the orders in the report. A name such as 6205; or elements, diameter of "
-    text += "an element, pitch diameter and contact angle, 9,7.94,39.04; or orders, "
-    text += "outer=3.585,inner=5.415"
-    option(parser, "--bearing", text, arguments.bearing, "BEARING")
+    option(parser, "--bearing", arguments.BEARING, arguments.bearing, "BEARING")
     add_progress_arguments(parser)
     arguments.add_source_arguments(parser, "each RECORDING")
     arguments.add_execution_arguments(parser)
-    files = parser.add_argument_group("files")
-    flag(files, "--force", "let -o replace a file that is no result of diagnose")
+    flag(parser, "--force", "let -o replace a file that is no result of diagnose")
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     model = _model(args)
     recordings = _listed(args)
-    with as_command_error(), _journal(args, model) as journal:
+    settings = [model.identity, __version__, args.resample]
+    kept = nullcontext() if args.output is None else Journal(args.output, settings)
+    with as_command_error(), kept as journal:
         diagnoses = diagnose_all(args, recordings, model, journal)
         rows = results.recording_rows(recordings, diagnoses, model.healthy)
         if _is_report(args):
@@ -102,18 +95,14 @@ def _model(args):
         return BearingModel(args.bearing)
     model = SavedModel(path)
     if model.healthy is None:
-        text = f"{path} does not state which condition is healthy; save it with "
-        text += "save_diagnoser(..., conditions=[...]), the healthy one first"
-        refuse(args, ["fail_on"], text)
+        refuse(args, ["fail_on"], f"{path} does not state which condition is healthy")
     if model.sampling_rate is None:
         refuse(args, ["resample"], f"{path} does not state a sampling rate")
     if not _is_report(args):
         refuse(args, ["bearing"], "belongs to a report, -o FILE.html")
     if args.bearing is not None:
-        try:
+        with as_command_error():
             order_comparison(model.diagnoser)
-        except ValueError as error:
-            raise UsageError(f"argument --bearing: {path}: {error}") from error
     return model
 
 
@@ -140,25 +129,15 @@ def _listed(args):
     return recordings
 
 
-def _journal(args, model):
-    if args.output is None:
-        return nullcontext()
-    settings = [model.identity, __version__, args.resample, args.output.suffix.lower()]
-    return Journal(args.output, settings)
-
-
 def _lines(args, model, diagnoses, rows):
     """Return lines for a person: the model, the verdicts, and each remark once."""
-    folder, names = below_common_folder(rows["recording"])
-    table = results.verdict_table(rows.assign(recording=names))
+    table = results.verdict_table(rows)
     if args.quiet:
         return [table]
-    lines = [model.heading, *([f"Recordings below {folder}"] if folder else []), table]
-    remarks = pd.Series([list(each.remarks) for each in diagnoses], names).explode().dropna()
+    lines, remarks = [model.heading, table], [each.remarks for each in diagnoses]
+    remarks = pd.Series(remarks, rows["recording"]).explode().dropna()
     for remark, about in remarks.groupby(remarks, sort=False):
-        of = ", ".join(about.index[:_MOST_NAMES])
-        if len(about) > _MOST_NAMES:
-            of += f" and {len(about) - _MOST_NAMES} more"
+        of = ", ".join(about.index) if len(about) <= _MOST_NAMES else f"{len(about)} recordings"
         lines.append(f"{'All recordings' if 1 < len(rows) == len(about) else of}: {remark}")
     n_right, n_known = results.agreement(rows, model)
     if n_known:

@@ -1,21 +1,44 @@
-"""Diagnoses of recordings, each of which is a task for a worker."""
+"""Diagnoses of recordings on threads, on processes or on a cluster, which survive dead workers.
+
+A worker process that dies takes all tasks with it that it has in hand, so the cause is not known.
+Each of them is tried again, alone, when all others are done.
+
+`joblib.Parallel` and `Client.get_executor` of Dask are not used: both wait without end for a
+task that kills its workers, or whose result is lost.
+"""
+
+from __future__ import annotations
 
 import argparse
-import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+import asyncio
+import multiprocessing
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ThreadPoolExecutor, wait
+from contextlib import AbstractContextManager, contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, Self
 
 import pandas as pd
-from joblib import parallel_config
+from joblib import effective_n_jobs, parallel_config
+from joblib.externals.loky import get_reusable_executor
 
 from ..recordings.listing import ListedRecording
 from ..verdicts import no_verdict
-from .messages import CommandError, Progress, percent
-from .workers import TaskFailed, executors, run_tasks
+from .messages import CommandError, Progress, require
 
 #: Entries of the verdict on a recording that the commands need.
 _ENTRIES = {"verdict", "probability", "alarm", "windows"}
+#: Tasks in hand for each worker, so that no worker waits for the next; and trials of a task alone.
+_AHEAD, _TRIALS = 2, 2
+#: Seconds without any result after which the workers are checked. Dask recomputes a result that
+#: died with its worker, but only after 30 s (distributed.comm.timeouts.connect).
+_LOOK_SECONDS = 60
+_CONNECT_SECONDS, _WORKER_SECONDS = 10, 30
+#: Set while a run ends, because a thread cannot be stopped from outside.
+cancelled: threading.Event = threading.Event()
 
 
 @dataclass(frozen=True)
@@ -31,7 +54,7 @@ class Diagnosis:
         One row for each window; None if the recording failed.
     sampling_rate : float or None
         In Hz; None if it is not known.
-    remarks : tuple of str
+    remarks : list of str
         Sentences for the reader of the verdict.
     error : str or None
         Reason of a failure.
@@ -42,7 +65,7 @@ class Diagnosis:
     verdict: dict[str, Any]
     windows: pd.DataFrame | None
     sampling_rate: float | None = None
-    remarks: tuple[str, ...] = ()
+    remarks: list[str] = field(default_factory=list)
     error: str | None = None
     file: tuple[int, ...] | None = None
 
@@ -61,42 +84,27 @@ class Diagnosis:
         return is_table and isinstance(self.verdict, dict) and self.verdict.keys() >= _ENTRIES
 
     def details(self) -> str:
-        """Return details for --verbose."""
-        if self.error is not None:
-            return ""
-        verdict = self.verdict
-        chance = verdict["probability"]
-        shown = "" if math.isnan(chance) else f", probability {percent(chance)}"
-        own = [
-            f", {key.removeprefix('verdict of ')}: {text}"
-            for key, text in verdict.items()
-            if key.startswith("verdict of ")
-        ]
-        return f"{verdict['windows']} windows{shown}, alarm {verdict['alarm']}{''.join(own)}"
+        """Return details for --verbose: windows, alarm, and verdicts of several outputs."""
+        shown = [name for name in self.verdict if name.startswith(("alarm", "windows", "verdict "))]
+        return ", ".join(f"{name} {self.verdict[name]}" for name in shown)
 
 
-@dataclass(frozen=True)
-class Task:
-    """A recording and a function that loads its model, small enough to be sent to a worker."""
+def diagnose_file(
+    recording: ListedRecording, load: Callable[[], Any], resample: bool = False, n_threads: int = 1
+) -> Diagnosis:
+    """Diagnose a recording with the model that `load` returns, in a worker.
 
-    recording: ListedRecording
-    load: Callable[[], Any]
-    resample: bool = False
-    n_threads: int = 1
-
-    def __call__(self) -> Diagnosis:
-        """Diagnose the recording. Errors are stored in the result, not raised."""
-        try:
-            before = file_state(self.recording)
-            with parallel_config("threading", n_jobs=self.n_threads):
-                found = self.load().diagnose(self.recording, self.resample)
-            if file_state(self.recording) != before:
-                return Diagnosis.failed(
-                    f"{self.recording.path}: the file changed while it was read"
-                )
-            return replace(found, file=before)
-        except (OSError, ValueError, ImportError, MemoryError, CommandError) as error:
-            return Diagnosis.failed(error)
+    Errors are stored in the result, not raised.
+    """
+    try:
+        before = file_state(recording)
+        with parallel_config("threading", n_jobs=n_threads):
+            found = load().diagnose(recording, resample)
+        if file_state(recording) != before:
+            return Diagnosis.failed(f"{recording.path}: the file changed while it was read")
+        return replace(found, file=before)
+    except (OSError, ValueError, ImportError, MemoryError, CommandError) as error:
+        return Diagnosis.failed(error)
 
 
 def file_state(recording: ListedRecording) -> tuple[int, ...]:
@@ -109,42 +117,166 @@ def diagnose_all(
     args: argparse.Namespace, recordings: list[ListedRecording], model: Any, journal: Any = None
 ) -> list[Diagnosis]:
     """Diagnose recordings. Errors in one recording do not affect the others."""
-    diagnoses = [None] * len(recordings)
-    with Progress(len(recordings), "recordings", args) as progress:
+    diagnoses, waiting = [None] * len(recordings), []
+    progress = Progress(len(recordings), args)
 
-        def finish(place, diagnosis, line):
-            diagnoses[place] = diagnosis
-            progress.step(f"{recordings[place].name}: {line}", diagnosis.details())
+    def finish(place, diagnosis, note=""):
+        diagnoses[place] = diagnosis
+        verdict = diagnosis.error or diagnosis.verdict["verdict"]
+        progress.step(f"{recordings[place].name}: {verdict}{note}", diagnosis.details())
 
-        # Missing files are reported before the first file is read.
-        for place, recording in enumerate(recordings):
-            if not recording.path.is_file():
-                finish(place, Diagnosis.failed(f"{recording.path}: no such file"), "no such file")
-            elif journal is not None and (known := journal.result(recording)) is not None:
-                finish(place, known, f"{known.verdict['verdict']} (from an earlier run)")
-        places = [place for place, known in enumerate(diagnoses) if known is None]
-        with executors(args) as workers:
-            tasks = _tasks(args, [recordings[place] for place in places], model, workers.count())
-            for number, outcome in run_tasks(tasks, workers):
-                place = places[number]
-                if not isinstance(outcome, TaskFailed):
-                    is_whole = isinstance(outcome, Diagnosis) and outcome.is_whole
-                    reason = f"a worker returned a {type(outcome).__name__} that is no result"
-                    outcome = outcome if is_whole else TaskFailed(reason)
-                if isinstance(outcome, TaskFailed):
-                    outcome = Diagnosis.failed(f"{recordings[place].path}: {outcome.reason}")
-                if journal is not None:
-                    journal.add(recordings[place], outcome)
-                finish(place, outcome, outcome.error or outcome.verdict["verdict"])
+    # Missing files are reported before the first file is read.
+    for place, recording in enumerate(recordings):
+        if not recording.path.is_file():
+            finish(place, Diagnosis.failed(f"{recording.path}: no such file"))
+        elif journal is not None and (known := journal.result(recording)) is not None:
+            finish(place, known, " (from an earlier run)")
+        else:
+            waiting.append(place)
+    with executors(args) as workers:
+        # Each of a few recordings gets several threads.
+        n_threads = max(workers.count() // max(len(waiting), 1), 1)
+        n_threads = 1 if args.dask or args.processes else n_threads
+        # A worker of a cluster may run in another folder.
+        own = [replace(each, path=each.path.absolute()) for each in recordings]
+        own = own if args.dask else recordings
+        further = model.load, args.resample, n_threads
+        tasks = [partial(diagnose_file, own[place], *further) for place in waiting]
+        for number, outcome in run_tasks(tasks, workers):
+            place = waiting[number]
+            if not (isinstance(outcome, Diagnosis) and outcome.is_whole):
+                lie = f"a worker returned a {type(outcome).__name__} that is no result"
+                reason = outcome if isinstance(outcome, Exception) else lie
+                outcome = Diagnosis.failed(f"{recordings[place].path}: {reason}")
+            if journal is not None:
+                journal.add(recordings[place], outcome)
+            finish(place, outcome)
     return diagnoses
 
 
-def _tasks(args, recordings, model, n_workers):
-    load, n_threads = model.loader(), 1
+@dataclass(frozen=True)
+class Workers:
+    """Workers of one kind.
+
+    Parameters
+    ----------
+    submit : callable
+        Starts a task and returns its future, which raises BrokenExecutor if the worker dies.
+    count : callable
+        Returns the number of tasks that run at a time.
+    check : callable
+        Raises an error if no further result can come.
+    """
+
+    submit: Callable[[Any], Future[Any]]
+    count: Callable[[], int]
+    check: Callable[[], object] = lambda: None
+
+
+def run_tasks(tasks: Sequence[Callable[[], Any]], workers: Workers) -> Iterator[tuple[int, Any]]:
+    """Yield the position and the result of each task, as they are finished.
+
+    The result of a task that failed each time, because its worker died or returned no result, is an
+    Exception with the reason.
+    """
+    failed = []
+    for task, future in _finished(enumerate(tasks), workers):
+        if future.exception() is None:
+            yield task[0], future.result()
+        else:
+            failed.append(task)
+    for task in failed:
+        for _ in range(_TRIALS):
+            ((_, future),) = _finished([task], workers)
+            if (error := future.exception()) is None:
+                break
+        died, reason = isinstance(error, BrokenExecutor), f"{type(error).__name__}: {error}"
+        failure = RuntimeError("every process that read it died" if died else reason)
+        yield task[0], failure if error else future.result()
+
+
+def _finished(tasks, workers):
+    """Yield tasks with their positions, and futures. A few tasks are in hand at a time."""
+    waiting, running = deque(tasks), {}
+    while waiting or running:
+        while waiting and len(running) < _AHEAD * max(workers.count(), 1):
+            task = waiting.popleft()
+            running[workers.submit(task[1])] = task
+        done, _ = wait(running, timeout=_LOOK_SECONDS, return_when=FIRST_COMPLETED)
+        if not done:
+            workers.check()
+        for future in sorted(done, key=lambda each: running[each][0]):
+            yield running.pop(future), future
+
+
+def executors(args: argparse.Namespace) -> AbstractContextManager[Workers]:
+    """Return a context that starts the workers that the arguments ask for."""
     if args.dask is not None:
-        # A worker may run in another folder.
-        recordings = [replace(each, path=each.path.absolute()) for each in recordings]
-    elif not args.processes:
-        # Each of a few recordings gets several threads.
-        n_threads = max(n_workers // max(len(recordings), 1), 1)
-    return [Task(recording, load, args.resample, n_threads) for recording in recordings]
+        return _cluster(args.dask)
+    # A worker of multiprocessing.Pool cannot start processes.
+    can_start = not multiprocessing.current_process().daemon
+    kind = _processes if args.processes and can_start else _threads
+    return kind(effective_n_jobs(args.n_jobs))
+
+
+@contextmanager
+def _threads(n_workers):
+    executor = ThreadPoolExecutor(n_workers)
+    try:
+        yield Workers(executor.submit, lambda: n_workers)
+    finally:
+        cancelled.set()
+        executor.shutdown(cancel_futures=True)
+        cancelled.clear()
+
+
+@contextmanager
+def _processes(n_workers):
+    executor = partial(get_reusable_executor, max_workers=n_workers)
+
+    def submit(task):
+        with suppress(BrokenExecutor):
+            return executor().submit(task)
+        # loky replaces a pool that has broken.
+        return executor().submit(task)
+
+    try:
+        yield Workers(submit, lambda: n_workers)
+    except BaseException:
+        executor().shutdown(kill_workers=True)
+        raise
+
+
+@contextmanager
+def _cluster(address):
+    require("distributed", "--dask", "distributed")
+    from distributed import Client, KilledWorker
+
+    try:
+        client = Client(address, timeout=_CONNECT_SECONDS)
+        client.wait_for_workers(1, timeout=_WORKER_SECONDS)
+    except (OSError, TimeoutError, ValueError) as error:
+        missing = "no scheduler that has workers answers there"
+        raise CommandError(f"--dask {address}: {missing} ({error})") from error
+
+    async def result(future):
+        try:
+            return await future
+        except KilledWorker as error:
+            raise BrokenExecutor(str(error)) from error
+
+    def submit(task):
+        future = client.submit(task, pure=False)
+        return asyncio.run_coroutine_threadsafe(result(future), client.loop.asyncio_loop)
+
+    def check():
+        if not any(client.processing().values()):
+            raise CommandError(f"--dask {address}: no worker is working; their logs say why")
+
+    with client:
+        try:
+            yield Workers(submit, lambda: sum(client.nthreads().values()), check)
+        except Exception as error:
+            if client.status == "running":
+                raise
+            raise CommandError(f"--dask {address}: the scheduler was lost ({error})") from error

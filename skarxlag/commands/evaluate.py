@@ -1,63 +1,78 @@
-"""``skarxlag evaluate``: train at some speeds, test at others."""
+"""Compare diagnosers across shaft speeds: train at some, test at others.
+
+On a rig these are ALPIO, the baseline of Piltan and Kim (2019); the extended-state observer, their
+proposal as repaired; and the recommended diagnoser. Each is calibrated on the first half of every
+recording of one speed and tested on the second half of every recording of every speed. The paper's
+own protocol is python -m benchmarks.paper. On a csv table of your own recordings with the columns
+path, condition and rpm, or a folder or glob, make_diagnoser and two other methods are compared with
+one speed in training and with one left out. Recordings of one value of the column campaign are not
+split between training and test. Without that column, if the test was measured without remounting
+after the training, the accuracy may be too high.
+"""
 
 import argparse
+from itertools import product
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
 from joblib import parallel_config
+from numpy.typing import NDArray
+from scipy.signal import welch
+from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+from sklearn.ensemble import RandomForestClassifier
 from sklearn.model_selection import check_cv
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import FunctionTransformer, scale
+from sklearn.utils import Bunch
 
 from .._answers import requests
 from .._files import write_atomically
-from ..datasets import FETCHERS
-from ..model_selection import cross_speed_predict
-from .arguments import (
-    FACTS,
-    add_source_arguments,
-    job_count,
-    option,
-    positive_int,
-    refuse,
-    speed_or_all,
-    window_length,
-)
-from .evaluation_cases import N_SAMPLES, TITLES, own_case, rig_cases
-from .evaluation_reports import report, save_figure
-from .messages import Progress, UsageError, add_progress_arguments, as_command_error
+from ..accuracy_tables import confusion_table, speed_summary
+from ..datasets import FETCHERS, simulate_rig
+from ..diagnosers import make_diagnoser
+from ..kernels.speed_references import group_speeds
+from ..model_selection import cross_speed_predict, first_and_second_half
+from ..plotting import SpeedAccuracyDisplay
+from ..recordings.rig import cut_recordings, speeds_of_samples
+from . import arguments, messages
+from .arguments import option, positive_int, refuse
+from .messages import UsageError, as_command_error, listed
+from .models import DIAGNOSERS, of_outputs
 from .report import why_no_figures
 
-_DESCRIPTION = """\
-Compare the three diagnosers across shaft speeds: ALPIO, the baseline of Piltan and Kim (2019); the
-extended-state observer, their proposal as repaired; and the recommended diagnoser. Each is
-calibrated on the first half of every recording of one speed and tested on the second half of every
-recording of every speed. The paper's own protocol is python -m benchmarks.paper.
-"""
+TITLES = {"simulated": "Simulated rig"} | {name: f"{name.upper()} rig" for name in FETCHERS}
+#: The simulated rig: samples of a recording, crack sizes, and the speed of the calibration.
+N_SAMPLES, _CRACKS_MM, _SIMULATED_RPM = 120_000, (3.0, 6.0), 500.0
+#: Windows of a table are long if every recording holds two of them. Those of a rig are short.
+_LONG, _SHORT = 4800, 1200
+#: Titles of protocols: of a rig, and of the recordings of a table.
+_HALVES = {"speeds": "trained on first halves at one speed (rows), tested on second (columns)"}
+_SPEEDS = {
+    "in": "trained at one speed, tested at all others (columns)",
+    "out": "trained at all speeds but one, tested at that (columns)",
+}
+_CAMPAIGNS = " Training and test differ in recording and campaign."
+_NO_CAMPAIGNS = " No column campaign: without remounting, the accuracy may be too high."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.description = _DESCRIPTION
-    text = "csv table of your own recordings with the columns path, condition and rpm, or a folder "
-    text += "or glob: make_diagnoser and two other methods with one speed in training and with one "
-    text += "left out. Recordings of one value of the column campaign are not split between "
-    text += "training and test"
-    parser.add_argument("table", nargs="?", type=Path, help=text)
+    parser.add_argument("table", nargs="?", type=Path, help="your own recordings; default: a rig")
     parser.add_argument("--rig", choices=TITLES, default="simulated", help="default: simulated")
-    text = "folder of a real rig's files; default: scikit-learn's"
-    option(parser, "--data-home", text, Path, "FOLDER")
+    option(parser, "--data-home", "of a real rig's files; default: scikit-learn's", Path, "FOLDER")
     text = "speed of the calibration on a rig, or all; default: all, on the simulated rig 500"
-    option(parser, "--train-rpm", text, speed_or_all, "RPM")
+    option(parser, "--train-rpm", text, arguments.speed_or_all, "RPM")
     text = "default: 1200; of a table 4800, if the recordings are long enough"
-    option(parser, "--window-length", text, window_length)
-    text = f"samples of a recording of the simulated rig; default: {N_SAMPLES}"
-    option(parser, "--n-samples", text, positive_int)
-    text = "of a table: the first N channels are sensors, see fit"
-    option(parser, "--outputs", text, positive_int)
-    option(parser, "--n-jobs", "threads; default: all cores", job_count)
+    option(parser, "--window-length", text, arguments.window_length)
+    option(parser, "--n-samples", f"of simulated recordings; default: {N_SAMPLES}", positive_int)
+    option(parser, "--outputs", "channels of a table that are sensors, see fit", positive_int)
+    option(parser, "--n-jobs", "threads; default: all cores", arguments.job_count)
     option(parser, "--output", "default: skarxlag-results", Path, "FOLDER")
-    add_progress_arguments(parser)
-    add_source_arguments(parser, "a folder or glob")
-    parser.set_defaults(n_jobs=-1, output=Path("skarxlag-results"), run=run, fail=parser.error)
+    messages.add_progress_arguments(parser)
+    arguments.add_source_arguments(parser, "a folder or glob")
+    parser.set_defaults(n_jobs=-1, output=Path("skarxlag-results"))
 
 
 def run(args: argparse.Namespace) -> int:
@@ -65,46 +80,234 @@ def run(args: argparse.Namespace) -> int:
     is_rig = args.table is None
     if is_rig:
         unfit = "n_samples" if args.rig in FETCHERS else "data_home"
-        refuse(args, [*FACTS, "outputs", unfit], f"not allowed with --rig {args.rig}")
+        refuse(args, [*arguments.FACTS, "outputs", unfit], f"not allowed with --rig {args.rig}")
     else:
         refuse(args, ["data_home", "n_samples", "train_rpm"], "not allowed with a table")
     if args.output.exists() and not args.output.is_dir():
         raise UsageError(f"argument --output: {args.output} is a file, expected a folder")
-    cases = rig_cases(args) if is_rig else [own_case(args)]
-    texts, n_fits = [], sum(len(case.methods) for case in cases)
-    with as_command_error(), Progress(n_fits, "diagnosers", args) as progress:
+    texts, missing = [], why_no_figures()
+    with as_command_error():
+        cases = list(_rig_cases(args)) if is_rig else [_own_case(args)]
         args.output.mkdir(parents=True, exist_ok=True)
+        progress = messages.Progress(sum(len(case.methods) for case in cases), args)
         for case in cases:
             verdicts = _verdicts(case, args.n_jobs, progress)
-            text, tables = report(case, verdicts)
-            texts.append(text)
-            if why_no_figures() is None:
-                save_figure(case, verdicts, args.output)
-            for name, table in (tables | {"verdicts": verdicts}).items():
+            tables = _tables(case, verdicts)
+            texts += [_heading(case), *(_block(case.title, *each) for each in tables.values())]
+            if missing is None:
+                _save_figure(case, verdicts, args.output)
+            tables["verdicts"] = "", verdicts
+            for name, (_, table) in tables.items():
                 content = table.to_csv(float_format="%.6g").encode()
                 write_atomically(args.output / f"{case.stem}_{name}.csv", content)
         stem = args.rig if is_rig else cases[0].stem
         write_atomically(args.output / f"{stem}_report.txt", "\n".join(texts).encode())
     print(*texts, sep="\n")
-    print(why_no_figures() or "Drawn as PNG: accuracy and confusion matrices.")
+    print(missing or "Drawn as PNG: accuracy and confusion matrices.")
     print(f"Report, tables and figures are in {args.output.resolve()}")
     return 0
 
 
+def _rig_cases(args):
+    """Yield the cases of a rig: one for each crack size of the simulated rig.
+
+    A case is a rig with further entries: ``title``; ``stem`` of its files; ``splits``, which are
+    the rows of a training and of its test, the protocol, and the speed of the training if there is
+    one; ``methods``, the diagnosers to compare; ``protocols``, their titles; and ``note``, a
+    sentence on the recordings of a table.
+    """
+    length, title = args.window_length or _SHORT, TITLES[args.rig]
+    messages.report_progress(args, f"{title}: loading")
+    if args.rig in FETCHERS:
+        rig = FETCHERS[args.rig](data_home=args.data_home, window_length=length)
+        yield _rig_case(args, title, args.rig, rig, "all")
+        return
+    # A tail that fills no window is not simulated.
+    n_samples = max((args.n_samples or N_SAMPLES) // length, 1) * length
+    for crack in _CRACKS_MM:
+        rig = simulate_rig(crack_mm=crack, n_samples=n_samples, window_length=length)
+        name, stem = f"{title}, crack {crack:g} mm", f"{args.rig}_{crack:g}mm"
+        yield _rig_case(args, name, stem, rig, _SIMULATED_RPM)
+
+
+def _rig_case(args, title, stem, rig, train_rpm):
+    if np.unique(rig.recording, return_counts=True)[1].min() < 2:
+        length = f"argument --window-length: {rig.data.shape[-1]}"
+        raise UsageError(f"{length}, expected at most half of the shortest recording")
+    speeds, wanted = np.unique(rig.rpm).tolist(), args.train_rpm or train_rpm
+    if wanted not in (*speeds, "all"):
+        raise UsageError(f"argument --train-rpm: {wanted:g}, expected {listed(speeds)}, or all")
+    first, second = first_and_second_half(rig.recording)
+    splits = [
+        (np.flatnonzero(first & (rig.rpm == rpm)), np.flatnonzero(second), "speeds", rpm)
+        for rpm in (speeds if wanted == "all" else [wanted])
+    ]
+    methods = {name: make(healthy=rig.target_names[0]) for name, make in DIAGNOSERS.values()}
+    case = {"title": title, "stem": stem, "splits": splits, "methods": methods, "note": ""}
+    return Bunch(**{"speeds": rig.rpm} | rig | case, protocols=_HALVES)
+
+
+def _own_case(args):
+    """Return the case of a table.
+
+    Recordings that are tested are never those of the training. If the table has a column
+    ``campaign``, neither are their campaigns: recordings between which nothing was remounted.
+    """
+    recordings = arguments.table_recordings(args)
+    try:
+        rig = cut_recordings(recordings, args.table, args.window_length or _LONG)
+    except ValueError:
+        if args.window_length is not None:
+            raise
+        rig = cut_recordings(recordings, args.table, _SHORT)
+    if rig.target is None or rig.rpm is None:
+        raise UsageError(f"{args.table}: needs the columns condition and rpm")
+    speeds, errors = speeds_of_samples(rig)
+    if rig.profiles:
+        # Recordings of varying speed are left out by their mean speed.
+        mean = pd.Series(rig.rpm).groupby(rig.recording).transform("mean")
+        known, at = group_speeds(np.log(mean.to_numpy()))
+        rig.rpm = np.exp(known).round(1)[at]
+    splits = list(_own_splits(rig, errors == ""))
+    if not splits or len(rig.target_names) < 2:
+        raise UsageError(
+            f"{args.table}: {len(rig.target_names)} conditions at {len(np.unique(rig.rpm))} "
+            "speeds; expected at least two of each, and that a speed or campaign can be left out"
+        )
+    diagnoser = make_diagnoser(sampling_rate=float(rig.sampling_rate))
+    methods = {
+        "make_diagnoser": of_outputs(args, diagnoser),
+        "log spectrum + LDA": _peer(256, LinearDiscriminantAnalysis()),
+        "band energies + forest": _peer(64, RandomForestClassifier(random_state=0)),
+    }
+    note = _CAMPAIGNS if "campaign" in rig.further else _NO_CAMPAIGNS
+    case = {"title": str(args.table), "stem": args.table.resolve().stem, "speeds": speeds}
+    return Bunch(**rig | case, splits=splits, methods=methods, protocols=_SPEEDS, note=note)
+
+
+def _own_splits(rig, usable):
+    """Yield the splits of both protocols, without those whose training lacks a condition."""
+    parts = [(True, True)]
+    if "campaign" in rig.further:
+        campaign = rig.further["campaign"].loc[rig.recording].to_numpy(dtype=str)
+        parts = [(campaign != each, campaign == each) for each in np.unique(campaign)]
+    for protocol, speed, (learned, tested) in product(["in", "out"], np.unique(rig.rpm), parts):
+        at_speed = rig.rpm == speed
+        is_train = at_speed if protocol == "in" else ~at_speed
+        train = np.flatnonzero(is_train & learned & usable)
+        test = np.flatnonzero(~is_train & tested & usable)
+        if len(test) > 0 and len(set(rig.target[train])) == len(rig.target_names):
+            yield train, test, protocol, float(speed) if protocol == "in" else np.nan
+
+
+def _peer(nperseg, classifier):
+    spectrum = FunctionTransformer(log_spectrum, kw_args={"nperseg": nperseg})
+    return make_pipeline(spectrum, classifier)
+
+
+def log_spectrum(X: NDArray[Any], nperseg: int) -> NDArray[Any]:
+    """Compute the log power spectrum of the output at unit RMS, by Welch's method.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_windows, n_samples) or (n_windows, n_channels, n_samples)
+        Windows.
+    nperseg : int
+        Samples in a segment; there are half as many bands.
+    """
+    y = scale(X if X.ndim == 2 else X[:, 0], axis=1)
+    return np.log(welch(y, nperseg=nperseg, axis=1)[1][:, 1:] + np.finfo(float).tiny)
+
+
 def _verdicts(case, n_jobs, progress):
     """Return a row for each window of each test, and each diagnoser."""
-    rig, frames = case.rig, {}
-    speeds = rig.get("speeds", rig.rpm)
-    splits = [(split.train, split.test) for split in case.splits]
+    frames, splits = {}, [(train, test) for train, test, *_ in case.splits]
     for name, diagnoser in case.methods.items():
-        params = {"rpm": speeds} if requests(diagnoser, "predict", "rpm") else {}
+        params = {"rpm": case.speeds} if requests(diagnoser, "predict", "rpm") else {}
+        rows = {"groups": case.rpm, "cv": check_cv(splits), "params": params}
         with parallel_config("threading", n_jobs=n_jobs):
-            frames[name] = cross_speed_predict(
-                diagnoser, rig.data, rig.target, groups=rig.rpm, cv=check_cv(splits), params=params
-            )
+            frames[name] = cross_speed_predict(diagnoser, case.data, case.target, **rows)
         progress.step(f"{case.title}: {name}")
     verdicts = pd.concat(frames, names=["diagnoser", None]).reset_index("diagnoser")
-    columns = pd.DataFrame(case.splits)[["protocol", "train_rpm"]]
+    columns = pd.DataFrame([each[2:] for each in case.splits], columns=["protocol", "train_rpm"])
     verdicts = verdicts.join(columns, on="split").set_index("window")
-    rows = pd.DataFrame({name: rig[name] for name in ("rpm", "recording", "start")})
+    rows = pd.DataFrame({name: case[name] for name in ("rpm", "recording", "start")})
     return verdicts.join(rows.rename(columns={"rpm": "test_rpm"})).reset_index(drop=True)
+
+
+def _tables(case, verdicts):
+    """Return titles and tables by the names of their files."""
+    found, names, units = {}, verdicts["diagnoser"].unique(), {"windows": verdicts}
+    if case.note:
+        # The verdict of most windows of each recording.
+        keys = ["protocol", "diagnoser", "split", "train_rpm", "test_rpm", "recording", "true"]
+        groups = verdicts.groupby(keys, sort=False, dropna=False)["predicted"]
+        units["recordings"] = groups.agg(lambda each: each.mode().iloc[0]).reset_index()
+    for (protocol, title), (unit, frame) in product(case.protocols.items(), units.items()):
+        own = frame[frame["protocol"] == protocol]
+        hits = own.assign(hit=100.0 * (own["true"] == own["predicted"]))
+        index = ["diagnoser"] if case.note else ["diagnoser", "train_rpm"]
+        table = hits.pivot_table("hit", index, "test_rpm", sort=False).sort_index(axis=1)
+        if case.note:
+            table["mean"] = table.mean(axis=1)
+        found[f"{protocol}_{unit}"] = f"accuracy of {unit} in %, {title}", table
+    if not case.note:
+        summary = pd.DataFrame({name: speed_summary(table.loc[name]) for name in names}).T
+        title = "mean accuracy in % by pair of speeds"
+        found["summary"] = title, summary.rename_axis("diagnoser")
+    chosen, which = _at_other_speeds(frame)
+    for name in names:
+        title = f"confusion matrix of {unit}, {name}, {which}; rows: true "
+        title += "condition, columns: verdict, corner: accuracy in %"
+        matrix = confusion_table(chosen[chosen["diagnoser"] == name], case.target_names)
+        found[f"confusion_{'-'.join(name.lower().split())}"] = title, matrix
+    return found
+
+
+def _at_other_speeds(verdicts):
+    """Return the rows at other speeds than that of the training, or all if there are none."""
+    other = verdicts[verdicts["train_rpm"] != verdicts["test_rpm"]]
+    return (other, "tests at other speeds") if len(other) else (verdicts, "tests at the same speed")
+
+
+def _heading(case):
+    names, length = case.target_names, case.data.shape[-1]
+    speeds, rate = listed(np.unique(case.rpm)), case.sampling_rate
+    return (
+        f"{case.title}: {len(names)} conditions ({', '.join(names)}) at {speeds} rpm, windows of "
+        f"{length} samples at {rate:g} Hz.{case.note}\n"
+    )
+
+
+def _block(case, title, table):
+    shown = table.round(1).rename(columns=_speed).rename_axis(columns=None).rename(index=_speed)
+    return f"{case}: {title}\n{shown.to_string(float_format='{:g}'.format, na_rep='-')}\n"
+
+
+def _speed(name):
+    return f"{name:g} rpm" if isinstance(name, float) else name
+
+
+def _save_figure(case, verdicts, folder):
+    """Draw the accuracy across speeds and the confusion matrices of a case, and save them."""
+    from matplotlib.figure import Figure
+    from sklearn.metrics import ConfusionMatrixDisplay
+
+    names, (chosen, which) = verdicts["diagnoser"].unique(), _at_other_speeds(verdicts)
+    figure = Figure(figsize=(4.6 * len(names), 9.6), layout="constrained")
+    figure.suptitle(f"{case.title}; matrices of windows: {which}", fontsize="medium")
+    axes = figure.subplots(2, len(names), sharey="row", squeeze=False)
+    style = {"xticks_rotation": "vertical", "cmap": "Blues", "colorbar": False}
+    style["labels"] = case.target_names
+    for upper, lower, name in zip(*axes, names, strict=True):
+        own = verdicts[verdicts["diagnoser"] == name].dropna(subset="train_rpm")
+        speeds = {role: own[role] for role in ("train_rpm", "test_rpm")}
+        SpeedAccuracyDisplay(own["true"], own["predicted"], **speeds).plot(ax=upper)
+        upper.set_title(name)
+        upper.legend(loc="lower right", fontsize="small")
+        own = chosen[chosen["diagnoser"] == name]
+        ConfusionMatrixDisplay.from_predictions(own["true"], own["predicted"], ax=lower, **style)
+        lower.set_title(f"Accuracy {100 * (own['true'] == own['predicted']).mean():.1f} %")
+        lower.set(xlabel="Verdict", ylabel="True condition")
+        lower.label_outer()
+    figure.savefig(folder / f"{case.stem}.png", dpi=120)

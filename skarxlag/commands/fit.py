@@ -1,102 +1,88 @@
 """Calibrate a diagnoser on the recordings that a table lists, and save it.
 
 The table is a csv file with the columns path, condition, rpm, sampling_rate and channel. Only path
-is always needed, see skarxlag.read_recording_table. The detector needs healthy recordings only,
-best of several speeds, and names no fault.
+is always needed, see skarxlag.read_recording_table. Without --healthy, the only condition is taken
+that is called healthy, normal, good, ok, intact, nominal, baseline, n or h. The detector needs
+healthy recordings only, best of several speeds, and names no fault; it is the default if the only
+condition is healthy. Otherwise the rows are stretches of a second, or of ten turns if they take
+longer, or windows of 1200 samples if the recordings are too short or an option cuts windows (of
+4800 for the detector). With --bearing and recordings of faults, orders and spectra make one
+verdict; without faults, healthy recordings set the limits.
 """
 
 import argparse
 import warnings
 from datetime import UTC, datetime
 from pathlib import Path
-from time import perf_counter
 
 import numpy as np
 import pandas as pd
 from joblib import parallel_config
+from sklearn.utils import Bunch
 
-from .. import diagnosers
 from .._answers import answers, requests
+from ..diagnosers import make_detector, make_diagnoser, make_known_conditions
 from ..fault_places import HEALTHY, place_of_label
 from ..kernels.speed_references import group_speeds
 from ..persistence import save_diagnoser
 from ..recordings.files import list_channels
 from ..recordings.formats._contents import choose_channels
-from ..recordings.rig import speeds_of_samples
+from ..recordings.rig import cut_recordings, speeds_of_samples
 from ..speeds import LEAST_TURNS
-from ..verdicts import check_condition_names
-from . import arguments
-from .arguments import flag, option, refuse
+from . import arguments, messages
+from .arguments import BEARING, bearing, flag, option, positive_int, refuse
 from .info import limits_basis
-from .messages import (
-    CommandError,
-    UsageError,
-    add_progress_arguments,
-    as_command_error,
-    counted,
-    report_progress,
-    require,
-)
+from .messages import CommandError, UsageError, as_command_error, report_progress
 from .models import DIAGNOSERS, is_model_file, of_outputs
 from .results import check_output
-from .training import training_rows
+
+#: Samples of a channel that the windows of all recordings hold together, unless --max-windows says
+#: otherwise: a quarter of a GiB, and three times as much while a diagnoser is fitted.
+MOST_SAMPLES = 2**25
+#: Samples in a window, of which stretches consist, and in a window of a detector.
+_WINDOW_LENGTH, _DETECTOR_LENGTH = 1200, 4800
+#: Seconds in a stretch, and turns of the shaft that it holds at least.
+_SECONDS, _TURNS = 1.0, 10
+#: Stretches that the shortest recording holds at least, and those that are enough.
+_FEWEST, _ENOUGH = 2, 4
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.description = __doc__
     parser.add_argument("table", type=Path, help="csv table of the recordings, a folder, or a glob")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.skops")
-    text = "healthy condition, or none if no recording is healthy; default: the only condition "
-    text += "that is called healthy, normal, good, ok, intact, nominal, baseline, n or h"
-    option(parser, "--healthy", text, metavar="LABEL")
+    option(parser, "--healthy", "healthy condition, or none if no recording is", metavar="LABEL")
     text = "recordings to use: 1797, 1797+-30, 1797+-2%% or 1700..1800; default: all"
     option(parser, "--train-rpm", text, arguments.speed_range, "RPM")
-    text = "share of healthy windows that may raise an alarm; default: 0.01"
-    option(parser, "--false-alarm-rate", text, arguments.rate, "SHARE")
+    option(
+        parser, "--false-alarm-rate", "of healthy windows; default: 0.01", arguments.rate, "SHARE"
+    )
     option(parser, "--n-jobs", "number of threads; default: all cores", arguments.job_count)
-    parser.set_defaults(false_alarm_rate=0.01, n_jobs=-1, run=run, fail=parser.error)
-    add_progress_arguments(parser)
+    parser.set_defaults(false_alarm_rate=0.01, n_jobs=-1)
+    messages.add_progress_arguments(parser)
     arguments.add_source_arguments(parser, "a folder or glob")
     model = parser.add_argument_group("model")
-    text = "default: stretches if the recordings are long enough and none of the options that cut "
-    text += "windows is given, else diagnoser; detector if the only condition is healthy"
     kinds = [*DIAGNOSERS, "stretches", "detector"]
-    model.add_argument("--diagnoser", choices=kinds, help=text)
-    text = "name places of faults by the orders of this bearing: with recordings of faults, orders "
-    text += "and spectra make one verdict; without, healthy recordings set the limits. A name such "
-    text += "as 6205, dimensions 9,7.94,39.04, or orders outer=3.585,inner=5.415"
-    option(model, "--bearing", text, arguments.bearing, "BEARING")
-    text = "the first N channels are sensors on the machine, which together give one verdict; the "
-    text += "others are inputs of its model, such as a torque. Default: 1"
-    option(model, "--outputs", text, arguments.positive_int)
-    flag(model, "--fixed-gain", "--diagnoser detector: one sensor and gain, so the level counts")
-    text = "do not save the known conditions and the healthy limits, which reject recordings that "
-    text += "resemble no condition, and raise the alarm"
-    flag(model, "--no-p-values", text)
+    model.add_argument("--diagnoser", choices=kinds, help="default: as the recordings allow")
+    option(model, "--bearing", f"name places of faults by orders: {BEARING}", bearing, "BEARING")
+    option(model, "--outputs", "the first N channels are sensors; default: 1", positive_int)
     cut = parser.add_argument_group("windows")
-    text = "default: stretches of a second, or of ten turns if they take longer; if the recordings "
-    text += "are too short, windows of 1200, of the detector 4800"
-    option(cut, "--window-length", text, arguments.window_length)
-    text = "samples between the starts of windows; default: their length"
-    option(cut, "--hop", text, arguments.positive_int)
-    text = "windows of each recording, spread over all of it; default: as memory allows"
-    option(cut, "--max-windows", text, arguments.positive_int)
-    text = "resample all recordings; without it they must have the same sampling rate"
-    option(cut, "--resample-to", text, arguments.positive_number, "HZ")
-    files = parser.add_argument_group("files")
-    flag(files, "--force", "let -o replace a file that is no saved diagnoser")
+    option(cut, "--window-length", "samples in a window", arguments.window_length)
+    option(cut, "--hop", "between starts of windows; default: their length", positive_int)
+    option(cut, "--max-windows", "of each recording; default: as memory allows", positive_int)
+    option(cut, "--resample-to", "sampling rate of all", arguments.positive_number, "HZ")
+    flag(parser, "--force", "let -o replace a file that is no saved diagnoser")
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     with as_command_error():
-        listed = arguments.table_recordings(args)
-        inputs = [args.table, *(recording.path for recording in listed)]
+        recordings = arguments.table_recordings(args)
+        inputs = [args.table, *(recording.path for recording in recordings)]
         check_output(args.output, inputs, is_model_file, args.force)
-        require("skops", "saving a diagnoser", "io")
-    _check_options(args, listed)
-    rig, rows = training_rows(args, listed)
+        messages.require("skops", "saving a diagnoser", "io")
+    _check_options(args, recordings)
+    rig, rows = _training_rows(args, recordings)
     kind = args.diagnoser or ("stretches" if rows == "stretches" else "diagnoser")
     chosen = _choose_speed(args, rig)
     speeds, errors = speeds_of_samples(rig, LEAST_TURNS if rows == "stretches" else 0)
@@ -108,58 +94,106 @@ def run(args: argparse.Namespace) -> int:
     X = rig.pop("data")
     X = X if chosen.all() else X[chosen]
     y, rpm = rig.target[chosen], None if speeds is None else speeds[chosen]
-    rate, channels = float(rig.sampling_rate), listed[0].channel or []
-    diagnoser, started = _make(args, kind, healthy, rate), perf_counter()
-    rates = [name for name in diagnoser.get_params() if name.endswith("__false_alarm_rate")]
-    diagnoser.set_params(**dict.fromkeys(rates, args.false_alarm_rate))
+    rate, channels = float(rig.sampling_rate), recordings[0].channel or []
     report_progress(args, f"{len(X)} {rows}: fitting")
     with as_command_error():
+        diagnoser = _make(args, kind, healthy, rate)
         notes = _fit_quietly(args, diagnoser, X, None if kind == "detector" else y, rpm)
-    companions = _companions(args, kind, X, y, rpm, healthy, notes)
-    # Places of faults that no recording shows are conditions, too.
-    conditions = sorted(answers(diagnoser).conditions or [healthy], key=lambda c: c != healthy)
-    counts = pd.Series(rig.recording[chosen]).groupby(y).agg(["count", "nunique"])
-    n_windows, n_recordings = counts.reindex(conditions, fill_value=0).T.to_numpy().tolist()
-    with as_command_error():
-        save_diagnoser(
-            diagnoser,
-            args.output,
-            **companions,
-            diagnoser=kind,
-            conditions=conditions,
-            healthy=healthy,
-            train_rpm=_training_speeds(rig, chosen),
-            sampling_rate=rate,
-            n_channels=1 if X.ndim == 2 else X.shape[1],
-            window_length=X.shape[-1],
-            rows=rows,
-            channels=channels if isinstance(channels, list) else [channels],
-            n_windows=n_windows,
-            n_recordings=n_recordings,
-            false_alarm_rate=args.false_alarm_rate,
-            bearing=args.bearing,
-            saved=datetime.now(UTC).strftime("%Y-%m-%d"),
-        )
-    if args.verbose:
-        report_progress(args, f"fitted in {perf_counter() - started:.1f} s")
+        companions = {} if kind == "detector" else _companions(args, X, y, rpm, healthy, notes)
+        # Places of faults that no recording shows are conditions, too.
+        conditions = sorted(answers(diagnoser).conditions or [healthy], key=lambda c: c != healthy)
+        counts = pd.Series(rig.recording[chosen]).groupby(y).agg(["nunique", "count"])
+        counts = counts.reindex(conditions, fill_value=0).set_axis(["recordings", rows], axis=1)
+        facts = {"diagnoser": kind, "rows": rows, "conditions": conditions, "healthy": healthy}
+        facts |= {"train_rpm": _training_speeds(rig, chosen), "sampling_rate": rate}
+        facts |= {"n_channels": 1 if X.ndim == 2 else X.shape[1], "window_length": X.shape[-1]}
+        facts["channels"] = channels if isinstance(channels, list) else [channels]
+        facts["n_windows"] = counts[rows].tolist()
+        facts["n_recordings"] = counts["recordings"].tolist()
+        facts |= {"false_alarm_rate": args.false_alarm_rate, "bearing": args.bearing}
+        facts["saved"] = datetime.now(UTC).strftime("%Y-%m-%d")
+        save_diagnoser(diagnoser, args.output, **companions, **facts)
     seconds = X.shape[-1] / rate
     turns = "" if rpm is None else f", {seconds * rpm.min() / 60:.3g} turns at {rpm.min():g} rpm"
-    if rpm is None and kind == "stretches":
-        turns = "; the table states no speed: the pattern of impacts is used"
     print(rig.DESCR)
     if (errors != "").any():
         print(f"{np.sum(errors != '')} {rows} left out: {errors[errors != ''][0]}")
     print(f"{rows.capitalize()} of {X.shape[-1]} samples, {seconds:.3g} s at {rate:g} Hz{turns}")
-    for name, n_own_recordings, n_own in zip(conditions, n_recordings, n_windows, strict=True):
-        if n_own_recordings:
-            print(f"{name}: {counted(n_own_recordings, 'recordings')}, {counted(n_own, rows)}")
-    roles = _roles(listed[0], args.outputs or 1)
-    print(f"Healthy: {healthy or 'none'} ({reason})", *roles, *notes, sep="\n")
+    print(counts.to_string())
+    notes = [*_roles(recordings[0], args.outputs or 1), *notes]
+    print(f"Healthy: {healthy or 'none'} ({reason})", *notes, sep="\n")
     if healthy is not None:
         basis = limits_basis(companions.get("detector", diagnoser), rows)
         print(f"Limits for a false-alarm rate of {args.false_alarm_rate:g} from {basis}")
     print(f"Saved {kind} to {args.output}")
     return 0
+
+
+def _training_rows(args, listed):
+    """Return the rows of recordings as a rig, and whether they are windows or stretches."""
+    kind, length = args.diagnoser, args.window_length or _WINDOW_LENGTH
+    is_cut = args.window_length or args.hop or args.max_windows or kind in DIAGNOSERS
+    if kind == "detector" and is_cut:
+        length = args.window_length or _DETECTOR_LENGTH
+    rig = _cut(args, listed, length)
+    if is_cut:
+        return rig, "stretches" if kind == "stretches" else "windows"
+    n_windows = _stretch_windows(rig)
+    if n_windows is not None:
+        del rig["data"]
+        return _cut(args, listed, n_windows * length), "stretches"
+    if kind == "stretches":
+        raise CommandError(
+            f"{args.table}: the shortest recording is too short for two stretches of a second, or "
+            "of ten turns; use --diagnoser diagnoser"
+        )
+    return rig if kind != "detector" else _cut(args, listed, _DETECTOR_LENGTH), "windows"
+
+
+def _cut(args, listed, window_length):
+    n_channels = len(listed[0].channel) if isinstance(listed[0].channel, list) else 1
+    most = max(MOST_SAMPLES // (window_length * n_channels * len(listed)), 2)
+    progress = messages.Progress(len(listed), args)
+    with as_command_error():
+        return cut_recordings(
+            listed,
+            args.table,
+            window_length=window_length,
+            hop=args.hop,
+            max_windows=args.max_windows or most,
+            resample=args.resample_to,
+            note=lambda entry, n_windows: progress.step(
+                f"{entry.name}: read", f"{n_windows} windows of {window_length} samples"
+            ),
+        )
+
+
+def _stretch_windows(rig: Bunch) -> int | None:
+    """Return the number of windows in a stretch, or None if the recordings are too short.
+
+    A stretch takes a second, or ten turns at the slowest mean speed if they take longer. If one
+    would hold less than four such stretches, a stretch takes a quarter of the shortest recording,
+    but not less than half of that.
+
+    >>> rig = Bunch(data=np.zeros((12, 500)), available=np.array([12, 40]), rpm=None,
+    ...             sampling_rate=1_000.0, recording=np.repeat("run", 12))
+    >>> _stretch_windows(rig)
+    2
+    >>> rig.rpm = np.full(12, 300.0)
+    >>> _stretch_windows(rig)
+    3
+    >>> rig.rpm = np.full(12, 50.0)
+    >>> _stretch_windows(rig)
+    """
+    seconds = _SECONDS
+    if rig.rpm is not None:
+        # A run-up may begin at rest.
+        slowest = pd.Series(rig.rpm).groupby(rig.recording).mean().min()
+        seconds = max(_SECONDS, 60 * _TURNS / slowest)
+    wanted = seconds * rig.sampling_rate / rig.data.shape[-1]
+    shortest = rig.available.min()
+    n_windows = int(np.ceil(min(wanted, max(shortest // _ENOUGH, wanted / 2))))
+    return n_windows if shortest >= _FEWEST * n_windows else None
 
 
 def _roles(recording, n_outputs):
@@ -170,41 +204,40 @@ def _roles(recording, n_outputs):
     names = choose_channels(list(units.index), recording.channel)
     outputs, inputs = names[:n_outputs], names[n_outputs:]
     yield f"Outputs: {', '.join(outputs)}. Inputs: {', '.join(inputs) or 'none'}"
-    for name in inputs:
-        if units[outputs[0]] is not None and units[name] == units[outputs[0]]:
-            yield (
-                f"Note: {outputs[0]} and {name} have the unit {units[name]}; {name} is used as an "
-                "input of the model. If it is another sensor on the machine, use --outputs."
-            )
+    unit = units[outputs[0]]
+    if alike := [name for name in inputs if unit is not None and units[name] == unit]:
+        yield (
+            f"Note: {', '.join([outputs[0], *alike])} have the unit {unit}. If the inputs among "
+            "them are sensors on the machine, use --outputs."
+        )
 
 
-def _check_options(args, listed):
-    present = {recording.condition for recording in listed}
-    if args.bearing is not None and args.diagnoser is None:
-        args.diagnoser = "stretches"
-    elif args.diagnoser is None and len(present) == 1 and None not in present:
-        (name,) = present
-        is_healthy = _is_healthy(name) if args.healthy is None else name == args.healthy
-        args.diagnoser = "detector" if is_healthy else None
-    for name, kind in {"fixed_gain": "detector", "bearing": "stretches"}.items():
-        if args.diagnoser != kind:
-            refuse(args, [name], f"belongs to --diagnoser {kind}")
+def _check_options(args, recordings):
+    present = {recording.condition for recording in recordings}
+    only = present.pop() if len(present) == 1 else None
+    is_healthy = _is_healthy(only) if args.healthy is None else only == args.healthy
     if args.bearing is not None:
+        args.diagnoser = args.diagnoser or "stretches"
         refuse(args, ["outputs"], "not allowed with --bearing; fit one model for each output")
+    elif args.diagnoser is None and only is not None and is_healthy:
+        args.diagnoser = "detector"
+    if args.diagnoser != "stretches":
+        refuse(args, ["bearing"], "belongs to --diagnoser stretches")
 
 
 def _is_healthy(name):
-    return place_of_label(name) == HEALTHY
+    return place_of_label(str(name)) == HEALTHY
 
 
 def _make(args, kind, healthy, rate):
     if kind == "detector":
-        model = diagnosers.make_detector(fixed_gain=args.fixed_gain)
-    elif kind == "stretches":
-        model = diagnosers.make_diagnoser(sampling_rate=rate, bearing=args.bearing, healthy=healthy)
+        return of_outputs(args, make_detector(false_alarm_rate=args.false_alarm_rate))
+    if kind == "stretches":
+        model = make_diagnoser(sampling_rate=rate, bearing=args.bearing, healthy=healthy)
     else:
         model = DIAGNOSERS[kind][1](healthy=healthy)
-    return of_outputs(args, model)
+    rates = [name for name in model.get_params() if name.endswith("__false_alarm_rate")]
+    return of_outputs(args, model.set_params(**dict.fromkeys(rates, args.false_alarm_rate)))
 
 
 def _fit_quietly(args, model, X, y, rpm):
@@ -219,46 +252,38 @@ def _fit_quietly(args, model, X, y, rpm):
     return [f"Note: {warning.message}" for warning in warned]
 
 
-def _companions(args, kind, X, y, rpm, healthy, notes):
+def _companions(args, X, y, rpm, healthy, notes):
     """Return the fitted known conditions and healthy limits; the notes say why one is missing."""
-    fitted = {}
-    if kind == "detector" or args.no_p_values:
-        return fitted
+    fitted, wanted = {}, {}
     if len(set(y)) > 1:
-        known = of_outputs(args, diagnosers.make_known_conditions())
-        try:
-            _fit_quietly(args, known, X, y, rpm)
-            if left_out := sorted(set(y) - set(known.classes_)):
-                names = ", ".join(left_out)
-                raise ValueError(f"fewer than two windows at one speed of {names}")
-            fitted["known_conditions"] = known
-        except ValueError as error:
-            notes.append(f"The verdict 'none of these' is not possible: {error}")
+        without = "The verdict 'none of these' is not possible"
+        wanted["known_conditions"] = (make_known_conditions(), slice(None), y, without)
     if healthy is not None:
-        detector = diagnosers.make_detector(false_alarm_rate=args.false_alarm_rate)
-        detector = of_outputs(args, detector)
-        rows = y == healthy
+        detector = make_detector(false_alarm_rate=args.false_alarm_rate)
+        wanted["detector"] = (detector, y == healthy, None, "No healthy limits")
+    for name, (model, rows, labels, without) in wanted.items():
+        model = of_outputs(args, model)
         try:
-            _fit_quietly(args, detector, X[rows], None, None if rpm is None else rpm[rows])
-            fitted["detector"] = detector
+            _fit_quietly(args, model, X[rows], labels, None if rpm is None else rpm[rows])
+            left_out = [] if labels is None else sorted(set(labels) - set(model.classes_))
+            if left_out:
+                raise ValueError(f"fewer than two windows at one speed of {', '.join(left_out)}")
+            fitted[name] = model
         except ValueError as error:
-            notes.append(f"No healthy limits: {error}")
+            notes.append(f"{without}: {error}")
     return fitted
 
 
 def _choose_speed(args, rig):
     if args.train_rpm is None:
         return np.ones(len(rig.recording), dtype=bool)
-    if rig.rpm is None:
-        raise UsageError(f"argument --train-rpm: {args.table} has no column rpm to choose from")
     low, high = args.train_rpm
-    chosen = (rig.rpm >= low) & (rig.rpm <= high)
+    rpm = np.full(len(rig.recording), np.nan) if rig.rpm is None else rig.rpm
+    chosen = (rpm >= low) & (rpm <= high)
     if not chosen.any():
-        listed = ", ".join(f"{speed:g}" for speed in np.unique(rig.rpm))
-        raise UsageError(
-            f"argument --train-rpm: {low:g} to {high:g} holds no speed of {args.table}: {listed}; "
-            "1797+-30 and 1700..1800 take several"
-        )
+        stated = "no column rpm" if rig.rpm is None else messages.listed(np.unique(rpm))
+        problem = f"{low:g} to {high:g} holds no speed of {args.table}: {stated}"
+        raise UsageError(f"argument --train-rpm: {problem}")
     return chosen
 
 
@@ -274,26 +299,25 @@ def _healthy_condition(args, kind, rig, chosen):
     """Return the healthy condition, or None if there is none, and why it is that one."""
     if args.bearing is not None and rig.rpm is None:
         raise CommandError(f"{args.table}: no speed is stated; expected a column rpm, or --rpm")
-    present = [] if rig.target is None else [n for n in rig.target_names if n in rig.target[chosen]]
-    if len(present) < 2 and kind != "detector" and args.bearing is None:
+    present = [n for n in rig.target_names if n in rig.target[chosen]]
+    needs_several = kind != "detector" and args.bearing is None
+    if len(present) < 2 and needs_several:
         raise CommandError(
             f"{args.table}: conditions {present}; --diagnoser {kind} needs two or more in a column "
             "condition. With healthy recordings only, use --diagnoser detector"
         )
     if rig.target is None:
         rig.target, present = np.full(len(rig.recording), HEALTHY), [HEALTHY]
-    with as_command_error():
-        check_condition_names(present)
     named = list(filter(_is_healthy, present))
-    if args.healthy in present or (args.healthy == "none" and kind != "detector"):
-        return None if args.healthy not in present else args.healthy, "--healthy"
+    if args.healthy in present:
+        return args.healthy, "--healthy"
+    if args.healthy == "none" and kind != "detector":
+        return None, "--healthy"
     if args.healthy is None and len(present) == 1:
         return present[0], "the only condition"
     if args.healthy is None and len(named) == 1:
         return named[0], "by its name; --healthy names another"
-    problem = "needed, because the names do not show which condition is healthy"
-    raise UsageError(
-        f"argument --healthy: {problem if args.healthy is None else repr(args.healthy)}, expected "
-        f"a condition of {args.table}: {', '.join(present)}"
-        + ("; or --healthy none" if kind != "detector" else "")
-    )
+    problem = repr(args.healthy) if args.healthy else "needed, because the names do not show it"
+    none = "" if kind == "detector" else "; or --healthy none"
+    expected = f"a condition of {args.table}: {', '.join(present)}{none}"
+    raise UsageError(f"argument --healthy: {problem}, expected {expected}")

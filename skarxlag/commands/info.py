@@ -5,8 +5,6 @@ Of a recording, print its channels with their sampling rates, units and shaft sp
 
 import argparse
 import json
-import textwrap
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,95 +12,64 @@ from sklearn.pipeline import Pipeline
 
 from .._answers import answers, unfolded_steps
 from .._state import estimators_within
-from .._version import __version__
 from ..detection import few_rows
 from ..fault_classifier import FaultOrderClassifier
 from ..fusion import SensorFusion
 from ..recordings.files import list_channels
 from ..recordings.listing import ListedRecording
+from .arguments import flag
 from .messages import as_command_error
 from .models import SavedModel, is_model_file
+from .results import records
 
-#: Paths are not broken.
-_LAYOUT = {"break_long_words": False, "break_on_hyphens": False}
 #: Units of facts.
 _UNITS = {"train_rpm": "rpm", "sampling_rate": "Hz", "window_length": "samples"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.description = __doc__
-    text = "file that fit has saved, or a recording"
-    parser.add_argument("model", type=Path, metavar="FILE", help=text)
-    parser.add_argument("--json", action="store_true", help="print JSON, for programs")
-    parser.set_defaults(run=run, fail=parser.error)
+    parser.add_argument("model", type=Path, metavar="FILE", help="a saved model, or a recording")
+    flag(parser, "--json", "print JSON, for programs")
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
-    if args.model.suffix != ".skops" and args.model.is_file() and not is_model_file(args.model):
-        return _describe_recording(args)
-    model = SavedModel(args.model)
-    sentences = list(limits(model))
-    if args.json:
-        print(json.dumps(model.summary | {"limits": sentences}))
-        return 0
-    for name, text in model_card(model).items():
-        print(_wrapped(f"{name:<22}", text))
-    print("Limits")
-    for sentence in sentences:
-        print(_wrapped("  - ", sentence))
+    path = args.model
+    if path.suffix != ".skops" and path.is_file() and not is_model_file(path):
+        with as_command_error():
+            channels = list_channels(path)
+            rpm = ListedRecording(None, path.name, path).with_speed().rpm
+        facts = {"file": str(path), "rpm": rpm, "channels": records(channels)}
+        speed = "not stated" if rpm is None else f"{rpm:g} rpm"
+        lines = [channels.astype(object).fillna("-").to_string(), f"Shaft speed: {speed}"]
+    else:
+        model = SavedModel(path)
+        limited = model.detector or model.diagnoser
+        further = {"steps": _steps(model.diagnoser)}
+        if model.healthy is not None and answers(limited).alarm:
+            further["healthy_limits"] = limits_basis(limited, model.rows)
+        sentences = limits(model)
+        lines = [_line(*each) for each in (model.summary | further).items()]
+        lines += ["Limits", *(f"  - {sentence}" for sentence in sentences)]
+        facts = model.summary | {"limits": sentences}
+    print(json.dumps(facts) if args.json else "\n".join(lines))
     return 0
 
 
-def _describe_recording(args):
-    with as_command_error():
-        channels = list_channels(args.model)
-        rpm = ListedRecording(None, args.model.name, args.model).with_speed().rpm
-    rows = channels.astype(object).where(channels.notna(), None)
-    if args.json:
-        print(
-            json.dumps({"file": str(args.model), "rpm": rpm, "channels": rows.to_dict("records")})
-        )
-        return 0
-    speed = "not stated" if rpm is None else f"{rpm:g} rpm"
-    print(rows.fillna("-").to_string(), f"Shaft speed: {speed}", sep="\n")
-    return 0
-
-
-def _wrapped(head, text):
-    indent = " " * len(head)
-    return textwrap.fill(text, 100, initial_indent=head, subsequent_indent=indent, **_LAYOUT)
-
-
-def model_card(model: SavedModel) -> dict[str, str]:
-    """Return names and texts of all that is known of a model."""
-    facts = {"model": model.path, "steps": _steps(model.diagnoser)} | model.facts
-    limited = model.detector or model.diagnoser
-    if model.healthy is not None and answers(limited).alarm:
-        facts["healthy_limits"] = limits_basis(limited, model.rows)
-    return {name.replace("_", " "): _fact_text(name, value) for name, value in facts.items()}
-
-
-def _fact_text(name, value):
-    if value in (None, []):
-        return "not stated"
+def _line(name, value):
     values = value if isinstance(value, list) else [value]
     texts = (f"{each:g}" if isinstance(each, float) else str(each) for each in values)
-    return f"{', '.join(texts)} {_UNITS.get(name, '')}".rstrip()
+    text = "not stated" if value in (None, []) else f"{', '.join(texts)} {_UNITS.get(name, '')}"
+    return f"{name.replace('_', ' '):<22}{text}".rstrip()
 
 
-def limits(model: SavedModel) -> Iterator[str]:
-    """Yield sentences on what a model cannot do."""
+def limits(model: SavedModel) -> list[str]:
+    """Return sentences on what a model cannot do."""
     facts, can, is_detector = model.facts, model.can, model.can.conditions is None
     cases = {
         "It distinguishes healthy from faulty and names no fault.": is_detector,
         "It names the most similar of its conditions. A fault that it was not trained on gets one "
         "of these names, too.": not is_detector,
-        "The p-value reveals most such faults at the training speeds, and few at others.": (
-            model.known is not None
-        ),
-        "Its training speeds are not known.": not model.train_rpm,
         "It can recognise conditions at other speeds than those of the training. Its confidence "
         "and its detection threshold hold at these speeds only.": (
             model.train_rpm and not is_detector
@@ -111,15 +78,12 @@ def limits(model: SavedModel) -> Iterator[str]:
         "It was calibrated at one speed, or without speeds: at other speeds, healthy windows may "
         "raise alarms.": is_detector and len(can.speeds) < 2,
         "The sampling rate of recordings cannot be checked.": model.sampling_rate is None,
-        f"Another version of skarxlag saved it; this is {__version__}.": (
-            facts.get("skarxlag") != __version__
-        ),
     }
-    yield from (sentence for sentence, holds in cases.items() if holds)
+    found = [sentence for sentence, holds in cases.items() if holds]
     if facts.get("n_windows") and facts.get("false_alarm_rate"):
-        n_healthy = facts["n_windows"][0]
-        rows = f"{n_healthy} healthy {model.rows}"
-        yield from few_rows(rows, n_healthy, facts["false_alarm_rate"] / can.n_outputs)
+        n_healthy, rate = facts["n_windows"][0], facts["false_alarm_rate"]
+        found += few_rows(f"{n_healthy} healthy {model.rows}", n_healthy, rate / can.n_outputs)
+    return found
 
 
 def limits_basis(model: Any, rows: str) -> str:

@@ -3,7 +3,7 @@
 import json
 import os
 import sys
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
 
@@ -35,27 +35,41 @@ class Journal:
 
     def __enter__(self) -> Self:
         """Read the results of an earlier run if it had the same model and settings."""
-        with ExitStack() as stack:
-            self._file = _opened(self.path, stack)
-            self._finished = self._read()
-            self._stack = stack.pop_all()
+        refusal = CommandError(
+            f"{self.path}: exists and is no journal of this command; move it away"
+        )
+        if self.path.is_symlink() or (self.path.exists() and not self.path.is_file()):
+            raise refusal
+        self._file = open(self.path, "r+b", 0, opener=lambda path, _: os.open(path, _FLAGS, 0o600))
+        try:
+            _lock(self._file)
+            content = self._file.read()
+            # A full disk may have kept the first bytes only.
+            if not _START.startswith(content[: len(_START)]):
+                raise refusal
+            self._finished = self._read(content)
+        except BaseException:
+            self._file.close()
+            raise
         return self
 
-    def _read(self):
-        finished = {}
-        head, *lines = self._file.readlines() or [b""]
-        if head == self._head:
-            for line in lines:
-                # Recordings of damaged lines are diagnosed once more.
-                with suppress(LookupError, TypeError, ValueError, RecursionError):
-                    finished |= _result(json.loads(line))
-            # The last line may be incomplete.
-            self._file.write(b"\n")
-        else:
+    def _read(self, content):
+        head, *lines = content.splitlines(keepends=True) or [b""]
+        if head != self._head:
             self._file.seek(0)
             self._file.truncate()
             self._file.write(self._head)
-        self._file.flush()
+            return {}
+        finished = {}
+        for line in lines:
+            # Recordings of damaged lines are diagnosed once more.
+            with suppress(AttributeError, LookupError, TypeError, ValueError, RecursionError):
+                entry = json.loads(line)
+                key, windows = entry.pop("recording"), pd.DataFrame(entry.pop("windows"))
+                found = Diagnosis(windows=windows, **entry)
+                finished |= {key: found} if found.is_whole else {}
+        # The last line may be incomplete.
+        self._file.write(b"\n")
         return finished
 
     def __exit__(self, kind: object, *exception: object) -> None:
@@ -63,7 +77,7 @@ class Journal:
             self.path.unlink()
         else:
             print(f"{self.path}: the same command goes on from here", file=sys.stderr)
-        self._stack.close()
+        self._file.close()
 
     def result(self, recording: ListedRecording) -> Diagnosis | None:
         """Return the result of an earlier run if the recording has not changed since, or None."""
@@ -78,68 +92,32 @@ class Journal:
             line = vars(diagnosis) | {"windows": windows}
             line |= {"recording": _key(recording, diagnosis.file)}
             self._file.write(_encoded(line))
-            self._file.flush()
 
 
 def _key(recording, state):
     """Return all that the result of a recording depends on, as text."""
-    stated = [recording.channel, recording.sampling_rate, recording.rpm, recording.dtype]
     log = Path(recording.speed_source or "")
-    stated += [str(log), log.stat().st_mtime_ns if log.is_file() else 0, recording.pulses_per_turn]
-    return json.dumps([recording.name, str(recording.path), state, stated])
-
-
-def _result(line):
-    found = Diagnosis(
-        dict(line["verdict"]),
-        pd.DataFrame(line["windows"]),
-        line["sampling_rate"],
-        tuple(line["remarks"]),
-    )
-    if not found.is_whole:
-        raise ValueError("no result of a recording")
-    return {line["recording"]: found}
+    return json.dumps([repr(recording), state, log.stat().st_mtime_ns if log.is_file() else 0])
 
 
 def _encoded(line):
     return (json.dumps(line) + "\n").encode()
 
 
-def _opened(path, stack):
-    """Open a journal and lock it until the stack is closed."""
-    refusal = CommandError(f"{path}: exists and is no journal of this command; move it away")
-    if path.is_symlink() or (path.exists() and not path.is_file()):
-        raise refusal
-    file = os.fdopen(os.open(path, _FLAGS, 0o600), "r+b")
-    stack.callback(_close, file)
+def _lock(file):
+    """Lock a file, or raise an error if another process holds it."""
     try:
-        _lock(file)
+        if os.name == "nt":
+            import msvcrt
+
+            file.seek(2**30)
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+            file.seek(0)
+        else:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
         raise CommandError(
-            f"{path}: another run is writing these results; wait for it, or choose another -o"
+            f"{file.name}: another run is writing these results; wait for it, or choose another -o"
         ) from error
-    # A full disk may have kept the first bytes only.
-    if not _START.startswith(file.read(len(_START))):
-        raise refusal
-    file.seek(0)
-    return file
-
-
-def _close(file):
-    # The disk may be full: what is still in memory is lost then.
-    with suppress(OSError):
-        file.close()
-
-
-def _lock(file):
-    """Lock a file, or raise OSError if another process holds it."""
-    if os.name == "nt":
-        import msvcrt
-
-        file.seek(2**30)
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-        file.seek(0)
-    else:
-        import fcntl
-
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

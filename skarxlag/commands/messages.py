@@ -1,14 +1,10 @@
 """Messages of the commands: errors in one line, names and numbers, and progress."""
 
 import argparse
-import os
-import re
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
-from time import perf_counter
-from typing import Self
 
 
 class UsageError(Exception):
@@ -20,15 +16,14 @@ class CommandError(Exception):
 
 
 @contextmanager
-def as_command_error(*kinds: type[Exception]) -> Iterator[None]:
+def as_command_error() -> Iterator[None]:
     """Turn errors of readers, writers and estimators on bad input into a `CommandError`."""
-    kinds = kinds or (OSError, ValueError, ImportError)
     try:
         yield
     except BrokenPipeError:
         # The reader of the output has closed it, which is no mistake.
         raise
-    except kinds as error:
+    except (OSError, ValueError, ImportError) as error:
         raise CommandError(" ".join(str(error).split())) from error
 
 
@@ -48,22 +43,6 @@ def printable(text: object) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
-def below_common_folder(names: Iterable[str]) -> tuple[str, list[str]]:
-    """Remove the common parent folder from all names; return the folder and the shorter names.
-
-    >>> below_common_folder(["/data/rig/day 1/a.npy", "/data/rig/day 2/b.npy"])
-    ('/data/rig/', ['day 1/a.npy', 'day 2/b.npy'])
-    >>> below_common_folder(["/a.npy", "/b.npy"])
-    ('', ['/a.npy', '/b.npy'])
-    """
-    names = list(names)
-    # Names in a table have slashes on every system, so commonpath does not fit.
-    folder = re.sub(r"[^/\\]*\Z", "", os.path.commonprefix(names))  # noqa: RUF071
-    if len(names) < 2 or not folder.strip("./\\"):
-        return "", names
-    return folder, [name.removeprefix(folder) for name in names]
-
-
 def percent(probability: float) -> str:
     """Return the probability of a verdict in percent. No verdict is certain: at most 99.9 %.
 
@@ -73,24 +52,21 @@ def percent(probability: float) -> str:
     return f"{min(probability, 0.999):.1%}"
 
 
-def counted(number: int, things: str) -> str:
-    """Return a number and the noun that it counts, in the singular for one.
+def listed(speeds: Iterable[float]) -> str:
+    """Return speeds as text.
 
-    >>> counted(1, "recordings"), counted(1, "stretches"), counted(2, "windows")
-    ('1 recording', '1 stretch', '2 windows')
+    >>> listed([300.0, 1797.5])
+    '300, 1797.5'
     """
-    if number == 1:
-        things = things.removesuffix("es") if things.endswith("ches") else things.removesuffix("s")
-    return f"{number} {things}"
+    return ", ".join(f"{speed:g}" for speed in speeds)
 
 
 def add_progress_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare how much the command prints while it works."""
     how_much = parser.add_mutually_exclusive_group()
     how_much.add_argument("-q", "--quiet", action="store_true", help="print no progress")
-    how_much.add_argument(
-        "-v", "--verbose", action="store_true", help="print details of each step, and the time"
-    )
+    text = "print details of each step"
+    how_much.add_argument("-v", "--verbose", action="store_true", help=text)
 
 
 def say(text: object) -> None:
@@ -107,20 +83,11 @@ def report_progress(args: argparse.Namespace, line: str) -> None:
 class Progress:
     """Lines on standard error that count the steps of a command."""
 
-    def __init__(self, total: int, unit: str, args: argparse.Namespace) -> None:
-        self._total, self._unit, self._args = total, unit, args
-        self._done, self._started = 0, perf_counter()
+    def __init__(self, total: int, args: argparse.Namespace) -> None:
+        self._total, self._args, self._done = total, args, 0
 
     def step(self, line: str, details: str = "") -> None:
         """Count a step; show its line, with details if they are asked for."""
         self._done += 1
         shown = f" ({details})" if self._args.verbose and details else ""
         report_progress(self._args, f"[{self._done}/{self._total}] {line}{shown}")
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: object, *exception: object) -> None:
-        if self._args.verbose and kind is None:
-            seconds = perf_counter() - self._started
-            report_progress(self._args, f"{counted(self._done, self._unit)} in {seconds:.1f} s")

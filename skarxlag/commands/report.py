@@ -17,8 +17,8 @@ from .._version import __version__
 from ..recordings.listing import ListedRecording
 from ..verdicts import NO_SIGNAL, NO_VERDICT
 from .diagnosis import Diagnosis
-from .messages import CommandError, below_common_folder, counted, percent, require
-from .results import MARK, agreement
+from .messages import CommandError, percent, require
+from .results import MARK, agreement, records
 
 #: Recordings with figures, the worst first.
 MOST_DRAWN = 50
@@ -50,35 +50,31 @@ def html_report(
     and the worst 50 of them have figures, in which the orders of `faults` are marked.
     """
     missing, page = why_no_figures(), template()
-    folder, names = below_common_folder(rows["recording"])
     verdicts = rows["verdict"].astype(str)
     severity = [_severity(verdict, model) for verdict in verdicts]
     severity = pd.Categorical(severity, _SEVERITIES, ordered=True)
-    rows = rows.assign(recording=names, verdict=verdicts, severity=severity)
-    ranked = rows.sort_values("probability", ascending=False, na_position="first", kind="stable")
-    ranked = ranked.sort_values("severity", kind="stable")
-    entries = ranked.astype(object).where(ranked.notna(), None).to_dict("records")
+    rows = rows.assign(verdict=verdicts, severity=severity)
+    by = {"severity": True, "probability": False}
+    ranked = rows.sort_values([*by], ascending=[*by.values()], na_position="first")
+    entries = records(ranked)
     detailed = [each for each in entries if each["severity"] != "healthy"]
-    n_drawn = 0 if missing else min(len(detailed), MOST_DRAWN)
-    for rank, (place, entry) in enumerate(zip(ranked.index, entries, strict=True)):
+    drawn = [] if missing else ranked.index[: min(len(detailed), MOST_DRAWN)]
+    for place, entry in zip(ranked.index, entries, strict=True):
         entry["remarks"], entry["figures"] = diagnoses[place].remarks, []
-        if rank < n_drawn:
-            source = recordings[place], diagnoses[place]
-            entry["figures"] = _figures(*source, model, resample, faults)
+    for place, entry in zip(drawn, entries, strict=False):
+        entry["figures"] = _figures(recordings[place], diagnoses[place], model, resample, faults)
     return page.render(
-        title=f"Diagnosis of {counted(len(rows), 'recordings')}",
         mark=MARK,
         percent=percent,
         saved=f"{datetime.now(UTC):%Y-%m-%d}, skarxlag {__version__}",
         model=model,
-        folder=folder,
         counts=Counter((each["verdict"], each["severity"]) for each in entries).items(),
         accuracy=_accuracy(rows, model.conditions),
         agreement=agreement(rows, model),
         entries=entries,
         detailed=detailed,
         missing=missing,
-        n_drawn=n_drawn,
+        n_drawn=len(drawn),
     )
 
 
@@ -96,9 +92,7 @@ def _severity(verdict, model):
 
 
 def _accuracy(rows, conditions):
-    """Return counts of verdicts (columns) by stated condition (rows), or None."""
-    if "condition" not in rows:
-        return None
+    """Return counts of verdicts (columns) by stated condition (rows)."""
     known = rows[rows["condition"].notna() & (rows["error"] == "")]
     counts = pd.crosstab(known["condition"], known["verdict"])
     names = dict.fromkeys([*map(str, conditions), *counts.index, *counts.columns])
@@ -108,15 +102,15 @@ def _accuracy(rows, conditions):
 
 def _figures(recording, diagnosis, model, resample, faults):
     """Return captions and figures of a recording; none if it failed or cannot be read again."""
-    windows = diagnosis.windows
+    windows, verdict = diagnosis.windows, str(diagnosis.verdict["verdict"])
     if windows is None:
         return []
-    rate = diagnosis.sampling_rate or model.sampling_rate
+    rate, found = diagnosis.sampling_rate or model.sampling_rate, []
     # Equal verdicts would give straight lines.
-    is_even = len(windows[["verdict", "alarm"]].drop_duplicates()) == 1
-    found = [] if is_even else [_timeline(windows, rate)]
-    chosen = np.flatnonzero(windows["verdict"].astype(str) == str(diagnosis.verdict["verdict"]))
-    if diagnosis.verdict["verdict"] != NO_SIGNAL and len(chosen) > 0:
+    if len(windows[["verdict", "alarm"]].drop_duplicates()) > 1:
+        found.append(("Windows of the recording", _drawn(partial(_timeline, windows, rate))))
+    chosen = np.flatnonzero(windows["verdict"].astype(str) == verdict)
+    if verdict != NO_SIGNAL and len(chosen) > 0:
         place = chosen[len(chosen) // 2]
         with suppress(OSError, ValueError, ImportError, CommandError):
             found += _typical_row(recording, model, resample, faults, place, rate)
@@ -124,13 +118,12 @@ def _figures(recording, diagnosis, model, resample, faults):
 
 
 def _typical_row(recording, model, resample, faults, place, rate):
-    """Return caption and figure of a row, if there is a display for the model."""
+    """Yield caption and figure of a row, if there is a display for the model."""
     from ..plotting import EnvelopeSpectrumDisplay, IdentificationDisplay, OrderSpectrumDisplay
 
-    rows = chain.from_iterable(X for X, _ in model.windows(recording, resample))
+    rows = chain.from_iterable(model.windows(recording, resample)[0])
     row = next(islice(rows, place, None))
-    estimator = model.fitted(row, rate)
-    rpm = None
+    estimator, rpm = model.fitted(row, rate), None
     if model.takes_rpm:
         start = [place * row.shape[-1]]
         rpm = np.atleast_1d(recording.with_speed().speeds(start, row.shape[-1], rate))[0]
@@ -143,32 +136,27 @@ def _typical_row(recording, model, resample, faults, place, rate):
         # The displays refuse estimators that they cannot draw.
         with suppress(ValueError, AttributeError):
             image = _drawn(partial(display.from_estimator, estimator, row, **options))
-            return [(f"Row {place}: {caption}", image)]
-    return []
+            yield f"Row {place}: {caption}", image
+            return
 
 
 def _timeline(windows, rate):
     """Draw the probability of each condition over the recording."""
+    from matplotlib import pyplot
+
+    from ..plotting import condition_styles
+
     names = [name for name in windows if name.startswith("probability of ")] or ["score"]
     time, unit = windows["start"] / (rate or 1), "samples" if rate is None else "s"
-
-    def draw():
-        from matplotlib import pyplot
-
-        from ..plotting import condition_styles
-
-        _, ax = pyplot.subplots(figsize=(6.4, 2.2), layout="constrained")
-        for name, style in condition_styles(names).items():
-            few = {} if len(windows) < 40 else {"marker": ""}
-            label = name.removeprefix("probability of ")
-            ax.plot(time, windows[name], label=label, **style | few)
-        alarm, dead = time[windows["alarm"] == 1], time[windows["quality"] != "good"]
-        ax.plot(alarm, 0 * alarm + 1, "|", label="alarm", color="gray", clip_on=False)
-        ax.plot(dead, 0 * dead, "x", label=NO_SIGNAL, color="gray")
-        ax.set(xlabel=f"Time ({unit})", ylabel=names[0].split()[0].capitalize())
-        ax.legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize="small", frameon=False)
-
-    return "Windows of the recording", _drawn(draw)
+    _, ax = pyplot.subplots(figsize=(6.4, 2.2), layout="constrained")
+    for name, style in condition_styles(names).items():
+        few = {} if len(windows) < 40 else {"marker": ""}
+        ax.plot(time, windows[name], label=name.removeprefix("probability of "), **style | few)
+    alarm, dead = time[windows["alarm"] == 1], time[windows["quality"] != "good"]
+    ax.plot(alarm, 0 * alarm + 1, "|", label="alarm", color="gray", clip_on=False)
+    ax.plot(dead, 0 * dead, "x", label=NO_SIGNAL, color="gray")
+    ax.set(xlabel=f"Time ({unit})", ylabel=names[0].split()[0].capitalize())
+    ax.legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize="small", frameon=False)
 
 
 def _drawn(draw):

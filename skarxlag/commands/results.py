@@ -1,9 +1,8 @@
 """Files of results: a row for each recording and a row for each window, in several formats."""
 
-import io
 import json
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import pandas as pd
 
 from .._files import write_atomically
 from ..fault_places import place_of_label
+from ..recordings.formats.text import distinct
 from ..recordings.listing import ListedRecording
 from .diagnosis import Diagnosis
 from .messages import UsageError, percent, printable
@@ -44,7 +44,7 @@ def check_output(
     inputs: Iterable[Any],
     is_own: Callable[[Path], bool],
     force: bool,
-    suffixes: Sequence[str] = (),
+    suffixes: tuple[str, ...] = ("",),
 ) -> None:
     """Refuse an output before anything is computed.
 
@@ -52,16 +52,16 @@ def check_output(
     exists, is not of the same kind (`is_own`) and `force` is not given.
     """
     where = f"argument -o/--output: {output}"
-    if suffixes and output.suffix.lower() not in suffixes:
-        raise UsageError(f"{where}, expected a name that ends in {', '.join(suffixes)}")
-    if not output.parent.is_dir() or output.is_dir():
-        raise UsageError(f"{where}, expected a file in a folder that exists")
-    if not output.exists():
-        return
-    if any(output.samefile(each) for each in inputs if each is not None and os.path.exists(each)):
-        raise UsageError(f"{where} is an input, which is not replaced")
-    if output.is_file() and output.stat().st_size and not force and not is_own(output):
-        raise UsageError(f"{where} exists and was not written by this command; --force replaces it")
+    is_named = output.suffix.lower().endswith(suffixes)
+    if not is_named or not output.parent.is_dir() or output.is_dir():
+        expected = f"expected a file in a folder that exists, named *{', *'.join(suffixes)}"
+        raise UsageError(f"{where}, {expected}")
+    if output.exists():
+        if any(output.samefile(each) for each in inputs if each and os.path.exists(each)):
+            raise UsageError(f"{where} is an input, which is not replaced")
+        if output.is_file() and output.stat().st_size and not force and not is_own(output):
+            expected = "--force replaces it"
+            raise UsageError(f"{where} exists and was not written by this command; {expected}")
 
 
 def is_result_file(path: Path) -> bool:
@@ -78,16 +78,13 @@ def recording_rows(
     """Return a row for each recording: verdict, healthy condition, remarks, error, stated facts."""
     rows = []
     for recording, diagnosis in zip(recordings, diagnoses, strict=True):
-        stated = {"condition": recording.condition, "rpm": recording.rpm}
-        row = {"recording": printable(recording.name)} | diagnosis.verdict
-        row |= {"healthy": healthy, "remark": " ".join(diagnosis.remarks)}
-        row |= {"error": printable(diagnosis.error or "")}
-        row |= {name: value for name, value in stated.items() if value is not None}
+        row = dict.fromkeys(_FIRST) | diagnosis.verdict
+        row |= {"recording": printable(recording.name), "healthy": healthy}
+        row |= {"remark": " ".join(diagnosis.remarks), "error": printable(diagnosis.error or "")}
+        row |= {"condition": recording.condition, "rpm": recording.rpm}
         rows.append(row | {f"stated {name}": text for name, text in recording.further.items()})
-    table = pd.DataFrame(rows)
-    table = table.reindex(columns=[*_FIRST, *(name for name in table if name not in _FIRST)])
-    table["alarm"] = table["alarm"].fillna("-")
-    return machine_names(table.astype({"windows": "Int64", "no signal": "Int64"}))
+    table = pd.DataFrame(rows).astype({"windows": "Int64", "no signal": "Int64"})
+    return machine_names(table.assign(alarm=table["alarm"].fillna("-")))
 
 
 def agreement(rows: pd.DataFrame, model: Any) -> tuple[int, int]:
@@ -96,8 +93,6 @@ def agreement(rows: pd.DataFrame, model: Any) -> tuple[int, int]:
     A model of places takes the place that the name of a condition says, if it does not know the
     name itself. A model of the healthy condition alone agrees by its alarm.
     """
-    if "condition" not in rows:
-        return 0, 0
     rows = rows[rows["condition"].notna() & (rows["error"] == "")]
     stated, known = rows["condition"], set(map(str, model.conditions))
     if len(known) == 1:
@@ -121,57 +116,46 @@ def machine_names(table: pd.DataFrame) -> pd.DataFrame:
     """Return a table whose column names have no blanks and are unique.
 
     >>> list(machine_names(pd.DataFrame(columns=["p-value", "share of a b", "share of a_b"])))
-    ['p_value', 'share_of_a_b', 'share_of_a_b_2']
+    ['p_value', 'share_of_a_b', 'share_of_a_b.1']
     """
     plain = ["_".join(str(name).replace("p-value", "p_value").split()) for name in table]
-    number = pd.Series(plain).groupby(plain).cumcount() + 1
-    names = [f"{name}_{n}" if n > 1 else name for name, n in zip(plain, number, strict=True)]
-    return table.set_axis(names, axis=1)
+    return table.set_axis(distinct(plain), axis=1)
 
 
 def write_tables(
     output: Path, recordings: pd.DataFrame, windows: pd.DataFrame, summary: dict[str, Any]
 ) -> None:
     """Write csv, json or parquet, as the suffix says; json holds the summary of the model, too."""
-    if output.suffix.lower() == ".json":
-        write_atomically(output, _json(recordings, windows, summary))
-        return
-    encode = _csv if output.suffix.lower() == ".csv" else _parquet
-    for path, frame in zip(result_paths(output), (recordings, windows), strict=True):
-        write_atomically(path, encode(frame))
-
-
-def _csv(frame):
-    """Put an apostrophe before texts that a spreadsheet would run as a formula."""
-    texts = frame.select_dtypes(["object", "string"])
-    safe = frame.assign(**{name: texts[name].map(_inert) for name in texts})
-    return safe.rename(columns=_inert).to_csv(index=False).encode()
+    suffix, tables = output.suffix.lower(), [recordings, windows]
+    if suffix == ".json":
+        rows = [row | {"window_rows": []} for row in records(recordings)]
+        of_windows = records(windows.drop(columns="recording"))
+        for place, row in zip(windows.index, of_windows, strict=True):
+            rows[place]["window_rows"].append(row)
+        content = json.dumps({"format": MARK, "model": summary, "recordings": rows})
+        contents = [f"{content}\n".encode()]
+    elif suffix == ".csv":
+        texts = [frame.select_dtypes(["object", "string"]).map(_inert) for frame in tables]
+        tables = [frame.assign(**own) for frame, own in zip(tables, texts, strict=True)]
+        contents = [each.rename(columns=_inert).to_csv(index=False).encode() for each in tables]
+    else:
+        for frame in tables:
+            # pandas writes the attributes into the metadata of the file.
+            frame.attrs["format"] = MARK
+        contents = [frame.to_parquet(engine="pyarrow", index=False) for frame in tables]
+    for path, content in zip(result_paths(output), contents, strict=True):
+        write_atomically(path, content)
 
 
 def _inert(value):
+    """Put an apostrophe before a text that a spreadsheet would run as a formula."""
     is_formula = isinstance(value, str) and len(value) > 1 and value.startswith(_FORMULA)
     return f"'{value}" if is_formula else value
 
 
-def _json(recordings, windows, summary):
-    rows = [row | {"window_rows": []} for row in _records(recordings)]
-    of_windows = _records(windows.drop(columns="recording"))
-    for place, row in zip(windows.index, of_windows, strict=True):
-        rows[place]["window_rows"].append(row)
-    return (json.dumps({"format": MARK, "model": summary, "recordings": rows}) + "\n").encode()
-
-
-def _records(frame):
-    """Return rows as JSON has them: missing values are null."""
+def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return rows as JSON has them: missing values are None."""
     return frame.astype(object).where(frame.notna(), None).to_dict("records")
-
-
-def _parquet(frame):
-    file = io.BytesIO()
-    # pandas writes the attributes into the metadata of the file.
-    frame.attrs["format"] = MARK
-    frame.to_parquet(file, engine="pyarrow", index=False)
-    return file.getvalue()
 
 
 def verdict_table(rows: pd.DataFrame) -> str:
@@ -187,9 +171,7 @@ def verdict_table(rows: pd.DataFrame) -> str:
     """
     table = rows.set_index("recording").rename_axis(None)
     table["alarm"] += table["p_value"].map(" (p {:.2g})".format, na_action="ignore").fillna("")
-    table["probability"] = table["probability"].map(percent, na_action="ignore")
-    forms = {"condition": "{}", "rpm": "{:g}", "verdict": "{}", "probability": "{}"}
-    is_known = table.notna().any()
-    shown = [name for name in [*forms, "alarm"] if name in table and is_known[name]]
-    texts = [table[name].map(forms.get(name, "{}").format, na_action="ignore") for name in shown]
-    return pd.concat(texts, axis=1).astype(object).fillna("-").to_string()
+    forms = {"condition": str, "rpm": "{:g}".format, "verdict": str, "probability": percent}
+    forms = {name: form for name, form in (forms | {"alarm": str}).items() if name in table}
+    texts = {name: table[name].map(form, na_action="ignore") for name, form in forms.items()}
+    return pd.DataFrame(texts).dropna(axis=1, how="all").astype(object).fillna("-").to_string()

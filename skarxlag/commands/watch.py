@@ -1,14 +1,25 @@
-"""``skarxlag watch``: verdicts on a running sensor."""
+"""Diagnose a running sensor with a diagnoser that `fit` saved.
+
+SOURCE is - for standard input, a file that grows, a named pipe or serial device, or a folder into
+which a logger drops files. Streams and growing files hold csv lines, or raw samples with --dtype;
+files in a folder are of any format that diagnose reads. Writes one line of JSON for each window to
+standard output, or fewer with --every, and a summary to standard error. The alarm takes the healthy
+limits that `fit` saved in the model. Ends with the input, or on Ctrl-C. Instead of MODEL.skops and
+SOURCE, a csv table names several sensors in the columns name, source and model, and optionally
+channel and rpm. Several channels are separated by ; with the output first. With --timed-files, a
+file begins at the date that it states, or else its time of modification is that of its last sample.
+With --state, a later run continues from there.
+"""
 
 import argparse
 import signal
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from ..recordings.listing import positive
 from ..recordings.speeds import TACHO, read_texts
 from .arguments import channel_names, flag, option, positive_int, positive_number, refuse
 from .messages import CommandError, as_command_error, say
@@ -23,66 +34,45 @@ def _speed_or_tacho(text):
     return text if text.startswith(TACHO) else positive_number(text)
 
 
-_DESCRIPTION = """\
-Diagnose a running sensor with a diagnoser that `fit` saved. SOURCE is - for standard input, a file
-that grows, a named pipe or serial device, or a folder into which a logger drops files. Streams and
-growing files hold csv lines, or raw samples with --dtype; files in a folder are of any format that
-diagnose reads. Writes one line of JSON for each window to standard output, or fewer with --every,
-and a summary to standard error. The alarm takes the healthy limits that `fit` saved in the model.
-Ends with the input, or on Ctrl-C. Instead of MODEL.skops and SOURCE, a csv table names several
-sensors in the columns name, source and model, and optionally channel and rpm.
-"""
-
-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.description = _DESCRIPTION
-    text = "file that fit has saved, or a csv table"
-    parser.add_argument("model", type=Path, metavar="MODEL.skops", help=text)
-    text = "file or folder; default: standard input"
-    parser.add_argument("source", nargs="?", metavar="SOURCE", help=text)
-
-    def seconds(name, text):
-        option(parser, name, text, positive_number, "SECONDS")
-
-    text = "of raw samples: <i2, or '(4,)<f4' for four interleaved channels"
-    option(parser, "--dtype", text, metavar="TYPE")
-    text = "name, position or pattern such as *DE_time of the column or channel; several are "
-    text += "separated by ; with the output first; default: all but a column of times"
+    parser.add_argument("model", type=Path, metavar="MODEL.skops", help="or a csv table")
+    parser.add_argument("source", nargs="?", metavar="SOURCE", help="default: standard input")
+    option(parser, "--dtype", "of raw samples: <i2, or '(4,)<f4' for 4 channels", metavar="TYPE")
+    text = "name, position or pattern such as *DE_time; default: all but a column of times"
     option(parser, "--channel", text, channel_names, "NAME")
     option(parser, "--sampling-rate", "default: the model's", positive_number, "HZ")
     speed = parser.add_mutually_exclusive_group()
-    text = "shaft speed, if the model uses it, or a channel of pulses as tacho:CHANNEL"
-    option(speed, "--rpm", text, _speed_or_tacho, "RPM")
+    option(speed, "--rpm", "shaft speed, or pulses as tacho:CHANNEL", _speed_or_tacho, "RPM")
     option(speed, "--rpm-column", "csv column of shaft speeds", metavar="NAME")
     option(parser, "--pulses-per-turn", "of the tachometer; default: 1", positive_int)
     option(parser, "--time-column", "csv column of times; none: ignore times", metavar="NAME")
     option(parser, "--hop", "between windows; default: their length", int, "SAMPLES")
-    seconds("--half-life", "of evidence; default: 10")
-    text = "mean signal between false alarms; default: 1000"
-    option(parser, "--false-alarm-interval", text, positive_number, "HOURS")
-    text = "there may be gaps between the files of a folder: a file begins at the date that it "
-    text += "states, or else its time of modification is that of its last sample"
-    flag(parser, "--timed-files", text)
-    seconds("--gap-tolerance", "lateness that is no gap; default: half a window")
-    text = "continue from here, and save every minute; with a table, a folder"
-    option(parser, "--state", text, Path, "FILE.json")
-    seconds("--idle", "end after so long without anything new; default: never")
-    seconds("--poll", "pause between looks; default: 0.2")
-    seconds("--settle", "pause after which a file in a folder is finished; default: 2")
-    seconds("--every", "between lines of JSON, unless the verdict changes; default: every window")
-    seconds("--heartbeat", "without a line, then write a heartbeat; default: never")
+    option(parser, "--false-alarm-interval", "mean; default: 1000", positive_number, "HOURS")
+    flag(parser, "--timed-files", "there may be gaps between the files of a folder")
+    option(parser, "--state", "save every minute; with a table, a folder", Path, "FILE.json")
+    texts = {
+        "--half-life": "of evidence; default: 10",
+        "--gap-tolerance": "lateness that is no gap; default: half a window",
+        "--idle": "end after so long without anything new; default: never",
+        "--poll": "pause between looks; default: 0.2",
+        "--settle": "pause after which a file in a folder is finished; default: 2",
+        "--every": "between lines of JSON, unless the verdict changes; default: every window",
+        "--heartbeat": "without a line, then write a heartbeat; default: never",
+    }
+    for name, text in texts.items():
+        option(parser, name, text, positive_number, "SECONDS")
     option(parser, "--sensor", "stated in each line; default: name of SOURCE", metavar="NAME")
     flag(parser, "-v --verbose", "print one status line a second")
     parser.set_defaults(half_life=10.0, false_alarm_interval=1000.0, poll=0.2, settle=2.0)
-    parser.set_defaults(run=run, fail=parser.error)
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     if args.source is None and is_model_file(args.model):
         args.source = "-"
-    sensors = [args] if args.source is not None else _listed_sensors(args)
+    with as_command_error():
+        sensors = [args] if args.source is not None else _listed_sensors(args)
     if not any(isinstance(each.rpm, str) for each in sensors):
         refuse(args, ["pulses_per_turn"], f"belongs to --rpm {TACHO}CHANNEL")
     models = {path: SavedModel(path) for path in dict.fromkeys(each.model for each in sensors)}
@@ -101,39 +91,31 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _listed_sensors(args):
-    """Arguments of each sensor in a table."""
-    path = args.model
-    with as_command_error():
-        table = read_texts(path)
-        if args.state is not None:
-            args.state.mkdir(parents=True, exist_ok=True)
-    columns = list(table)
-    if not set(_NEEDED) <= set(columns) <= {*_NEEDED, *_FURTHER} or table.empty:
-        raise CommandError(
-            f"{path}: {len(table)} sensors with the columns {', '.join(columns)}; expected "
-            f"{', '.join(_NEEDED)}, and if needed {', '.join(_FURTHER)}"
-        )
-    for name, column in (("sensor", "name"), ("rpm_column", "rpm")):
-        if column in columns:
-            refuse(args, [name], f"{path} has a column {column}")
-    is_repeated, sensors = table["name"].duplicated(keep=False), []
+    """Return the arguments of each sensor in a table."""
+    path, sensors, table = args.model, [], read_texts(args.model)
+    if args.state is not None:
+        args.state.mkdir(parents=True, exist_ok=True)
+    if not {*_NEEDED} <= {*table} <= {*_NEEDED, *_FURTHER} or table.empty:
+        expected = f"{', '.join(_NEEDED)}, and if needed {', '.join(_FURTHER)}"
+        found = f"{len(table)} sensors with the columns {', '.join(table)}"
+        raise CommandError(f"{path}: {found}; expected {expected}")
+    refuse(args, ["sensor"], f"{path} has a column name")
+    if "rpm" in table:
+        refuse(args, ["rpm_column"], f"{path} has a column rpm")
+    is_repeated = table["name"].duplicated(keep=False)
     for line, row in enumerate(table.to_dict("records")):
-        name, where = row["name"], f"{path}, line {line + 2}"
+        name, source, where = row["name"], row["source"], f"{path}, line {line + 2}"
         if not name or Path(name).name != name or is_repeated[line]:
             raise CommandError(f"{where}: name {name!r}, expected a unique name without slashes")
-        if row["source"] in ("", "-"):
-            raise CommandError(f"{where}: source {row['source']!r}, expected a file or a folder")
+        if source in ("", "-"):
+            raise CommandError(f"{where}: source {source!r}, expected a file or a folder")
         own = {"sensor": name, "model": path.parent / row["model"]}
-        own["source"] = str(path.parent / row["source"])
+        own["source"] = str(path.parent / source)
         if row.get("channel"):
             own["channel"] = channel_names(row["channel"])
-        if row.get("rpm"):
-            try:
-                own["rpm"] = _speed_or_tacho(row["rpm"])
-            except argparse.ArgumentTypeError as error:
-                raise CommandError(f"{where}: rpm is {error}") from error
-        if args.state is not None:
-            own["state"] = args.state / f"{name}.json"
+        if rpm := row.get("rpm"):
+            own["rpm"] = rpm if rpm.startswith(TACHO) else positive(where, "rpm", rpm)
+        own["state"] = args.state and args.state / f"{name}.json"
         sensors.append(argparse.Namespace(**vars(args) | own))
     return sensors
 
@@ -142,15 +124,12 @@ def _listed_sensors(args):
 def _stop_signals() -> Iterator[list[Any]]:
     """Collect SIGINT and SIGTERM, so that they end the command where it does no harm."""
     received: list[Any] = []
-    handlers = {}
-    # Python lets only the main thread handle signals.
-    if threading.current_thread() is threading.main_thread():
-        for number in (signal.SIGINT, signal.SIGTERM):
-            handlers[number] = signal.signal(number, lambda *caught: received.append(caught))
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, lambda *caught: received.append(caught)) for number in numbers]
     try:
         yield received
     finally:
-        for number, handler in handlers.items():
+        for number, handler in zip(numbers, before, strict=True):
             signal.signal(number, handler)
 
 
@@ -161,26 +140,22 @@ def _follow(streams, args, signals):
     """
     since, has_failed, is_alone = time.monotonic(), False, len(streams) == 1
     while streams:
-        found = []
+        found = {}
         for stream in streams:
             try:
                 with as_command_error():
-                    found.append(stream.step())
+                    found[stream] = stream.step()
             except CommandError as error:
                 if is_alone:
                     raise
                 stream.say(f"error: {error}; the other sensors are watched on")
-                has_failed = True
-                found.append(None)
-        if any(found):
+                has_failed, found[stream] = True, None
+        if any(found.values()):
             since = time.monotonic()
         elif args.idle is not None and time.monotonic() - since >= args.idle:
             break
-        elif None not in found and not signals:
+        elif None not in found.values() and not signals:
             time.sleep(args.poll)
-        streams = [
-            stream
-            for stream, new in zip(streams, found, strict=True)
-            if new is not None and not (signals and stream.is_at_place)
-        ]
+        streams = [each for each in streams if found[each] is not None]
+        streams = [each for each in streams if not (signals and each.is_at_place)]
     return has_failed

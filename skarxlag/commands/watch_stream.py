@@ -1,16 +1,18 @@
 """One sensor of ``skarxlag watch``: its source, its monitor, its state and its lines."""
 
 import argparse
+import json
+import math
 import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import nullcontext
+from datetime import UTC, datetime
 from pathlib import Path
 
-from ..monitoring import ConditionMonitor
+from ..monitoring import ConditionMonitor, MonitorVerdict
 from ..persistence import load_monitor_state, save_monitor_state
-from ..recordings.formats._contents import ContentError
 from ..recordings.listing import ListedRecording
 from ..recordings.live import Block, from_folder, from_growing_file, from_stream
 from ..recordings.live_samples import RawSamples, TextSamples
@@ -19,9 +21,8 @@ from ..recordings.rates import rates_agree
 from ..recordings.speeds import TACHO, TachoStream
 from ..verdicts import HOLD
 from .arguments import refuse
-from .messages import CommandError, UsageError, as_command_error, say
+from .messages import CommandError, UsageError, as_command_error, listed, percent, printable, say
 from .models import SavedModel
-from .watch_output import VerdictLines, sentence, summary
 
 #: Seconds between two savings of the state.
 _SAVE_EVERY = 60.0
@@ -29,6 +30,9 @@ _SAVE_EVERY = 60.0
 _READING = ("channel", "dtype", "time_column", "rpm_column", "pulses_per_turn")
 #: Arguments of the monitor.
 _SETTINGS = ("hop", "half_life", "false_alarm_interval", "gap_tolerance")
+#: Range of the seconds since 1970 that are taken for dates, from 1973 to 2096. A clock that counts
+#: from the start of a machine is below it.
+_DATES = (1e8, 4e9)
 
 
 class SensorStream:
@@ -55,32 +59,29 @@ class SensorStream:
     def __init__(self, args: argparse.Namespace, model: SavedModel) -> None:
         self._args, self._model = args, model
         self._rate = args.sampling_rate or model.sampling_rate
-        if self._rate is None:
-            raise UsageError(f"argument --sampling-rate: needed, {args.model} states none")
-        if not rates_agree(self._rate, model.sampling_rate):
-            raise UsageError(
-                f"argument --sampling-rate: {self._rate:g}, but {args.model} was fitted at "
-                f"{model.sampling_rate:g} Hz"
-            )
-        path = Path(args.source)
-        self._is_folder = args.source != "-" and path.is_dir()
+        if self._rate is None or not rates_agree(self._rate, model.sampling_rate):
+            stated = f"{self._rate or 'needed'}, but {args.model} states {model.sampling_rate}"
+            raise UsageError(f"argument --sampling-rate: {stated}")
+        path, is_stdin = Path(args.source), args.source == "-"
+        self._is_folder = not is_stdin and path.is_dir()
         is_stated = args.rpm is not None or args.rpm_column is not None or self._is_folder
         if model.can.needs_rpm and not is_stated:
-            listed = ", ".join(f"{speed:g}" for speed in model.train_rpm or model.can.speeds)
-            raise UsageError(f"argument --rpm: needed, {args.model} was fitted at {listed} rpm")
+            fitted = f"{args.model} was fitted at {listed(model.train_rpm)} rpm"
+            raise UsageError(f"argument --rpm: needed, {fitted}")
         self._tacho, self._speed_column = None, args.rpm_column
         if isinstance(args.rpm, str):
             self._tacho = TachoStream(self._rate, args.pulses_per_turn or 1)
             self._speed_column = args.rpm.removeprefix(TACHO)
         self._facts = {name: vars(args)[name] for name in _READING} | {
-            "source": args.source if args.source == "-" else str(path.resolve()),
+            "source": args.source if is_stdin else str(path.resolve()),
             "model": model.identity,
             "sampling_rate": self._rate,
         }
-        sensor = args.sensor or (args.model if args.source == "-" else path).stem
+        sensor = args.sensor or (args.model if is_stdin else path).stem
         self._lines = VerdictLines(sensor, model.healthy, args.every, args.heartbeat)
         self._said, self._limits, self.is_at_place = time.monotonic(), None, True
         self._unread: Counter[str] = Counter()
+        model.check_order(args.source, args.channel)
         with as_command_error():
             self._monitor = ConditionMonitor(
                 model.diagnoser,
@@ -88,13 +89,13 @@ class SensorStream:
                 conditions=None if model.healthy is None else model.conditions,
                 detector=model.detector,
                 window_length=model.window_length,
-                train_rpm=model.train_rpm or (),
+                train_rpm=model.train_rpm,
                 **{name: vars(args)[name] for name in _SETTINGS},
             )
             self._place = self._restored()
             # A file that cannot be written is reported now, not in a minute.
             self.save()
-            self.blocks = self._source(path)
+            self.blocks = self._folder(path) if self._is_folder else self._stream(path)
 
     def say(self, text: str) -> None:
         """Print a line to standard error, after the name of the sensor if the user stated one."""
@@ -120,32 +121,37 @@ class SensorStream:
 
     def save(self) -> None:
         """Save the state, if a later run can continue after the last block."""
-        self._saved = time.monotonic()
-        if self._args.state is not None and self.is_at_place:
+        path, self._saved = self._args.state, time.monotonic()
+        if path is not None and self.is_at_place:
             save_monitor_state(self._monitor, self._args.state, place=self._place, **self._facts)
 
-    def _source(self, path):
+    def _folder(self, path):
+        args, model = self._args, self._model
+        refuse(args, ["time_column", "rpm_column"], "belongs to csv lines, not to a folder")
+        facts = {name: vars(args)[name] for name in ("channel", "dtype")}
+        facts |= {"sampling_rate": self._rate, "rpm": args.rpm}
+        if self._tacho is not None:
+            pulses = args.pulses_per_turn or 1
+            facts |= {"rpm": None, "speed_source": args.rpm, "pulses_per_turn": pulses}
+        options = {
+            "recording": ListedRecording(None, "", Path(), **facts),
+            "n_channels": model.n_channels,
+            "window_length": model.window_length,
+            "settle": args.settle,
+            "has_times": args.timed_files,
+            "takes_rpm": model.takes_rpm,
+            "needs_rpm": model.can.needs_rpm,
+        }
+        return from_folder(path, options, self.say, self._place)
+
+    def _stream(self, path):
         args, length = self._args, self._model.window_length
-        self._model.check_order(args.source, args.channel)
-        if self._is_folder or args.dtype:
-            source = "a folder" if self._is_folder else "raw samples"
-            refuse(args, ["time_column", "rpm_column"], f"belongs to csv lines, not to {source}")
-        if self._is_folder:
-            options = {
-                "recording": self._recording(),
-                "n_channels": self._model.n_channels,
-                "window_length": length,
-                "settle": args.settle,
-                "has_times": args.timed_files,
-                "takes_rpm": self._model.takes_rpm,
-                "needs_rpm": self._model.can.needs_rpm,
-            }
-            return from_folder(path, options, self.say, self._place)
         if args.dtype is None:
             tolerance = args.gap_tolerance or 0.5 * length / self._rate
             times = StreamTimes(args.time_column, self._rate, tolerance, length)
             parser = TextSamples(args.channel, times, self._speed_column)
         else:
+            refuse(args, ["time_column", "rpm_column"], "belongs to csv lines, not to raw samples")
             parser = RawSamples(args.dtype, args.channel, self._speed_column)
         self._unread = parser.unread
         if args.source == "-":
@@ -157,14 +163,6 @@ class SensorStream:
         if not path.is_file():
             raise FileNotFoundError(f"{path}: no such file or folder")
         return from_growing_file(path, parser, self.say, self._place)
-
-    def _recording(self):
-        """Facts of the files of a folder."""
-        args, speed = self._args, {"rpm": self._args.rpm}
-        if self._tacho is not None:
-            speed = {"speed_source": args.rpm, "pulses_per_turn": args.pulses_per_turn or 1}
-        facts = {"channel": args.channel, "dtype": args.dtype, "sampling_rate": self._rate}
-        return ListedRecording(None, "", Path(), **facts, **speed)
 
     def step(self) -> bool | None:
         """Process the next block, if there is one.
@@ -180,7 +178,7 @@ class SensorStream:
                 self._take(block)
         except StopIteration:
             return None
-        except ContentError as error:
+        except ValueError as error:
             raise CommandError(f"{self._args.source}: {error}") from error
         self._lines.beat()
         return block is not None
@@ -189,16 +187,12 @@ class SensorStream:
         # A later run would read twice what was read behind the place.
         self.is_at_place = False
         samples, rpm = block.samples, block.rpm if self._is_folder else self._args.rpm
-        if self._speed_column is not None and not self._is_folder and samples.size:
-            samples, rpm = samples[:-1], samples[-1]
-            rpm = rpm if self._tacho is None else self._tacho.speeds(rpm)
         if samples.size:
-            if len(samples) != self._model.n_channels:
-                raise ContentError(
-                    f"{len(samples)} channels, but {self._args.model} was fitted on "
-                    f"{self._model.n_channels}; --channel chooses"
-                )
-            self._report(self._monitor.update(samples, time=block.time, rpm=rpm), block.source)
+            if self._speed_column is not None and not self._is_folder:
+                samples, rpm = samples[:-1], samples[-1]
+                rpm = rpm if self._tacho is None else self._tacho.speeds(rpm)
+            verdicts = self._monitor.update(samples, time=block.time, rpm=rpm)
+            self._report(verdicts, block.source)
         if block.place is not None:
             self._place, self.is_at_place = block.place, True
             if time.monotonic() - self._saved >= _SAVE_EVERY:
@@ -216,4 +210,113 @@ class SensorStream:
 
     def summary(self) -> str:
         """Return the counts of the run and its last verdict."""
-        return summary(self._monitor, self._unread, self._lines.last)
+        counts, last = self._monitor.counts, self._lines.last
+        windows = ", ".join(f"{n} {name}" for name, n in sorted(counts["windows"].items()))
+        parts = [f"{counts['samples']} samples", f"windows: {windows or 'none'}"]
+        parts.append(f"{counts['gaps']} gaps of {counts['missing_seconds']:.1f} s")
+        further = {"clock steps back": counts["clock_steps_back"]} | self._unread
+        parts += [f"{n} {what}" for what, n in further.items() if n]
+        parts.append(f"{counts['alarms']} alarms")
+        parts += [] if last is None else [f"last: {printable(sentence(last))}"]
+        return "; ".join(parts)
+
+
+class VerdictLines:
+    """Writer of one line of JSON for each verdict, or of fewer, to standard output.
+
+    Parameters
+    ----------
+    sensor : str
+        Name of the sensor, which each line states.
+    healthy : label or None
+        The healthy condition, which each line states.
+    every : float or None
+        Seconds of the sensor's time between two lines. A verdict that differs from the line before
+        in condition, alarm or quality is written at once. None: every verdict is written.
+    heartbeat : float or None
+        Seconds without a line after which `beat` writes a line of the kind ``"heartbeat"``. None:
+        never.
+
+    Attributes
+    ----------
+    last : MonitorVerdict or None
+        The last verdict, written or not.
+    """
+
+    last: MonitorVerdict | None
+
+    def __init__(
+        self, sensor: str, healthy: object, every: float | None, heartbeat: float | None
+    ) -> None:
+        self._facts = {"sensor": printable(sensor), "healthy": healthy}
+        self._every, self._heartbeat = every, heartbeat
+        self.last = self._written = None
+        self._line_at = self._window_at = time.monotonic()
+
+    def beat(self) -> None:
+        """Write a heartbeat if it is due."""
+        now = time.monotonic()
+        if self._heartbeat is None or now - self._line_at < self._heartbeat:
+            return
+        fields = {"seconds_without_window": round(now - self._window_at, 3)}
+        fields["verdict"] = self.last and self.last.verdict
+        fields["alarm"] = self.last and self.last.alarm
+        self._print("heartbeat", None, fields)
+
+    def write(self, verdicts: list[MonitorVerdict], source: str | None) -> None:
+        """Write those of some verdicts that are due."""
+        for verdict in verdicts:
+            self.last, self._window_at = verdict, time.monotonic()
+            if self._is_due(verdict):
+                self._written, fields = verdict, verdict._asdict()
+                fields = {"seconds": fields.pop("time")} | fields
+                fields |= {} if source is None else {"source": printable(source)}
+                self._print("verdict", verdict.time, fields)
+
+    def _is_due(self, verdict):
+        if self._every is None or self._written is None or _news(verdict) != _news(self._written):
+            return True
+        passed = verdict.time - self._written.time
+        # A clock that was set back would suppress all lines; times are sums of rounded steps.
+        return passed < 0 or passed >= self._every * (1 - 1e-9)
+
+    def _print(self, kind, seconds, fields):
+        self._line_at = time.monotonic()
+        line = {"kind": kind, "time": _iso_date(seconds)} | self._facts | fields
+        unknown = [n for n, v in line.items() if isinstance(v, float) and not math.isfinite(v)]
+        print(json.dumps(line | dict.fromkeys(unknown), allow_nan=False), flush=True)
+
+
+def _iso_date(seconds):
+    """Seconds since 1970 as ISO 8601 date in UTC; the present if they are no date."""
+    is_date = seconds is not None and _DATES[0] < seconds < _DATES[1]
+    moment = datetime.fromtimestamp(seconds, UTC) if is_date else datetime.now(UTC)
+    return moment.isoformat(timespec="milliseconds")
+
+
+def _news(verdict):
+    return verdict.verdict, verdict.alarm, verdict.quality
+
+
+def sentence(verdict: MonitorVerdict) -> str:
+    """Describe a verdict.
+
+    Examples
+    --------
+    >>> first = MonitorVerdict(
+    ...     0, 0.5, 900.0, "good", 0.0, "worn", "worn", 0.93, True, False, 0.25, 0.003, "hold"
+    ... )
+    >>> sentence(first)
+    '0.5 s, worn, probability 93.0%, alarm off at 25%, p-value 0.003'
+    """
+    probability, p_value = verdict.probability, verdict.p_value
+    parts = {
+        f"{verdict.time:.1f} s, {verdict.verdict or 'no verdict'}": True,
+        f"probability {percent(probability)}": not math.isnan(probability),
+        f"alarm {'ON' if verdict.alarm else 'off'} at {verdict.alarm_level:.0%}": (
+            verdict.alarm is not None
+        ),
+        f"p-value {p_value:.2g}": not math.isnan(p_value),
+        f"no signal: {verdict.quality}": verdict.quality != "good",
+    }
+    return ", ".join(text for text, is_known in parts.items() if is_known)

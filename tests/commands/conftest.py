@@ -6,8 +6,15 @@ import pytest
 from sklearn.ensemble import RandomForestClassifier
 
 from skarxlag import make_detector, make_diagnoser, make_windows, save_diagnoser
-from skarxlag.commands import evaluate, evaluation_cases, main
+from skarxlag.commands import evaluate, main
 from tests.commands.watching import COLOURS, RATE, WINDOW, sound
+
+
+def counts(out):
+    """Recordings and rows of each condition, as fit prints them."""
+    rows = [line.split() for line in out.splitlines()]
+    rows = [row for row in rows if len(row) == 3 and row[1].isdigit() and row[2].isdigit()]
+    return {row[0]: [int(row[1]), int(row[2])] for row in rows}
 
 
 @pytest.fixture
@@ -30,7 +37,7 @@ def _small_forests():
     """Peers of fewer trees than the default, which take a tenth of the time."""
     forest = partial(RandomForestClassifier, n_estimators=10)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(evaluation_cases, "RandomForestClassifier", forest)
+        patch.setattr(evaluate, "RandomForestClassifier", forest)
         yield
 
 

@@ -1,4 +1,5 @@
 import json
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -8,6 +9,7 @@ from scipy.signal import lfilter
 from skarxlag import load_diagnoser
 
 from ..test_fault_classifier import RATE, row
+from .conftest import counts
 
 RATES = ("--sampling-rate", RATE)
 
@@ -26,7 +28,7 @@ def test_places_are_named_without_a_model(run, plant):
     assert code == 0
     lines = out.splitlines()
     assert lines[0].startswith("No model: places of faults by the orders of bearing 6205.")
-    for line, place in zip(lines[3:6], ("healthy", "inner", "outer"), strict=True):
+    for line, place in zip(lines[2:5], ("healthy", "inner", "outer"), strict=True):
         assert line.split()[2] == place
     assert "the inner race of 6205" in out and "No comb exceeds its limit" in out
     fail = run("diagnose", "--bearing", "6205", "--rpm", 900, *RATES, *files, "--fail-on", "alarm")
@@ -111,7 +113,7 @@ def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
     model = plant / "orders.skops"
     code, out, err = run("fit", plant / "table.csv", "-o", model, "--bearing", "6205")
     assert code == 0, err
-    assert "healthy: 3 recordings" in out and "Saved stretches to" in out
+    assert counts(out)["healthy"][0] == 3 and "Saved stretches to" in out
     code, out, _ = run("info", model)
     assert code == 0 and "healthy limits  " in out and "healthy stretches" in out
     rough = np.repeat(rng.normal(size=int(3 * RATE)), 2)[: int(3 * RATE)]
@@ -119,7 +121,8 @@ def test_fit_stores_the_bearing_and_healthy_limits(run, plant):
     files = [plant / "inner.npy", plant / "good0.npy", plant / "rough.npy"]
     code, out, err = run("diagnose", model, *files, "--rpm", 900, *RATES)
     assert code == 0, err
-    verdicts = {line.split()[0]: line.split()[2] for line in out.splitlines() if ".npy" in line}
+    rows = [line.split() for line in out.splitlines() if ".npy" in line]
+    verdicts = {Path(name).name: verdict for name, _, verdict, *_ in rows}
     assert verdicts["inner.npy"] == "inner"
     assert verdicts["good0.npy"] == "healthy"
     # The healthy limits are exceeded and no comb is found.
@@ -142,7 +145,7 @@ def test_fit_with_faults_joins_spectra_and_orders(run, plant):
         lines.append(f"{place}_learned.npy,{place},900,{RATE}")
     (plant / "table.csv").write_text("\n".join(lines))
     model = plant / "joint.skops"
-    arguments = ("fit", plant / "table.csv", "-o", model, "--bearing", "6205", "--no-p-values")
+    arguments = ("fit", plant / "table.csv", "-o", model, "--bearing", "6205")
     code, out, err = run(*arguments)
     assert code == 0 and "Saved stretches to" in out, err
     fitted, facts = load_diagnoser(model)

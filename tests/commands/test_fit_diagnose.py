@@ -1,5 +1,4 @@
 import json
-import os
 import re
 import sys
 import warnings
@@ -20,6 +19,8 @@ from skarxlag import (
 )
 from skarxlag._answers import requests
 from skarxlag.persistence import load_diagnoser, save_diagnoser
+
+from .conftest import counts
 
 COLOURS = {"good": [1.0, -0.9], "inner": [1.0, 0.9], "outer": [1.0, 0.0, 0.8]}
 WINDOW = 200
@@ -51,7 +52,7 @@ def workshop(tmp_path):
 def model(run, workshop):
     path = workshop / "bearing.skops"
     code, out, err = run("fit", workshop / "table.csv", "-o", path, *FIT)
-    assert code == 0 and "good: 2 recordings, 40 windows" in out and str(path) in out
+    assert code == 0 and counts(out)["good"] == [2, 40] and str(path) in out
     assert "120 windows: fitting" in err
     return path
 
@@ -219,7 +220,7 @@ def test_detector_needs_healthy_recordings_only(run, workshop):
     options = ("--diagnoser", "detector", "--window-length", WINDOW)
     rate = ("--false-alarm-rate", "0.05")
     code, out, err = run("fit", full, "-o", path, *options, "--healthy", "good", *rate)
-    assert code == 0 and "good: 2 recordings, 40 windows" in out and "warning" not in err
+    assert code == 0 and counts(out)["good"] == [2, 40] and "warning" not in err
     assert "Limits for a false-alarm rate of 0.05 from 40 healthy windows; false alarms" in out
     detector = load_diagnoser(path)[0]
     np.testing.assert_allclose(detector[-1].speeds_, [300, 500])
@@ -252,16 +253,10 @@ def test_detector_of_recordings_without_speeds(run, workshop):
     path, table = workshop / "detector.skops", workshop / "healthy.csv"
     table.write_text("path,sampling_rate\ngood_300.npy,50e3\ngood_500.npy,50e3\n")
     options = ("--diagnoser", "detector", "--window-length", WINDOW)
-    code, out, err = run("fit", table, "-o", path, *options)
-    assert code == 0 and "healthy: 2 recordings, 40 windows" in out
+    code, out, _ = run("fit", table, "-o", path, *options)
+    assert code == 0 and counts(out)["healthy"] == [2, 40]
     assert "Note: 40 healthy rows are too few to hold" in out
     assert " healthy " in run("diagnose", path, workshop / "good_500.npy")[1]
-    fixed = workshop / "fixed.skops"
-    assert run("fit", table, "-o", fixed, *options, "--fixed-gain")[0] == 0
-    assert load_diagnoser(fixed)[0][-1].means_.shape == (1, 2)
-    table = workshop / "table.csv"
-    code, _, err = run("fit", table, "-o", fixed, "--fixed-gain")
-    assert code == 2 and "argument --fixed-gain: belongs to --diagnoser detector" in err
 
 
 def test_channels_of_inputs(run, workshop):
@@ -297,11 +292,11 @@ def test_an_input_in_the_unit_of_the_output_is_noted(run, workshop):
         lines.append(f"{condition}.h5,{condition},50e3,*_x;torque;acc_y")
     table = workshop / "units.csv"
     table.write_text("\n".join(lines))
-    options = ("-o", workshop / "units.skops", "--window-length", WINDOW, "--no-p-values")
+    options = ("-o", workshop / "units.skops", "--window-length", WINDOW)
     code, out, err = run("fit", table, *options)
     assert code == 0, err
     assert "Outputs: acc_x. Inputs: torque, acc_y\n" in out
-    assert "Note: acc_x and acc_y have the unit g; acc_y is used as an input" in out
+    assert "Note: acc_x, acc_y have the unit g. If the inputs among them are sensors" in out
 
 
 def test_another_sampling_rate_is_refused(run, model, workshop):
@@ -349,7 +344,7 @@ def test_tables_that_cannot_be_fitted_are_named(run, workshop):
         assert code == 1 and message in err and str(table) in err
     table.write_text("path,condition,sampling_rate\ngood_300.npy,good,5\n")
     code, _, err = run("fit", table, "-o", workshop / "m.skops", "--train-rpm", "300")
-    assert code == 2 and "has no column rpm" in err
+    assert code == 2 and "no column rpm" in err
     table.write_text("path,sampling_rate\ngood_300.npy,5\n")
     options = ("--diagnoser", "detector", "--healthy", "good", "--window-length", WINDOW)
     code, _, err = run("fit", table, "-o", workshop / "m.skops", *options)
@@ -385,8 +380,7 @@ def test_a_recording_that_fails_costs_no_other_its_verdict(run, model, workshop)
     assert rows["verdict"].str.startswith("no verdict: ").tolist() == [True, False, True, False]
     assert rows["verdict"].tolist()[1::2] == ["good", "inner"]
     assert rows["error"].notna().tolist() == [True, False, True, False]
-    assert f"Recordings below {workshop}{os.sep}\n" in out
-    assert all(f"\n{path.name} " in out for path in good)
+    assert all(f"{path} " in out for path in good)
     assert run("diagnose", model, gone, "-q")[0] == 1
 
 
@@ -435,10 +429,10 @@ def test_a_dead_sensor_gives_no_verdict_and_says_what_to_look_at(run, model, wor
     with warnings.catch_warnings(record=True) as warned:
         code, out, _ = run("diagnose", model, path, workshop / "half.npy", "--fail-on", "alarm")
     assert code == 3 and not warned
-    assert "\nsilence.npy: No window carries a signal. Check the sensor" in out
+    assert f"\n{path}: No window carries a signal. Check the sensor" in out
     assert "silence.npy: 2 of 2 windows carry no signal (constant: 2)." in out
     assert "half.npy: 1 of 4 windows carry no signal (constant: 1)." in out
-    assert "no signal" in next(line for line in out.splitlines() if line.startswith("silence"))
+    assert "no signal" in next(line for line in out.splitlines() if line.startswith(str(path)))
 
 
 @pytest.mark.parametrize("command", ["fit", "diagnose"])
@@ -460,8 +454,6 @@ def test_one_file_holds_all_that_the_recordings_allow(run, workshop):
     assert code == 0 and "Healthy: good" in out and "yes (p " in out
     code, out, _ = run("diagnose", path, file, "--rpm", 5, "--fail-on", "alarm")
     assert code == 3 and "no verdict: speed 5 rpm is outside 60 to 2500 rpm" in out
-    run("fit", workshop / "table.csv", "-o", path, *FIT, "--no-p-values")
-    assert not {"detector", "known_conditions"} & set(load_diagnoser(path)[1])
 
 
 def test_the_shell_says_what_recording_verdicts_says(run, workshop):

@@ -16,16 +16,20 @@ from scipy.signal import lfilter
 from sklearn.model_selection import GridSearchCV, cross_val_score
 
 from skarxlag import load_diagnoser, make_alpio, save_diagnoser
-from skarxlag.commands.diagnosis import Diagnosis, Task
+from skarxlag.commands.diagnosis import Diagnosis, Workers, diagnose_file, executors, run_tasks
 from skarxlag.commands.journal import Journal
 from skarxlag.commands.messages import CommandError, Progress
 from skarxlag.commands.models import SavedModel
-from skarxlag.commands.workers import TaskFailed, Workers, executors, run_tasks
 from skarxlag.recordings.listing import list_files
 
 from .deadly_tasks import KILL, Deadly, DiesWhileSending, Harmless, run_commands
 
 WINDOW, N_RECORDINGS = 200, 20
+
+
+def name_of(task):
+    """Name of the recording that a task diagnoses."""
+    return task.args[0].name
 
 
 @pytest.fixture(scope="module")
@@ -134,8 +138,8 @@ def test_a_recording_that_kills_its_workers_costs_itself_alone(
     killer, seen = "7.npy", []
     victim = next(iter(cluster.workers.values())).pid
 
-    def task(recording, *arguments):
-        return Deadly() if recording.name == killer else Task(recording, *arguments)
+    def run_with_killer(tasks, workers):
+        return run_tasks([Deadly() if name_of(each) == killer else each for each in tasks], workers)
 
     def step_and_kill(progress, line, *details):
         seen.append(line)
@@ -144,7 +148,7 @@ def test_a_recording_that_kills_its_workers_costs_itself_alone(
             with suppress(ProcessLookupError):
                 os.kill(victim, KILL)
 
-    monkeypatch.setattr("skarxlag.commands.diagnosis.Task", task)
+    monkeypatch.setattr("skarxlag.commands.diagnosis.run_tasks", run_with_killer)
     monkeypatch.setattr(Progress, "step", step_and_kill)
     diagnose("--dask", cluster.scheduler_address, n_failed=2)
     assert len(seen) == N_RECORDINGS + 1
@@ -181,12 +185,11 @@ def test_workers_that_lie_or_die_while_they_write_cost_their_recording(
     is_sent = "--processes" in options
     lies = {name: LIES[name] for name in LIES if is_sent or name != "6.npy"}
 
-    def task(recording, *arguments):
-        if recording.name in lies:
-            return Harmless(lies[recording.name][0])
-        return Task(recording, *arguments)
+    def run_with_lies(tasks, workers):
+        lying = {name: Harmless(lie) for name, (lie, _) in lies.items()}
+        return run_tasks([lying.get(name_of(each), each) for each in tasks], workers)
 
-    monkeypatch.setattr("skarxlag.commands.diagnosis.Task", task)
+    monkeypatch.setattr("skarxlag.commands.diagnosis.run_tasks", run_with_lies)
     options = [*options, cluster.scheduler_address] if "--dask" in options else options
     diagnose(*options, n_failed=1 + len(lies))
     expected, found = (pd.read_csv(tmp_path / f"{run}.csv") for run in ("order", "out"))
@@ -197,7 +200,7 @@ def test_workers_that_lie_or_die_while_they_write_cost_their_recording(
 
 
 def test_an_address_where_no_scheduler_answers_is_named(run, fleet, monkeypatch):
-    monkeypatch.setattr("skarxlag.commands.workers._CONNECT_SECONDS", 0.3)
+    monkeypatch.setattr("skarxlag.commands.diagnosis._CONNECT_SECONDS", 0.3)
     arguments = ("diagnose", fleet / "m.skops", fleet / "0.npy", "--dask", "tcp://127.0.0.1:1")
     code, out, err = run(*arguments)
     assert code == 1 and not out and "--dask tcp://127.0.0.1:1: no scheduler answers" in err
@@ -213,7 +216,7 @@ def test_a_death_costs_a_retry_and_a_second_one_that_task_alone(tmp_path):
     tasks += [Harmless(place) for place in range(4, 9)]
     with executors(Options()) as workers:
         results = dict(run_tasks(tasks, workers))
-    assert results.pop(3) == TaskFailed("every process that read it died")
+    assert str(results.pop(3)) == "every process that read it died"
     assert results.pop(1) == "survived"
     assert results == {place: place for place in (0, 2, 4, 5, 6, 7, 8)}
 
@@ -234,8 +237,8 @@ def test_a_result_that_is_lost_is_asked_for_once_more():
         n_lost = 1
         assert dict(run_tasks([Harmless(5)], Workers(executor.submit, lambda: 1))) == {0: 5}
         Losing.asked, n_lost = 0, 3
-        failed = TaskFailed("TypeError: cannot unpack non-iterable int object")
-        assert dict(run_tasks([Harmless(5)], Workers(executor.submit, lambda: 1))) == {0: failed}
+        ((_, failed),) = run_tasks([Harmless(5)], Workers(executor.submit, lambda: 1))
+        assert str(failed) == "TypeError: cannot unpack non-iterable int object"
 
 
 def test_tasks_in_hand_follow_the_number_of_workers():
@@ -304,11 +307,11 @@ def test_the_end_of_a_run_cancels_no_later_diagnosis(fleet):
     with executors(SimpleNamespace(dask=None, processes=False, n_jobs=1)) as workers:
         assert dict(run_tasks([Harmless(5)], workers)) == {0: 5}
     known = list_files(fleet / "0.npy", sampling_rate=5e3)[0]
-    assert Task(known, SavedModel(fleet / "m.skops").loader())().verdict
+    assert diagnose_file(known, SavedModel(fleet / "m.skops").load).verdict
 
 
 def test_workers_that_are_silent_are_looked_after(monkeypatch):
-    monkeypatch.setattr("skarxlag.commands.workers._LOOK_SECONDS", 0.01)
+    monkeypatch.setattr("skarxlag.commands.diagnosis._LOOK_SECONDS", 0.01)
     future = Future()
     workers = Workers(lambda task: future, lambda: 1, lambda: future.set_result("found"))
     assert dict(run_tasks([Harmless(5)], workers)) == {0: "found"}

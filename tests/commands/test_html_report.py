@@ -1,4 +1,3 @@
-import os
 import re
 import sys
 from base64 import b64decode
@@ -12,7 +11,6 @@ from scipy.signal import lfilter
 from skarxlag import __version__, make_diagnoser, make_windows, save_diagnoser
 from skarxlag.commands import main
 from skarxlag.commands import report as report_module
-from skarxlag.commands.messages import below_common_folder
 from skarxlag.commands.report import _accuracy
 
 WINDOW, RATE = 400, 8_000.0
@@ -177,38 +175,6 @@ def test_what_is_written_stands_out_from_the_page(report, dark):
     assert (luminance(page) < luminance(colours["text"])) == dark
     assert min(contrast(colour, page) for colour in colours.values()) >= 4.5
     assert contrast(line, page) > 1.3
-
-
-def test_a_common_folder_is_told_once(plant, capsys):
-    paths = [plant / "good.npy", plant / "worn.npy"]
-    for output in ("named.html", "named.csv"):
-        arguments = ["diagnose", plant / "m.skops", *paths, "-o", plant / output]
-        assert main([str(each) for each in arguments]) == 0
-    shown = capsys.readouterr().out
-    assert f"Recordings below {plant}{os.sep}\n" in shown and "\ngood.npy " in shown
-    page = (plant / "named.html").read_text()
-    assert page.count(f"{plant}{os.sep}") == 1 + page.count(str(plant / "m.skops"))
-    assert ">good.npy</td>" in page and '">worn.npy</a>' in page and ">worn.npy</h3>" in page
-    assert pd.read_csv(plant / "named.csv")["recording"].tolist() == [str(each) for each in paths]
-
-
-@pytest.mark.parametrize(
-    ("names", "folder"),
-    [
-        ([], ""),
-        (["runs/a.npy"], ""),
-        (["runs/a.npy", "a.npy"], ""),
-        (["./a.npy", "./b.npy"], ""),
-        (["runs/a.npy", "runs/a.npy"], "runs/"),
-        (["runs/1/a.npy", "runs/10/a.npy"], "runs/"),
-        (["r/x/a", "r/x/y/a"], "r/x/"),
-        (["C:\\data\\a.npy", "C:\\data\\b.npy"], "C:\\data\\"),
-        (["s3://b/a", "s3://c/a"], "s3://"),
-    ],
-)
-def test_the_common_folder_is_of_whole_parts(names, folder):
-    found, rest = below_common_folder(iter(names))
-    assert found == folder and [folder + name for name in rest] == names
 
 
 def test_conditions_stand_in_the_order_of_the_model():

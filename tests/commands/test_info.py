@@ -42,7 +42,7 @@ def test_what_fit_saved_is_told(run, tmp_path, windows):
     assert run(*fit, "--diagnoser", "alpio", "--false-alarm-rate", "0.02")[0] == 0
     code, out, _ = run("info", model)
     rows, limits = card(out)
-    assert code == 0 and rows["model"] == str(model)
+    assert code == 0 and rows["file"] == str(model)
     assert rows["diagnoser"] == "alpio"
     assert rows["steps"].startswith("ARXLaguerre -> PIObserver -> ThresholdLadder")
     assert rows["conditions"] == "good, worn"

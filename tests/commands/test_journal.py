@@ -34,7 +34,7 @@ def interrupted(journal, *recordings):
     with pytest.raises(KeyboardInterrupt), journal:
         for each in recordings:
             file = file_state(each)
-            journal.add(each, Diagnosis(VERDICT, WINDOWS, 5e3, ("short",), file=file))
+            journal.add(each, Diagnosis(VERDICT, WINDOWS, 5e3, ["short"], file=file))
         raise KeyboardInterrupt
     return journal.path.read_text()
 
@@ -53,7 +53,7 @@ def test_an_interrupted_run_leaves_its_results(journal, recording, capsys):
     message = f"{journal.path}: the same command goes on from here\n"
     assert capsys.readouterr().err == message
     found = result(journal, recording)
-    assert (found.verdict, found.sampling_rate, found.remarks) == (VERDICT, 5e3, ("short",))
+    assert (found.verdict, found.sampling_rate, found.remarks) == (VERDICT, 5e3, ["short"])
     pd.testing.assert_frame_equal(found.windows, WINDOWS)
 
 

@@ -8,7 +8,6 @@ import pytest
 from scipy.signal import lfilter
 
 from skarxlag.evidence import NEAREST_CORRELATION, combined_p_value
-from skarxlag.persistence import load_diagnoser
 
 from .test_fit_diagnose import signal
 
@@ -105,16 +104,6 @@ def test_a_dead_sensor_has_no_p_value(run, plant, model):
     _, _, rows = diagnose(run, model, plant, "--rpm", 500, names=["dead", "noise"])
     assert rows["p_value_of_nearest"].isna().tolist() == [True, False]
     assert rows["verdict"][0] == "no signal"
-
-
-def test_it_can_be_left_out(run, plant):
-    path = plant / "without.skops"
-    arguments = ("fit", plant / "table.csv", "-o", path, "--window-length", WINDOW)
-    code, out, _ = run(*arguments, "--no-p-values")
-    assert code == 0 and "none of these" not in out
-    assert "known_conditions" not in load_diagnoser(path)[1]
-    _, out, rows = diagnose(run, path, plant)
-    assert "p_value_of_nearest" not in rows
 
 
 def test_too_few_rows_are_said(run, plant):

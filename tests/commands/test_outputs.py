@@ -40,7 +40,7 @@ def test_one_verdict_and_that_of_each_output(run, workshop, model):
     facts = ("--channel", "x;y;torque", "--sampling-rate", RATE, "--rpm", 900)
     code, out, err = run("diagnose", model, file, *facts, "-v", "-o", results)
     assert code == 0, err
-    assert ", x: worn, y: good)" in err
+    assert "verdict of x worn, verdict of y good" in err
     (found,) = json.loads(results.read_text())["recordings"]
     assert (found["verdict_of_x"], found["verdict_of_y"]) == ("worn", "good")
     assert found["window_rows"][0]["verdict_of_x"] == "worn"

@@ -153,9 +153,9 @@ def test_progress_is_told_and_can_be_silenced(run, plant):
     code, more_out, err = run(*arguments, plant / "dead.npy", "-v", "--n-jobs", "1")
     assert more_out.startswith(out.splitlines()[0])
     lines = err.splitlines()
-    assert re.search(r"good \(\d+ windows, probability [\d.]+%, alarm \S+", lines[0])
-    assert re.search(r"no signal \(\d+ windows, alarm -\)", lines[2])
-    assert re.fullmatch(r"3 recordings in \d+\.\d s", lines[3])
+    assert re.search(r"good \(alarm -, windows 5\)", lines[0])
+    assert re.search(r"no signal \(alarm -, windows \d+\)", lines[2])
+    assert len(lines) == 3
     assert run(*arguments, "-v", "-q")[0] == 2
 
 
@@ -273,4 +273,4 @@ def test_agreement_counts_what_a_model_can_name():
     assert agreement(rows, BearingModel("6205")) == (2, 3)
     detector = SimpleNamespace(conditions=["Normal"], healthy="Normal")
     assert agreement(rows, detector) == (3, 4)
-    assert agreement(rows.drop(columns="condition"), detector) == (0, 0)
+    assert agreement(rows.assign(condition=None), detector) == (0, 0)

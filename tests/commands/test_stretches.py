@@ -12,6 +12,7 @@ from skarxlag.bearings import SKF_6205
 from skarxlag.persistence import load_diagnoser
 
 from ..test_orders import ORDERS, RATE, strikes
+from .conftest import counts
 
 SECONDS = 4
 HEALTHY = ("--healthy", "inner")
@@ -37,7 +38,7 @@ def test_long_recordings_are_compared_by_stretches_and_speeds(run, workshop):
     code, out, err = run("fit", workshop / "900.csv", *HEALTHY, "-o", model)
     assert code == 0 and "8 stretches: fitting" in err
     assert "Stretches of 7200 samples, 0.9 s at 8000 Hz, 13.5 turns at 900 rpm" in out
-    assert "inner: 1 recording, 4 stretches" in out and "Saved stretches to" in out
+    assert counts(out)["inner"] == [1, 4] and "Saved stretches to" in out
     diagnoser, facts = load_diagnoser(model)
     assert facts["window_length"] == 7200 and facts["diagnoser"] == "stretches"
     assert "train rpm             900 rpm" in run("info", model)[1]
@@ -67,7 +68,7 @@ def test_a_speed_may_be_unknown(run, workshop):
     table = pd.read_csv(workshop / "900.csv").drop(columns="rpm")
     table.to_csv(workshop / "unknown.csv", index=False)
     code, out, _ = run("fit", workshop / "unknown.csv", *HEALTHY, "-o", model)
-    assert code == 0 and "the table states no speed: the pattern of impacts is used" in out
+    assert code == 0 and " turns at " not in out
     code, out, _ = run("diagnose", model, "--table", workshop / "600.csv")
     assert code == 0 and "stretches of 7200 samples" in out
 
@@ -92,13 +93,13 @@ def test_more_than_memory_shall_hold_is_sampled(run, workshop, monkeypatch):
     """By stretches and by windows, as the options say and as they do not."""
     fit = ("fit", workshop / "900.csv", *HEALTHY, "-o", workshop / "sampled.skops")
     # Two recordings of 4 stretches of 7200 samples, or of 26 windows of 1200.
-    monkeypatch.setattr("skarxlag.commands.training.MOST_SAMPLES", 4 * 7200)
+    monkeypatch.setattr("skarxlag.commands.fit.MOST_SAMPLES", 4 * 7200)
     code, out, err = run(*fit, "-v")
-    assert code == 0 and "inner: 1 recording, 2 stretches" in out
-    assert "; at most 2 windows of each, fewer than there are in 2 (which keeps " in out
+    assert code == 0 and counts(out)["inner"] == [1, 2]
+    assert "; at most 2 windows of each, fewer than there are in 2" in out
     assert "[1/2] inner_900.npy: read (26 windows of 1200 samples)" in err
     assert "[2/2] outer_900.npy: read (4 windows of 7200 samples)" in err
-    assert "2 recordings in " in err and "4 stretches: fitting\nfitted in " in err
+    assert "4 stretches: fitting" in err
     stretches = load_diagnoser(workshop / "sampled.skops")[0]
     X = [np.load(workshop / f"{name}_900.npy")[: 4 * 7200].reshape(4, -1)[::2] for name in ORDERS]
     y = np.repeat(list(ORDERS), 2)
@@ -108,10 +109,10 @@ def test_more_than_memory_shall_hold_is_sampled(run, workshop, monkeypatch):
         stretches.predict_proba(X[0], rpm=900), by_hand.predict_proba(X[0], rpm=900)
     )
     code, out, err = run(*fit, "--diagnoser", "diagnoser", "-q")
-    assert code == 0 and "inner: 1 recording, 7 windows" in out and err == ""
-    assert "at most 12 windows of each, fewer than there are in 2 (which keeps" in out
+    assert code == 0 and counts(out)["inner"] == [1, 7] and err == ""
+    assert "at most 12 windows of each, fewer than there are in 2" in out
     code, out, err = run(*fit, "--max-windows", 20, "-q")
-    assert code == 0 and "inner: 1 recording, 13 windows" in out and "keeps" not in out
+    assert code == 0 and counts(out)["inner"] == [1, 13]
 
 
 def test_short_recordings_are_compared_by_windows(run, workshop):
@@ -207,4 +208,4 @@ def test_a_bearing_needs_a_report_of_orders(run, workshop, model):
     )
     output = workshop / "bad.html"
     code, _, err = run("diagnose", windows, recording, "--bearing", "9,7.94,39.04", "-o", output)
-    assert code == 2 and "windows.skops: No step compares order spectra" in err
+    assert code == 1 and "No step compares order spectra" in err

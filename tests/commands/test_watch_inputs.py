@@ -96,7 +96,7 @@ def test_a_byte_order_mark_and_two_signs_at_the_end_of_a_line(run, models, fitte
         (b"1" * 1_400_000, "bytes without a line of numbers, expected csv lines"),
         (b"<html>\n<p>Not found\n</p>\n</html>\n", "'<p>Not found' is no line of 1 numbers"),
         ("1.5\n2.5\n".encode("utf-16"), "the text is UTF-16, expected UTF-8"),
-        (b"1,5\n" * 300, "2 channels, but"),
+        (b"1,5\n" * 300, "expected 1 channels as in fit"),
     ],
 )
 def test_what_is_no_text_with_numbers(run, models, piped, data, message):
@@ -267,7 +267,7 @@ def test_a_request_to_end_waits_for_the_end_of_a_file(run, models, tmp_path, mon
         if len(told) == 2:
             os.kill(os.getpid(), signal.SIGINT)
 
-    monkeypatch.setattr("skarxlag.commands.watch_output.VerdictLines.write", write)
+    monkeypatch.setattr("skarxlag.commands.watch_stream.VerdictLines.write", write)
     run("watch", models[0], folder, *IDLE, "--state", state)
     assert len(told) == 5
     run("watch", models[0], folder, *IDLE, "--state", state)
