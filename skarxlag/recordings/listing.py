@@ -161,7 +161,9 @@ def is_file_source(source: str | os.PathLike[str]) -> bool:
     return path.is_dir() or (not path.exists() and any(sign in str(source) for sign in "*?["))
 
 
-def list_files(source: Any, *, pattern: str | None = None, **stated: Any) -> list[ListedRecording]:
+def list_files(
+    source: str | os.PathLike[str], *, pattern: str | None = None, **stated: Any
+) -> list[ListedRecording]:
     r"""List the recordings of a folder, a glob, or one file.
 
     Parameters

@@ -141,7 +141,7 @@ def _is_replaced(path, file):
 
 
 def from_folder(
-    folder: Path, options: dict[str, Any], warn: Callable[[str], None], place: Any = None
+    folder: Path, options: dict[str, Any], warn: Callable[..., Any], place: list[Any] | None = None
 ) -> Iterator[Block | None]:
     """Yield blocks from the files of a folder, in the order in which they were finished.
 

@@ -145,7 +145,10 @@ class TextSamples(_Samples):
     """
 
     def __init__(
-        self, channel: Any = None, times: StreamTimes | None = None, speed: str | None = None
+        self,
+        channel: str | Sequence[str] | None = None,
+        times: StreamTimes | None = None,
+        speed: str | None = None,
     ) -> None:
         self._channel, self._times, self._speed = channel, times, speed
         super().__init__()
