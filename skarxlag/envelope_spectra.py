@@ -7,70 +7,21 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.utils import Bunch, check_array
+from sklearn.utils import check_array
 
-from ._parallel import map_batches
 from ._validation import check_real
 from .kernels.comb import comb_frequency
 from .kernels.fault_orders import (
     CAGE_TURNS,
     CAGE_WEIGHT,
-    N_ORDERS,
     PLACES,
     fault_comb,
-    order_contrast,
     squared_envelope_spectrum,
 )
 from .speeds import check_speeds, with_plausible_speeds
 
 #: Turns of the bearing's shaft that a row must have.
 LEAST_TURNS = 2
-
-
-def match_faults(
-    rows: NDArray[Any],
-    turns: NDArray[Any],
-    sampling_rate: float,
-    orders: NDArray[Any],
-    tolerance: float,
-    slip: float,
-    n_jobs: int | None,
-) -> Bunch:
-    """Compute the scores of all places, for the bearing that fits each place best.
-
-    Parameters
-    ----------
-    rows : ndarray of shape (n_rows, n_samples)
-        Signals.
-    turns : ndarray of shape (n_rows,) or (n_rows, n_samples)
-        Samples in a turn of the bearing's shaft. NaN if it is not known: scores and contrasts are
-        then 0.
-    sampling_rate : float
-        In Hz.
-    orders : ndarray of shape (n_bearings, 4)
-        Orders of the cage, the spin of an element, the inner and the outer race.
-    tolerance, slip : float
-        As in `fault_comb`.
-    n_jobs : int or None
-        Threads.
-
-    Returns
-    -------
-    Bunch
-        As `FaultOrderClassifier.match` describes it.
-    """
-
-    def of_row(batch):
-        samples, turn = rows[batch.start], turns[batch.start]
-        n_turns, contrast = len(samples) / np.mean(turn), np.zeros(N_ORDERS)
-        if not np.isnan(n_turns):
-            contrast = order_contrast(samples, turn, sampling_rate)
-        return best_combs(contrast, n_turns, orders, tolerance, slip) | {"contrasts": contrast}
-
-    found = list(map_batches(of_row, len(rows), n_jobs, batch_size=1))
-    mean = turns if turns.ndim == 1 else turns.mean(axis=1)
-    parts = {name: np.stack([row[name] for row in found]) for name in found[0]}
-    return Bunch(**parts, rpm=60 * sampling_rate / mean)
 
 
 def best_combs(
@@ -85,7 +36,7 @@ def best_combs(
     n_turns : float
         Turns of the bearing's shaft in a row. In short ones, the cage does not count.
     orders : ndarray of shape (n_bearings, 4)
-        As in `match_faults`.
+        Orders of the cage, the spin of an element, the inner and the outer race.
     tolerance, slip : float
         As in `fault_comb`.
 

@@ -16,6 +16,7 @@ from sklearn.utils.metaestimators import available_if
 
 from ._answers import answers
 from ._base import SignalEstimator
+from ._parallel import map_batches
 from ._state import INNOVATIONS, Labels, Values, remember_parameters, uses_fitted
 from ._validation import (
     ABOVE_0,
@@ -26,7 +27,7 @@ from ._validation import (
     weighted_windows,
 )
 from .bearings import BearingLike, bearing_orders, listed
-from .envelope_spectra import LEAST_TURNS, best_combs, match_faults, turns_of_rows
+from .envelope_spectra import LEAST_TURNS, best_combs, turns_of_rows
 from .evidence import COMB_CORRELATION, effective_number
 from .fault_places import (
     CONFIDENCE,
@@ -45,6 +46,7 @@ from .fault_places import (
     p_values_of_healthy,
     place_of_label,
 )
+from .kernels.fault_orders import N_ORDERS, order_contrast
 from .speeds import samples_a_turn, speeds_of_rows
 
 #: Logarithm of speed up to which rows count as rows of the same speed.
@@ -336,17 +338,20 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             )
         least_turns = LEAST_TURNS / self.gear_ratio
         turns = turns_of_rows(rows, rate, rpm, self.speed_range, least_turns, train_rpm)
-        found = match_faults(
-            rows,
-            turns / self.gear_ratio,
-            rate,
-            self.orders_,
-            self.speed_tolerance,
-            self.slip,
-            self.n_jobs,
-        )
-        found.rpm /= self.gear_ratio
-        return found
+
+        def of_row(batch):
+            samples, turn = rows[batch.start], turns[batch.start] / self.gear_ratio
+            n_turns, contrast = len(samples) / np.mean(turn), np.zeros(N_ORDERS)
+            if not np.isnan(n_turns):
+                contrast = order_contrast(samples, turn, rate)
+            return self._combs(contrast, n_turns) | {"contrasts": contrast}
+
+        found = list(map_batches(of_row, len(rows), self.n_jobs, batch_size=1))
+        parts = {name: np.stack([row[name] for row in found]) for name in found[0]}
+        return Bunch(**parts, rpm=60 * rate / (turns if turns.ndim == 1 else turns.mean(axis=1)))
+
+    def _combs(self, contrast, n_turns):
+        return best_combs(contrast, n_turns, self.orders_, self.speed_tolerance, self.slip)
 
     @uses_fitted
     def diagnose(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
@@ -421,7 +426,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             As `diagnose` returns it, for one row, without what only a row has.
         """
         n_turns = self.window_shape_[-1] * rpm * self.gear_ratio / (60 * self.sampling_rate)
-        combs = best_combs(contrast, n_turns, self.orders_, self.speed_tolerance, self.slip)
+        combs = self._combs(contrast, n_turns)
         found = Bunch(**{name: of_row[np.newaxis] for name, of_row in combs.items()})
         found.rpm = np.array([rpm])
         return self._judge(found, None if self.conditions_ is None else spectra, n_rows)

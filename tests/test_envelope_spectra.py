@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from skarxlag import envelope_spectrum
-from skarxlag.envelope_spectra import best_combs, match_faults
+from skarxlag.envelope_spectra import best_combs
 
 
 def test_envelope_spectrum_of_a_band():
@@ -20,15 +20,6 @@ def test_envelope_spectrum_of_a_band():
         envelope_spectrum(signal, 20_000, band=(7000, 5000))
     with pytest.raises(ValueError, match="expected one axis"):
         envelope_spectrum(np.ones((9, 9)), 20_000)
-
-
-def test_a_row_of_unknown_speed_has_no_contrast():
-    rows, turns = np.random.default_rng(0).normal(size=(2, 4000)), np.array([400.0, np.nan])
-    orders = np.array([[0.4, 2.36, 5.4, 3.6]])
-    found = match_faults(rows, turns, 1e4, orders, 0.1, 0.03, None)
-    assert found.contrasts[0].any() and not found.contrasts[1].any()
-    assert found.scores[1].tolist() == [0, 0, 0] and found.factors[1].tolist() == [1, 1, 1]
-    assert found.rpm[0] == 1500 and np.isnan(found.rpm[1])
 
 
 @pytest.mark.parametrize(("turns_of_cage", "weight"), [(1.99, 0.0), (2.0, 0.6)])

@@ -301,3 +301,11 @@ def test_the_cage_counts_in_rows_that_resolve_it(healthy):
         for n_turns in (15.0, 3.0)
     ]
     assert scores[0] > 0.5 > scores[1] == 0
+
+
+@pytest.mark.filterwarnings("ignore:1 of 2 rows are treated as rows without a signal")
+def test_a_row_of_unknown_speed_has_no_contrast(rows):
+    found = classifier().fit(rows).match(rows[:2], rpm=[1500.0, np.nan])
+    assert found.contrasts[0].any() and not found.contrasts[1].any()
+    assert found.scores[1].tolist() == [0, 0, 0] and found.factors[1].tolist() == [1, 1, 1]
+    assert found.rpm[0] == 1500 and np.isnan(found.rpm[1])

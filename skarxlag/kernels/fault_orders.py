@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
+from scipy.ndimage import maximum_filter1d
 
 from .compiled import compiled
 from .order_spectra import envelopes_over_angle, equal_angles
@@ -119,12 +120,16 @@ def contrast_parts(samples: NDArray[Any], turn: float | NDArray[Any], rate: floa
     """
     samples, turn, rate = _without_high_frequencies(samples, turn, rate)
     longest = np.clip(_SECONDS * rate, *np.multiply(_TURNS, np.mean(turn)))
-    short = _segments(len(samples), longest)
-    long = short if len(short) == 1 else _segments(len(samples), _LONG * longest)
+    short = _segments(samples, turn, longest)
+    long = short if len(short) == 1 else _segments(samples, turn, _LONG * longest)
     frame = 2 ** max(round(math.log2(_FRAME * rate)), 2)
-    banded = [_banded(samples[s], _of(turn, s), frame) for s in short]
-    in_short = [_prewhitened(samples[s], _of(turn, s)) for s in short]
-    in_long = in_short if long is short else [_prewhitened(samples[s], _of(turn, s)) for s in long]
+    n_bands = min(_N_BANDS, max(min(frame, len(short[0][0]) // 8) // 2 - 1, 1))
+    bands = (frame, n_bands, HIGHEST_ORDER)
+    banded = [mean_contrast(*envelopes_over_angle(*segment, *bands)) for segment in short]
+    in_short = [mean_contrast(*prewhitened_envelope(*segment)) for segment in short]
+    in_long = in_short
+    if long is not short:
+        in_long = [mean_contrast(*prewhitened_envelope(*segment)) for segment in long]
     return np.stack([np.mean(part, axis=0) for part in (banded, in_short, in_long)])
 
 
@@ -141,26 +146,12 @@ def _without_high_frequencies(samples, turn, rate):
     return fft.irfft(spectrum, n_kept), turn * share, rate * share
 
 
-def _segments(n_samples, longest):
-    """Equal slices that are at least as long as given, or one slice of everything."""
-    n_segments = max(int(n_samples / longest + 1e-9), 1)
-    length = n_samples // n_segments
-    return [slice(i * length, (i + 1) * length) for i in range(n_segments)]
-
-
-def _of(turn, part):
-    return turn if np.ndim(turn) == 0 else turn[part]
-
-
-def _banded(samples, turn, frame):
-    n_bands = min(_N_BANDS, max(min(frame, len(samples) // 8) // 2 - 1, 1))
-    envelopes, step = envelopes_over_angle(samples, turn, frame, n_bands, HIGHEST_ORDER)
-    return contrasts(envelopes, step).mean(axis=0)
-
-
-def _prewhitened(samples, turn):
-    envelope, step = prewhitened_envelope(samples, turn)
-    return contrasts(envelope[np.newaxis], step)[0]
+def _segments(samples, turn, longest):
+    """Samples and turns of equal segments, at least as long as given, or of everything."""
+    n_segments = max(int(len(samples) / longest + 1e-9), 1)
+    length = len(samples) // n_segments
+    parts = [slice(i * length, (i + 1) * length) for i in range(n_segments)]
+    return [(samples[part], turn if np.ndim(turn) == 0 else turn[part]) for part in parts]
 
 
 def prewhitened_envelope(
@@ -177,7 +168,7 @@ def prewhitened_envelope(
 
     Returns
     -------
-    envelope : ndarray of shape (n_values,)
+    envelopes : ndarray of shape (1, n_values)
         Squared envelope over the angle of the shaft, averaged in blocks so that it shows orders
         up to 40 and few more.
     step : float
@@ -186,11 +177,10 @@ def prewhitened_envelope(
     squared = _squared_envelope(samples, fft.next_fast_len(len(samples)), (0.0, 0.5), True)
     block = max(int(np.mean(turn) / (2.5 * HIGHEST_ORDER)), 1)
     n_values = len(squared) // block
-    envelope = squared[: n_values * block].reshape(n_values, block).mean(axis=1)
+    envelopes = squared[: n_values * block].reshape(1, n_values, block).mean(axis=2)
     if np.ndim(turn) == 0:
-        return envelope, block / turn
-    resampled, step = equal_angles(envelope[np.newaxis], turn, block, block)
-    return resampled[0], step
+        return envelopes, block / turn
+    return equal_angles(envelopes, turn, block, block)
 
 
 def squared_envelope_spectrum(
@@ -232,8 +222,8 @@ def _squared_envelope(samples, n_fft, band, prewhiten):
     return analytic.real**2 + analytic.imag**2
 
 
-def contrasts(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
-    """Compute the contrast of the spectra of envelopes, see :func:`order_contrast`.
+def mean_contrast(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
+    """Compute the mean contrast of the spectra of envelopes, see :func:`order_contrast`.
 
     Parameters
     ----------
@@ -244,13 +234,12 @@ def contrasts(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
 
     Returns
     -------
-    ndarray of shape (n_bands, 4001)
-        In nepers, at the orders 0, .01, ... 40.
+    ndarray of shape (4001,)
+        In nepers, at the orders 0, .01, ... 40; 0 at orders that the envelopes cannot show.
     """
     n_values = envelopes.shape[1]
-    found = np.zeros((len(envelopes), N_ORDERS))
     if n_values < 8:
-        return found
+        return np.zeros(N_ORDERS)
     n_fft = fft.next_fast_len(_PADDING * n_values, real=True)
     window = np.hanning(n_values + 2)[1:-1]
     spectra = fft.rfft((envelopes - envelopes.mean(axis=1, keepdims=True)) * window, n_fft)
@@ -259,25 +248,27 @@ def contrasts(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
     power = spectra.real**2 + spectra.imag**2
     floor = _LEAST_POWER * np.mean(envelopes**2, axis=1, keepdims=True) + np.finfo(float).tiny
     width = max(_FLOOR_WIDTH, _FLOOR_CELLS / (n_values * step))
-    half = int(width / cell / 2)
-    _above_median(np.log(power + floor * n_values), half, ORDER_STEP / cell, found)
-    return found
+    level = np.log(power + floor * n_values)
+    above = level - _running_median(level, int(width / cell / 2)) + _MEDIAN_OF_NOISE
+    contrast = maximum_filter1d(np.maximum(above, 0), 3, axis=1).mean(axis=0)
+    cells = np.arange(N_ORDERS) * ORDER_STEP / cell
+    return np.interp(cells, np.arange(len(contrast)), contrast, right=0)
 
 
 @compiled
-def _above_median(level, half, spacing, found):
-    """Contrast of log spectra, interpolated at equal spacings."""
+def _running_median(level, half):
+    """Median of each value of the rows and as many on each side, the ends repeated."""
     n_bands, n_cells = level.shape
     width = 2 * half + 1
     ordered = np.empty(width)
-    contrast = np.empty(n_cells)
+    found = np.empty_like(level)
     for band in range(n_bands):
         row = level[band]
         for i in range(width):
             ordered[i] = row[min(max(i - half, 0), n_cells - 1)]
         ordered.sort()
         for cell in range(n_cells):
-            contrast[cell] = max(row[cell] - ordered[half] + _MEDIAN_OF_NOISE, 0.0)
+            found[band, cell] = ordered[half]
             # The window moves on: one value leaves the sorted list, another one enters it.
             old = row[max(cell - half, 0)]
             new = row[min(cell + half + 1, n_cells - 1)]
@@ -289,16 +280,7 @@ def _above_median(level, half, spacing, found):
                 ordered[place] = ordered[place - 1]
                 place -= 1
             ordered[place] = new
-        for order in range(found.shape[1]):
-            position = order * spacing
-            cell = int(position)
-            if cell >= n_cells - 2:
-                break
-            share = position - cell
-            before = contrast[max(cell - 1, 0)]
-            low = max(before, contrast[cell], contrast[cell + 1])
-            high = max(contrast[cell], contrast[cell + 1], contrast[cell + 2])
-            found[band, order] = low + share * (high - low)
+    return found
 
 
 def fault_comb(
