@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral
@@ -218,9 +219,7 @@ def bearing_orders(bearing: BearingLike, gear_ratio: float = 1.0) -> dict[str, f
 
 def _parsed(text):
     """Bearing of a text: a name, dimensions, or orders."""
-    name = "".join(c for c in text.upper() if c not in " -_")
-    for start in ("SKF", "FAG", "NSK", "NTN"):
-        name = name.removeprefix(start)
+    name = re.sub("^(SKF|FAG|NSK|NTN)", "", re.sub("[ _-]", "", text.upper()))
     if name in BEARINGS:
         return BEARINGS[name]
     try:
