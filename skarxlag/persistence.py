@@ -79,7 +79,7 @@ _FORMAT, _STATE_FORMAT = "skarxlag diagnoser 1", "skarxlag monitor 6"
 #: Largest file of a state. That of one window of a million samples is smaller.
 _LARGEST_STATE = 100 * 2**20
 #: Models that are saved next to the diagnoser, and the field of `Answers` that each must have.
-_COMPANIONS = {"known_conditions": "none_of_these", "detector": "alarm"}
+_COMPANIONS = {"known_conditions": "none_of_these", "detector": "healthy_p_value"}
 #: Facts with a meaning to the commands, by their type or range. Any of them but `conditions` may be
 #: None.
 _KNOWN_FACTS: dict[str, Any] = {
@@ -290,6 +290,8 @@ def _check_facts(facts: dict[str, Any], can: Answers) -> None:
         expect(agrees, name, facts.get(name), f"{own} as in fit")
     if "conditions" in facts:
         check_conditions(facts["conditions"] or [], can.conditions)
+    healthy, (first, *_) = facts.get("healthy"), facts.get("conditions", [can.healthy])
+    expect(healthy in (None, first), "healthy", healthy, f"{first!r}, the first of conditions")
     is_printable = all(str(name).isprintable() for name in can.conditions or ())
     expect(is_printable, "conditions", can.conditions, "printable characters")
 

@@ -178,7 +178,8 @@ class Judge:
         # The first of a user's order is the healthy condition.
         self.healthy: Any = healthy if conditions is None else self.conditions[0]
         limits = self._can.get("detector") or self._can["diagnoser"]
-        expect(limits.alarm or detector is None, "detector", detector, "an outlier detector")
+        is_detector = limits.alarm and limits.conditions is None
+        expect(is_detector or detector is None, "detector", detector, "an outlier detector")
         self.detects: bool = limits.alarm
         self.alarm_rate: float | None = limits.stated_rate
         speeds = [train_rpm, *(can.speeds for can in self._can.values())]

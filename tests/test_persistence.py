@@ -160,6 +160,8 @@ ODD_FACTS = [
     {"n_windows": 5},
     {"n_windows": [5, -1, 2]},
     {"diagnoser": 3},
+    {"healthy": "broken"},
+    {"healthy": "good", "conditions": ["worn", "good", "broken"]},
     {"saved": ["2020"]},
     {"note": "\x1b[2Jhealthy"},
     {"channels": ["a\x07"]},
@@ -205,6 +207,10 @@ def test_detector_and_known_conditions_are_saved_with_the_diagnoser(tmp_path):
     for name in ("detector", "known_conditions"):
         with pytest.raises(TypeError, match=rf"{name} is a \w+, expected .* make_{name}"):
             save_diagnoser(diagnoser, path, **{name: LinearSVC().fit(X, Y)})
+    # A diagnoser has an alarm, too.
+    named = make_alpio(healthy="good").fit(X, Y)
+    with pytest.raises(TypeError, match="expected the result of make_detector"):
+        save_diagnoser(diagnoser, path, detector=named)
 
 
 @pytest.mark.parametrize(

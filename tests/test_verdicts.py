@@ -282,8 +282,9 @@ def test_healthy_condition_is_the_first_of_the_stated_ones_or_known(diagnoser, w
     assert Judge(None, detector=make_detector().fit(windows[0][:20])).healthy == "healthy"
     with pytest.raises(ValueError, match="diagnoser and detector == None"):
         Judge(None)
-    with pytest.raises(ValueError, match="expected an outlier detector"):
-        Judge(diagnoser, detector=make_known_conditions().fit(*windows))
+    for model in (make_known_conditions().fit(*windows), diagnoser):
+        with pytest.raises(ValueError, match="expected an outlier detector"):
+            Judge(diagnoser, detector=model)
 
 
 @pytest.mark.parametrize(("n_windows", "n_exceed", "alarm"), [(20, 10, "no"), (25, 13, "yes")])

@@ -138,7 +138,7 @@ class WindowStream:
             and next_start + self._length > n_samples
             and check_count(known) <= n_samples
             and math.isfinite(time)
-            and 0 <= state["missing_seconds"] < math.inf
+            and 0 <= state["missing_seconds"] < 1e300
         )
         expect(fits, "samples", state, "samples and counts that fit each other")
         vars(self).update(counts, rest=rest, missing_seconds=state["missing_seconds"])

@@ -293,6 +293,8 @@ def test_state_of_a_calibrated_monitor_keeps_the_calibration(make):
         (lambda s: s["stream"].update(rest=[1.0]), "damaged"),
         (lambda s: s["stream"].update(reference=[]), "damaged"),
         (lambda s: s["stream"].update(missing_seconds=-1.0), "that fit each other"),
+        (lambda s: s["stream"].update(missing_seconds=10**400), "that fit each other"),
+        (lambda s: s["stream"].update(reference=[0, 10**400]), "damaged"),
         (lambda s: s["evidence"].update(weight=np.inf), "finite sums"),
         (lambda s: s["p_values"].update(weight=-1.0), "expected 1 finite sums"),
         (lambda s: s["settings"].update(healthy="worn"), "healthy == 'worn', expected 'good'"),
