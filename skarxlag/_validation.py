@@ -179,9 +179,8 @@ def weighted_windows(
     """
     if sample_weight is None:
         return X, y, np.ones(len(X))
-    weights = check_array(
-        sample_weight, dtype=np.float64, ensure_2d=False, input_name="sample_weight"
-    )
+    check = {"dtype": np.float64, "ensure_2d": False, "input_name": "sample_weight"}
+    weights = check_array(sample_weight, **check)
     expected = f"{(len(X),)}, one weight for each window"
     expect(weights.shape == (len(X),), "sample_weight.shape", weights.shape, expected)
     is_weight = weights.min() >= 0 and weights.max() > 0

@@ -32,6 +32,7 @@ ANY_PAGE = dict.fromkeys(_INKS, NEUTRAL) | dict.fromkeys(_PAPERS, "none")
 LINE_STYLES = "-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (3, 1)), (0, (8, 3)), (0, (1, 1))
 #: Properties of a condition that a line without markers has.
 LINE = ("color", "linestyle")
+LEGEND = {"fontsize": "small", "frameon": False}
 MARKERS = ("o", "s", "^", "d", "v", "P", "X", "<")
 
 
@@ -97,6 +98,4 @@ class Display:
 
 def legend_beside(ax: Axes, lines: Sequence[Any]) -> None:
     """Place the legend of these lines to the right of the axes, so that it covers no data."""
-    ax.legend(
-        handles=lines, loc="upper left", bbox_to_anchor=(1, 1), fontsize="small", frameon=False
-    )
+    ax.legend(handles=lines, loc="upper left", bbox_to_anchor=(1, 1), **LEGEND)

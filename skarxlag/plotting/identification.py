@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._answers import unfolded_steps
 from ..kernels.scaling import fit_percentage
 from ._fitted import chosen_model, known_conditions, ordered_conditions
-from ._style import Display, color_of, ink
+from ._style import LEGEND, Display, color_of, ink
 
 
 @dataclass(repr=False, eq=False)
@@ -149,9 +149,7 @@ class IdentificationDisplay(Display):
         self.prediction_line_: Any = upper.plot(time, self.prediction, **style)[0]
         error = self.output - self.prediction
         self.error_line_: Any = lower.plot(time, error, color=color, linewidth=0.9)[0]
-        upper.legend(
-            loc="lower left", bbox_to_anchor=(0, 1), ncols=2, fontsize="small", frameon=False
-        )
+        upper.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, **LEGEND)
         upper.set_ylabel("Output")
         xlabel = "Sample" if self.sampling_rate is None else "Time (ms)"
         lower.set(ylabel="Error", xlabel=xlabel, xlim=(time[0], time[-1]))
