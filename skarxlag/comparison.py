@@ -261,10 +261,8 @@ class SpectralDistance(StretchTransformer):
             share = np.mean(rows * (factor / (variances + factor)), axis=0)
             smooth = self._smooth_variance(len(chosen), 0.0)
             moved.append(axes.T @ (smooth * (axes @ share)))
-        return {
-            "references_": self.references_ + np.stack(moved[:-1]),
-            "joint_references_": self.joint_references_ + moved[-1],
-        }
+        joint = self.joint_references_ + moved.pop()
+        return {"references_": self.references_ + np.stack(moved), "joint_references_": joint}
 
     def _residuals(self, X, rpm):
         if rpm is None:

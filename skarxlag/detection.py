@@ -198,12 +198,9 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
 
     def _answers(self):
         detectors = self._detectors()
-        speeds = np.unique(_speeds_of(detectors).round(6)).tolist()
-        return {
-            "takes_rpm": len(speeds) > 0,
-            "speeds": tuple(speeds),
-            "is_stretch": detectors[0].n_windows_ > 1,
-        }
+        speeds = tuple(np.unique(_speeds_of(detectors).round(6)).tolist())
+        is_stretch = detectors[0].n_windows_ > 1
+        return {"takes_rpm": len(speeds) > 0, "speeds": speeds, "is_stretch": is_stretch}
 
 
 def _speeds_of(detectors):
@@ -497,13 +494,9 @@ class FaultDetector(RowOutlierDetector):
         return log_speed, is_plausible
 
     def _answers(self):
+        own = {"alarm": True, "healthy_p_value": True, "stated_rate": self.false_alarm_rate}
         common = super()._answers()
-        return common | {
-            "alarm": True,
-            "healthy_p_value": True,
-            "stated_rate": self.false_alarm_rate,
-            "needs_rpm": common["takes_rpm"],
-        }
+        return common | own | {"needs_rpm": common["takes_rpm"]}
 
     def _check_parameters(self):
         check_rate(self.false_alarm_rate, "false_alarm_rate")

@@ -177,14 +177,10 @@ def make_diagnoser(
     ladder = ThresholdLadder(healthy=healthy, confidence_scale=CONFIDENCE_SCALE)
     steps = [*compare, ("decide", ladder)]
     if bearing is not None:
-        classifier = FaultOrderClassifier(
-            bearing=bearing,
-            sampling_rate=sampling_rate,
-            places=places,
-            conditions=DiagnosisPipeline(steps, n_jobs=n_jobs),
-            n_jobs=n_jobs,
-        )
-        steps = [("decide", classifier)]
+        options = {"bearing": bearing, "sampling_rate": sampling_rate, "n_jobs": n_jobs}
+        learned = DiagnosisPipeline(steps, n_jobs=n_jobs)
+        decide = FaultOrderClassifier(places=places, conditions=learned, **options)
+        steps = [("decide", decide)]
     identify = ARXLaguerre(order=MODEL_ORDER, bank=False, n_jobs=n_jobs)
     return DiagnosisPipeline([("identify", identify), *steps], n_jobs=n_jobs, **pipeline)
 
@@ -319,10 +315,8 @@ def make_fault_order_classifier(
     >>> classifier.fit(X).predict(X, rpm=900)
     array(['healthy', 'outer'], dtype='<U7')
     """
-    decide = FaultOrderClassifier(
-        bearing=bearing, sampling_rate=sampling_rate, n_jobs=n_jobs, **options
-    )
-    return _behind_model(decide, {})
+    options |= {"bearing": bearing, "sampling_rate": sampling_rate, "n_jobs": n_jobs}
+    return _behind_model(FaultOrderClassifier(**options), {})
 
 
 def _behind_model(decide, pipeline, **options):

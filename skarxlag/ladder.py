@@ -303,11 +303,8 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         return self._healthy_level(self._validate(X)) > self.detection_threshold_
 
     def _answers(self):
-        return {
-            "healthy": self.classes_.tolist()[self.healthy_index_],
-            "alarm": True,
-            "stated_rate": self.false_alarm_rate,
-        }
+        healthy = self.classes_.tolist()[self.healthy_index_]
+        return {"healthy": healthy, "alarm": True, "stated_rate": self.false_alarm_rate}
 
     def _check_parameters(self):
         check_rate(self.false_alarm_rate, "false_alarm_rate")

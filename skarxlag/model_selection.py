@@ -170,9 +170,7 @@ class SpeedSplit(BaseCrossValidator):
                 if self.same_speed or test != train
             ]
         first, second = self._halves(recording, start)
-        splits = [
-            (np.flatnonzero(first & train), np.flatnonzero(second & test)) for train, test in sides
-        ]
+        splits = [(np.flatnonzero(first & a), np.flatnonzero(second & b)) for a, b in sides]
         if not all(len(train) and len(test) for train, test in splits):
             raise ValueError(
                 "Halves of each recording in groups leave no window at some speed, expected "
@@ -311,17 +309,13 @@ def cross_speed_predict(
     y, params = column_or_1d(y), {k: np.asarray(value) for k, value in (params or {}).items()}
     check_consistent_length(X, y, *params.values())
     splits = list((SpeedSplit() if cv is None else cv).split(X, y, groups))
-    predicted = Parallel(n_jobs=n_jobs)(
-        delayed(_fit_and_predict)(clone(estimator), X, y, params, train, test)
-        for train, test in splits
-    )
-    return pd.concat(
-        [
-            pd.DataFrame({"split": i, "window": test, "true": y[test], "predicted": verdict})
-            for i, ((_, test), verdict) in enumerate(zip(splits, predicted, strict=True))
-        ],
-        ignore_index=True,
-    )
+    task = delayed(_fit_and_predict)
+    predicted = Parallel(n_jobs)(task(clone(estimator), X, y, params, *each) for each in splits)
+    tables = [
+        pd.DataFrame({"split": i, "window": test, "true": y[test], "predicted": verdict})
+        for i, ((_, test), verdict) in enumerate(zip(splits, predicted, strict=True))
+    ]
+    return pd.concat(tables, ignore_index=True)
 
 
 def _fit_and_predict(estimator, X, y, params, train, test):

@@ -16,13 +16,7 @@ from ._base import InnovationsTransformer
 from ._parallel import map_batches
 from ._state import Values, uses_fitted
 from ._validation import ABOVE_0, UP_TO_1, WITHIN_1, check_real, validate_innovations
-from .kernels import observer, residual_levels
-from .kernels.spectra import (
-    LOG_SPECTRUM_CELLS,
-    autoregressive_log_spectrum,
-    frequency_grid,
-    unit_peak,
-)
+from .kernels import observer, residual_levels, spectra
 
 #: Exponent of the cepstral norm, half-way between the plain norm (0) and Martin's metric (1).
 _QUEFRENCY_EXPONENT = 0.5
@@ -56,11 +50,12 @@ def _switching_gain(innovations, fitted):
 
 def _whiteness(innovations, fitted):
     error = observer.observe(innovations, fitted._loop())[0]
-    signals = unit_peak(error.reshape(-1, error.shape[-1]))
-    spectra = autoregressive_log_spectrum(signals, fitted.spectrum_order, LOG_SPECTRUM_CELLS)
-    response = fitted.small_signal_response(frequency_grid(LOG_SPECTRUM_CELLS))
-    spectra -= 2 * np.log(np.abs(response))
-    return residual_levels.cepstral_norm(spectra, _QUEFRENCY_EXPONENT).reshape(error.shape[:2])
+    signals = spectra.unit_peak(error.reshape(-1, error.shape[-1]))
+    n_cells = spectra.LOG_SPECTRUM_CELLS
+    found = spectra.autoregressive_log_spectrum(signals, fitted.spectrum_order, n_cells)
+    response = fitted.small_signal_response(spectra.frequency_grid(n_cells))
+    found -= 2 * np.log(np.abs(response))
+    return residual_levels.cepstral_norm(found, _QUEFRENCY_EXPONENT).reshape(error.shape[:2])
 
 
 RESIDUAL_EVALUATIONS = {
@@ -151,9 +146,8 @@ class Observer(InnovationsTransformer):
         innovations, _ = validate_innovations(self, X, reset=False)
         shape = np.shape(X)
         innovations = np.require(innovations, dtype=np.float64, requirements=["C", "W"])
-        error, fault_estimate = (
-            path.reshape(-1, shape[-1]) for path in observer.observe(innovations, self._loop())
-        )
+        paths = observer.observe(innovations, self._loop())
+        error, fault_estimate = (path.reshape(-1, shape[-1]) for path in paths)
         surface = residual_levels.sliding_surface(error, self.sliding_slope)
         gain = residual_levels.switching_gain(surface, self.adaptation_step)
         layer = self.boundary_layer * gain

@@ -125,8 +125,12 @@ def alarm_limit(run_length: float, step: float, rate: float, persistence: float)
     >>> mean_run_length(limit - 1, 7, 0.01, 0.01) < 1e6 <= mean_run_length(limit, 7, 0.01, 0.01)
     True
     """
+
+    def length(limit):
+        return mean_run_length(limit, step, rate, persistence)
+
     high = 1
-    while mean_run_length(high, step, rate, persistence) < run_length:
+    while length(high) < run_length:
         high *= 2
         if high > _LARGEST_LIMIT:
             raise ValueError(
@@ -135,9 +139,4 @@ def alarm_limit(run_length: float, step: float, rate: float, persistence: float)
                 f"{run_length:.3g} windows; expected rarer or less persistent ones."
             )
     # The limit lies above half of `high`, which is too low.
-    return bisect_left(
-        range(high),
-        run_length,
-        lo=high // 2 + 1,
-        key=lambda limit: mean_run_length(limit, step, rate, persistence),
-    )
+    return bisect_left(range(high), run_length, lo=high // 2 + 1, key=length)

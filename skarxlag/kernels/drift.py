@@ -69,13 +69,9 @@ def scaled_frequency(log_spectra: NDArray[Any]) -> NDArray[Any]:
            [0., 0., 0., 0.]])
     """
     cells = np.arange(log_spectra.shape[1]) + 0.5
-    return np.array(
-        [
-            np.interp(cells * np.exp(shift), cells, log_spectrum) - log_spectrum
-            for shift in (_LOG_SHIFT, -_LOG_SHIFT)
-            for log_spectrum in log_spectra
-        ]
-    )
+    shifted = [cells * np.exp(shift) for shift in (_LOG_SHIFT, -_LOG_SHIFT)]
+    moved = [np.interp(places, cells, row) for places in shifted for row in log_spectra]
+    return np.array(moved) - np.tile(log_spectra, (2, 1))
 
 
 def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
@@ -101,12 +97,8 @@ def raised_noise(log_spectra: NDArray[Any]) -> NDArray[Any]:
            [0.0025, 0.0025]])
     """
     mean = np.log(np.mean(np.exp(log_spectra), axis=1, keepdims=True))
-    return np.concatenate(
-        [
-            np.logaddexp(log_spectra, mean + level * np.log(10) / 10) - log_spectra
-            for level in _NOISE_DB
-        ]
-    )
+    raised = [np.logaddexp(log_spectra, mean + level * np.log(10) / 10) for level in _NOISE_DB]
+    return np.concatenate(raised) - np.tile(log_spectra, (2, 1))
 
 
 def drift_covariance(colour: NDArray[Any], steadiness: NDArray[Any]) -> NDArray[Any]:

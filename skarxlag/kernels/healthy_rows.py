@@ -124,12 +124,11 @@ def measure_rows(signals: NDArray[Any], n_windows: int, *, with_level: bool) -> 
     mean, median = spectra.short_time_log_spectra(windows, segment, min(HOP, segment))
     steadiness = median - mean
     cepstra = log_spectra_cepstra(colour, steadiness)
-    colour, steadiness, cepstra = (
-        part.reshape(len(unit), n_windows, -1) for part in (colour, steadiness, cepstra)
-    )
-    mean_steadiness = steadiness.mean(axis=1)
+    shape = len(unit), n_windows, -1
+    colour, cepstra = colour.reshape(shape).mean(axis=1), cepstra.reshape(shape)
+    mean_steadiness = steadiness.reshape(shape).mean(axis=1)
     values = [log_unsteadiness(mean_steadiness)]
     if with_level:
         rms = np.maximum(root_mean_square(unit), np.finfo(np.float64).tiny)
         values.append(np.log(rms) + np.log(peak[:, 0]))
-    return Rows(colour.mean(axis=1), mean_steadiness, cepstra, np.column_stack(values))
+    return Rows(colour, mean_steadiness, cepstra, np.column_stack(values))

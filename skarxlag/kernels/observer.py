@@ -196,7 +196,5 @@ def common_lyapunov(slow: NDArray[Any], fast: NDArray[Any]) -> NDArray[Any] | No
             P = -linalg.solve_discrete_are(slow, enter, -slack, [[2.0]], s=-spread * leave)
         except (linalg.LinAlgError, ValueError):
             return None
-    certified = np.linalg.eigvalsh(P)[0] > 0 and all(
-        np.linalg.eigvalsh(A.T @ P @ A - P)[-1] < 0 for A in (slow, fast)
-    )
-    return P if certified else None
+    falls = [np.linalg.eigvalsh(A.T @ P @ A - P)[-1] < 0 for A in (slow, fast)]
+    return P if np.linalg.eigvalsh(P)[0] > 0 and all(falls) else None

@@ -238,9 +238,8 @@ def _vote(squares, ratios, state):
             state[i + 2 * n] = total
     for k in range(whole, n_samples):
         for i in range(n):
-            gain, steps, total = _one_vote(
-                squares[k * n + i], state[i], state[i + n], state[i + 2 * n], up, down
-            )
+            gain, steps, total = state[i], state[i + n], state[i + 2 * n]
+            gain, steps, total = _one_vote(squares[k * n + i], gain, steps, total, up, down)
             state[i] = gain
             state[i + n] = steps
             state[i + 2 * n] = total

@@ -156,13 +156,8 @@ def search_poles(
         places = np.linspace(-1, 1, 21 + orders[channel] // 2) * limits[channel]
         errors = [error(place, channel) for place in places]
         found[channel] = np.tanh(places[np.argmin(errors)])
-    refined = optimize.minimize(
-        error,
-        np.arctanh(found[free]),
-        args=(free,),
-        method="L-BFGS-B",
-        bounds=[(-limits[channel], limits[channel]) for channel in free],
-        options={"ftol": 1e-12, "gtol": 1e-8, "eps": 1e-6},
-    )
+    start, bounds = np.arctanh(found[free]), [(-limits[c], limits[c]) for c in free]
+    options = {"ftol": 1e-12, "gtol": 1e-8, "eps": 1e-6}
+    refined = optimize.minimize(error, start, (free,), "L-BFGS-B", bounds=bounds, options=options)
     found[free] = np.tanh(refined.x)
     return found
