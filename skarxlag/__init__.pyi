@@ -19,10 +19,9 @@ from .ladder import ThresholdLadder as ThresholdLadder
 from .model_selection import SpeedSplit as SpeedSplit
 from .model_selection import cross_speed_predict as cross_speed_predict
 from .monitoring import ConditionMonitor as ConditionMonitor
-from .observer_bank import ExtendedStatePIObserverBank as ExtendedStatePIObserverBank
 from .observers import ExtendedStatePIObserver as ExtendedStatePIObserver
+from .observers import ExtendedStatePIObserverBank as ExtendedStatePIObserverBank
 from .observers import PIObserver as PIObserver
-from .orders import OrderResidual as OrderResidual
 from .persistence import load_diagnoser as load_diagnoser
 from .persistence import load_monitor_state as load_monitor_state
 from .persistence import save_diagnoser as save_diagnoser
@@ -38,6 +37,7 @@ from .recordings.windows import make_windows as make_windows
 from .spectra import LogSpectra as LogSpectra
 from .speeds import estimate_shaft_speed as estimate_shaft_speed
 from .speeds import rpm_from_tacho as rpm_from_tacho
+from .stretches import OrderResidual as OrderResidual
 from .stretches import StretchResidual as StretchResidual
 from .verdicts import recording_verdicts as recording_verdicts
 from .verdicts import window_verdicts as window_verdicts

@@ -9,12 +9,16 @@ from .detection import FaultDetector, KnownConditions
 from .fault_classifier import FaultOrderClassifier
 from .identification import ARXLaguerre
 from .ladder import ThresholdLadder
-from .observer_bank import ExtendedStatePIObserverBank
-from .observers import PIObserver
-from .orders import OrderResidual
+from .observers import ExtendedStatePIObserverBank, PIObserver
 from .pipelines import DiagnosisPipeline
-from .stretches import CONFIDENCE_SCALE, MODEL_ORDER, StretchResidual, window_comparison
+from .stretches import OrderResidual, StretchResidual, window_comparison
 
+#: Constants of the recommended diagnoser, see ``python -m benchmarks.recipe constants``: order of
+#: the model, for the output and for measured inputs; and the exponents of residuals in
+#: probabilities, if the rows of `fit` have one speed and if they have several. Only the simulated
+#: rig has measured inputs, so their order is chosen there.
+MODEL_ORDER = (4, 32)
+CONFIDENCE_SCALE = (32.0, 50.0)
 #: Order of the model before what compares rows with healthy ones.
 _DETECTOR_ORDER = 8
 

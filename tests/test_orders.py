@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from skarxlag import OrderResidual, orders
+from skarxlag import OrderResidual
+from skarxlag import stretches as stretches_module
 
 RATE = 8_000
 ORDERS = {"inner": 5.4, "outer": 3.6}
@@ -83,7 +84,7 @@ def test_match_shows_the_spectra_that_were_compared(fitted):
 
 
 def test_references_are_means_and_variances_of_the_training_stretches(fitted, monkeypatch):
-    monkeypatch.setattr(orders, "_SPEED_TOLERANCE", 0.0)
+    monkeypatch.setattr(stretches_module, "_SPEED_TOLERANCE", 0.0)
     X, y = stretches(900)
     spectra = fitted.match(X, rpm=900).spectra[:, 0]
     for c, name in enumerate(fitted.classes_):

@@ -99,34 +99,6 @@ def settled_level(gain: NDArray[Any]) -> NDArray[Any]:
         return np.exp(np.mean(np.log(tail), axis=-1))
 
 
-def switching_gain_levels(
-    innovations: NDArray[Any], loop: tuple[Any, ...], slope: float, step: float
-) -> NDArray[Any]:
-    """Compute the level at which the switching gain of the output error's sliding surface settles.
-
-    The level is the `settled_level` of the `switching_gain` of the `sliding_surface`.
-
-    Parameters
-    ----------
-    innovations : ndarray of shape (n_windows, n_models, n_samples)
-        The innovations.
-    loop : tuple of 7 floats
-        Parameters of the loop, see `observer.observe`.
-    slope : float
-        Slope of the sliding surface, at least 0.
-    step : float
-        Step of the gain's logarithm a sample, above 0.
-
-    Returns
-    -------
-    ndarray of shape (n_windows, n_models)
-        Levels, in the unit of the innovations.
-    """
-    surface = sliding_surface(observe(innovations, loop)[0], slope)
-    gain = switching_gain(surface.reshape(-1, surface.shape[-1]), step)
-    return settled_level(gain).reshape(surface.shape[:2])
-
-
 def power_levels(innovations: NDArray[Any], loop: tuple[Any, ...]) -> NDArray[Any]:
     """Compute the root mean square of the output error, without its trajectory.
 
