@@ -3,7 +3,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from skarxlag import ExtendedStatePIObserverBank, observer_bank
+from skarxlag import ExtendedStatePIObserverBank, observers
 from skarxlag.kernels import observer
 from skarxlag.kernels.observer_bank import bank_levels
 
@@ -76,7 +76,7 @@ def test_parameters_out_of_range_are_named(make, parameter, value, innovations):
 
 def test_each_certificate_is_tried_once(innovations, monkeypatch):
     tried = []
-    monkeypatch.setattr(observer_bank, "common_lyapunov", lambda *loops: tried.append(loops))
+    monkeypatch.setattr(observers.observer, "common_lyapunov", lambda *loops: tried.append(loops))
     with pytest.raises(ValueError, match="certifies member 0"):
         # No other test has a bank of this pole, so that its certificates are not known.
         ExtendedStatePIObserverBank(saturation=0.0, pole=0.123).fit(innovations)
