@@ -251,6 +251,7 @@ def _processes(n_workers):
 def _cluster(address):
     require("distributed", "--dask", "distributed")
     from distributed import Client, KilledWorker
+    from distributed.comm import CommClosedError
 
     try:
         client = Client(address, timeout=_CONNECT_SECONDS)
@@ -277,6 +278,6 @@ def _cluster(address):
         try:
             yield Workers(submit, lambda: sum(client.nthreads().values()), check)
         except Exception as error:
-            if client.status == "running":
+            if client.status == "running" and not isinstance(error, CommClosedError):
                 raise
             raise CommandError(f"--dask {address}: the scheduler was lost ({error})") from error

@@ -280,7 +280,7 @@ class SilentClient:
 
     def processing(self):
         if self.work is None:
-            raise OSError("connection refused")
+            raise distributed.comm.CommClosedError("connection refused")
         return self.work
 
 
@@ -297,10 +297,9 @@ def test_a_cluster_on_which_nothing_happens_is_not_waited_for(monkeypatch, work,
     monkeypatch.setattr(SilentClient, "work", work)
     monkeypatch.setattr("distributed.Client", SilentClient)
     expected = nullcontext() if message is None else pytest.raises(CommandError, match=message)
-    with executors(SimpleNamespace(dask="tcp://host:1")) as workers:
+    with expected, executors(SimpleNamespace(dask="tcp://host:1")) as workers:
         assert workers.count() == 2
-        with expected:
-            workers.check()
+        workers.check()
 
 
 def test_the_end_of_a_run_cancels_no_later_diagnosis(fleet):
