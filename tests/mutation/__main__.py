@@ -48,6 +48,7 @@ FURTHER_TESTS = {
     "ladder": ["tests/kernels/test_ladder_thresholds.py", "tests/test_ladder.py"],
     "laguerre": ["tests/kernels/test_arx_laguerre.py"],
     "observer": ["tests/kernels/test_residual_levels.py"],
+    "verdicts": ["tests/test_fusion.py"],
     "lanes": ["tests/kernels/test_observer.py", "tests/kernels/test_arx_laguerre.py"],
 }
 #: Share of mutants that the tests must kill.
