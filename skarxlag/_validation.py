@@ -184,7 +184,7 @@ def weighted_windows(
     expected = f"{(len(X),)}, one weight for each window"
     expect(weights.shape == (len(X),), "sample_weight.shape", weights.shape, expected)
     is_weight = weights.min() >= 0 and weights.max() > 0
-    expect(is_weight, "sample_weight", weights, "weights of at least 0, one of them above 0")
+    expect(is_weight, "sample_weight", weights, "weights of at least 0, not all of them zero")
     counted = weights > 0
     if counted.all():
         return X, y, weights
