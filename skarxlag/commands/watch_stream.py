@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import nullcontext
 from datetime import UTC, datetime
+from operator import attrgetter
 from pathlib import Path
 
 from ..monitoring import ConditionMonitor, MonitorVerdict
@@ -30,6 +31,8 @@ _SAVE_EVERY = 60.0
 _READING = ("channel", "dtype", "time_column", "rpm_column", "pulses_per_turn")
 #: Arguments of the monitor.
 _SETTINGS = ("hop", "half_life", "false_alarm_interval", "gap_tolerance")
+#: What of a verdict is written at once if it differs from the line before.
+_news = attrgetter("verdict", "alarm", "quality")
 #: Range of the seconds since 1970 that are taken for dates, from 1973 to 2096. A clock that counts
 #: from the start of a machine is below it.
 _DATES = (1e8, 4e9)
@@ -78,8 +81,10 @@ class SensorStream:
             "sampling_rate": self._rate,
         }
         sensor = args.sensor or (args.model if is_stdin else path).stem
-        self._lines = VerdictLines(sensor, model.healthy, args.every, args.heartbeat)
-        self._said, self._limits, self.is_at_place = time.monotonic(), None, True
+        self._of_line = {"sensor": printable(sensor), "healthy": model.healthy}
+        self._last = self._written = self._limits = None
+        self._said = self._line_at = self._window_at = time.monotonic()
+        self.is_at_place = True
         self._unread: Counter[str] = Counter()
         model.check_order(args.source, args.channel)
         with as_command_error():
@@ -180,7 +185,7 @@ class SensorStream:
             return None
         except ValueError as error:
             raise CommandError(f"{self._args.source}: {error}") from error
-        self._lines.beat()
+        self._beat()
         return block is not None
 
     def _take(self, block):
@@ -199,8 +204,13 @@ class SensorStream:
                 self.save()
 
     def _report(self, verdicts, source):
-        self._lines.write(verdicts, source)
         for verdict in verdicts:
+            self._last, self._window_at = verdict, time.monotonic()
+            if self._is_due(verdict):
+                self._written, fields = verdict, verdict._asdict()
+                fields = {"seconds": fields.pop("time")} | fields
+                fields |= {} if source is None else {"source": printable(source)}
+                self._print("verdict", verdict.time, fields)
             if verdict.limits not in (HOLD, self._limits):
                 self._limits = verdict.limits
                 self.say(f"No alarm: {self._limits}.")
@@ -208,9 +218,32 @@ class SensorStream:
             self._said = time.monotonic()
             self.say(sentence(verdicts[-1]))
 
+    def _is_due(self, verdict):
+        every = self._args.every
+        if every is None or self._written is None or _news(verdict) != _news(self._written):
+            return True
+        # A clock that was set back would suppress all lines; times are sums of rounded steps.
+        return not 0 <= verdict.time - self._written.time < every * (1 - 1e-9)
+
+    def _beat(self):
+        """Write a heartbeat if no line was written for so long."""
+        now, heartbeat = time.monotonic(), self._args.heartbeat
+        if heartbeat is None or now - self._line_at < heartbeat:
+            return
+        fields = {"seconds_without_window": round(now - self._window_at, 3)}
+        fields["verdict"] = self._last and self._last.verdict
+        fields["alarm"] = self._last and self._last.alarm
+        self._print("heartbeat", None, fields)
+
+    def _print(self, kind, seconds, fields):
+        self._line_at = time.monotonic()
+        line = {"kind": kind, "time": _iso_date(seconds)} | self._of_line | fields
+        unknown = [n for n, v in line.items() if isinstance(v, float) and not math.isfinite(v)]
+        print(json.dumps(line | dict.fromkeys(unknown), allow_nan=False), flush=True)
+
     def summary(self) -> str:
         """Return the counts of the run and its last verdict."""
-        counts, last = self._monitor.counts, self._lines.last
+        counts, last = self._monitor.counts, self._last
         windows = ", ".join(f"{n} {name}" for name, n in sorted(counts["windows"].items()))
         parts = [f"{counts['samples']} samples", f"windows: {windows or 'none'}"]
         parts.append(f"{counts['gaps']} gaps of {counts['missing_seconds']:.1f} s")
@@ -221,81 +254,11 @@ class SensorStream:
         return "; ".join(parts)
 
 
-class VerdictLines:
-    """Writer of one line of JSON for each verdict, or of fewer, to standard output.
-
-    Parameters
-    ----------
-    sensor : str
-        Name of the sensor, which each line states.
-    healthy : label or None
-        The healthy condition, which each line states.
-    every : float or None
-        Seconds of the sensor's time between two lines. A verdict that differs from the line before
-        in condition, alarm or quality is written at once. None: every verdict is written.
-    heartbeat : float or None
-        Seconds without a line after which `beat` writes a line of the kind ``"heartbeat"``. None:
-        never.
-
-    Attributes
-    ----------
-    last : MonitorVerdict or None
-        The last verdict, written or not.
-    """
-
-    last: MonitorVerdict | None
-
-    def __init__(
-        self, sensor: str, healthy: object, every: float | None, heartbeat: float | None
-    ) -> None:
-        self._facts = {"sensor": printable(sensor), "healthy": healthy}
-        self._every, self._heartbeat = every, heartbeat
-        self.last = self._written = None
-        self._line_at = self._window_at = time.monotonic()
-
-    def beat(self) -> None:
-        """Write a heartbeat if it is due."""
-        now = time.monotonic()
-        if self._heartbeat is None or now - self._line_at < self._heartbeat:
-            return
-        fields = {"seconds_without_window": round(now - self._window_at, 3)}
-        fields["verdict"] = self.last and self.last.verdict
-        fields["alarm"] = self.last and self.last.alarm
-        self._print("heartbeat", None, fields)
-
-    def write(self, verdicts: list[MonitorVerdict], source: str | None) -> None:
-        """Write those of some verdicts that are due."""
-        for verdict in verdicts:
-            self.last, self._window_at = verdict, time.monotonic()
-            if self._is_due(verdict):
-                self._written, fields = verdict, verdict._asdict()
-                fields = {"seconds": fields.pop("time")} | fields
-                fields |= {} if source is None else {"source": printable(source)}
-                self._print("verdict", verdict.time, fields)
-
-    def _is_due(self, verdict):
-        if self._every is None or self._written is None or _news(verdict) != _news(self._written):
-            return True
-        passed = verdict.time - self._written.time
-        # A clock that was set back would suppress all lines; times are sums of rounded steps.
-        return passed < 0 or passed >= self._every * (1 - 1e-9)
-
-    def _print(self, kind, seconds, fields):
-        self._line_at = time.monotonic()
-        line = {"kind": kind, "time": _iso_date(seconds)} | self._facts | fields
-        unknown = [n for n, v in line.items() if isinstance(v, float) and not math.isfinite(v)]
-        print(json.dumps(line | dict.fromkeys(unknown), allow_nan=False), flush=True)
-
-
 def _iso_date(seconds):
     """Seconds since 1970 as ISO 8601 date in UTC; the present if they are no date."""
     is_date = seconds is not None and _DATES[0] < seconds < _DATES[1]
     moment = datetime.fromtimestamp(seconds, UTC) if is_date else datetime.now(UTC)
     return moment.isoformat(timespec="milliseconds")
-
-
-def _news(verdict):
-    return verdict.verdict, verdict.alarm, verdict.quality
 
 
 def sentence(verdict: MonitorVerdict) -> str:

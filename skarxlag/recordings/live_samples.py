@@ -24,10 +24,11 @@ _LONGEST_LINE = 2**20
 #: Some loggers end each line with a separator.
 _AT_LINE_END = re.compile(rb"[;,][ \t\r]*(\n|$)")
 
+#: Names, positions or patterns of channels.
+Channels = str | Sequence[str] | None
 
-def chosen_channels(
-    names: list[str], channel: str | Sequence[str] | None, speed: str | None = None
-) -> list[str]:
+
+def chosen_channels(names: list[str], channel: Channels, speed: str | None = None) -> list[str]:
     """Return the names of the chosen channels.
 
     Parameters
@@ -101,9 +102,7 @@ class RawSamples(_Samples):
         Bytes at the end that do not make a whole sample.
     """
 
-    def __init__(
-        self, dtype: str, channel: str | Sequence[str] | None = None, speed: str | None = None
-    ) -> None:
+    def __init__(self, dtype: str, channel: Channels = None, speed: str | None = None) -> None:
         self._frame = frame_type(dtype)
         if any(self._frame[name].kind == "c" for name in self._frame.names):
             raise ContentError(f"dtype is {dtype!r}, expected real numbers such as '<f4'")
@@ -133,8 +132,8 @@ class TextSamples(_Samples):
     ----------
     channel : None, str, or list of str
         Chosen columns, in their order; None for all but those of times and shaft speeds.
-    times : StreamTimes or None
-        Parser of the column of times; None does not look for one.
+    times : StreamTimes
+        Parser of the column of times.
     speed : str or None
         Column of shaft speeds or of pulses, which becomes the last row of the samples.
 
@@ -144,12 +143,7 @@ class TextSamples(_Samples):
         Lines and times that could not be read.
     """
 
-    def __init__(
-        self,
-        channel: str | Sequence[str] | None = None,
-        times: StreamTimes | None = None,
-        speed: str | None = None,
-    ) -> None:
+    def __init__(self, channel: Channels, times: StreamTimes, speed: str | None = None) -> None:
         self._channel, self._times, self._speed = channel, times, speed
         super().__init__()
 
@@ -157,8 +151,6 @@ class TextSamples(_Samples):
         """Prepare for the first bytes of a source, which `head` may show."""
         super().begin()
         self._layout = self._time = None
-        if self._times is not None:
-            self._times.begin()
         if head:
             self._learn(head)
 
@@ -237,8 +229,7 @@ class TextSamples(_Samples):
         """Choose the columns, and make sure that they hold numbers."""
         layout, samples = self._layout, list(filter(None, map(self._by_name, rows)))
         self._chosen = chosen_channels(layout.names, self._channel, self._speed)
-        if self._times is not None:
-            self._time = self._times.find(layout.names, layout.units, samples, self._chosen)
+        self._time = self._times.find(layout, samples, self._chosen)
         if self._time in self._chosen and self._channel is None:
             self._chosen.remove(self._time)
         fields = [[sample[name] for name in self._chosen] for sample in samples]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .formats._contents import ContentError, choose_channel
 from .formats._facts import SECONDS, names_times, seconds_of_dates
-from .formats.text import number
+from .formats.text import TextLayout, number
 
 #: Name that stands for no column.
 NO_TIMES = "none"
@@ -36,38 +36,23 @@ class StreamTimes:
         In Hz, that of the samples.
     tolerance : float
         Seconds by which the step from one time to the next may be wrong.
-    window_length : int
+    shortest : int
         Samples before which the sampling rate of the times is not checked.
     """
 
-    def __init__(
-        self, column: str | None, sampling_rate: float, tolerance: float, window_length: int
-    ) -> None:
+    def __init__(self, column: str | None, sampling_rate: float, tolerance: float, shortest: int):
         self._column, self._rate, self._tolerance = column, sampling_rate, tolerance
-        self._shortest = window_length
+        self._shortest = shortest
         # A clock drifts against the sampling rate, by less than the tolerance until it is stated.
         self._every = sampling_rate * min(_STATED_EVERY, tolerance / (2 * _RATE_TOLERANCE))
-        self.begin()
 
-    def begin(self) -> None:
-        """Prepare for the first samples of a source."""
-        # Place and time of the last sample of known time, and of that from which the rate is
-        # measured. Places count from the first sample of the source.
-        self._last = self._origin = None
-        self._stated = self._n_samples = self._n_wrong = 0
-        self._largest_step = 0.0
-
-    def find(
-        self, names: list[str], units: dict[str, str], rows: list[dict[str, str]], taken: list[str]
-    ) -> str | None:
-        """Return the name of the column of times, None if there is none.
+    def find(self, layout: TextLayout, rows: list[dict[str, str]], taken: list[str]) -> str | None:
+        """Prepare for a source, and return the name of its column of times, None without one.
 
         Parameters
         ----------
-        names : list of str
-            Columns of the stream.
-        units : dict of str to str
-            By column, if stated.
+        layout : TextLayout
+            Columns of the source, and their units.
         rows : list of dict of str to str
             Fields of the first lines of samples, by column.
         taken : list of str
@@ -78,13 +63,18 @@ class StreamTimes:
         ContentError
             If the chosen column does not exist or has an unknown unit.
         """
+        # Place and time of the last sample of known time, and of that from which the rate is
+        # measured. Places count from the first sample of the source.
+        self._last = self._origin = None
+        self._stated = self._n_samples = self._n_wrong = 0
+        self._largest_step = 0.0
         if self._column is None:
-            name = next((n for n in names if names_times(n) and n not in taken), None)
+            name = next((n for n in layout.names if names_times(n) and n not in taken), None)
         else:
-            name = None if self._column == NO_TIMES else choose_channel(names, self._column)
+            name = None if self._column == NO_TIMES else choose_channel(layout.names, self._column)
         if name is None:
             return None
-        unit, values = units.get(name, "").strip().lower(), [number(row[name]) for row in rows]
+        unit, values = layout.units.get(name, "").lower(), [number(row[name]) for row in rows]
         # Dates have no unit, whatever the header states.
         is_date = len(values) > 0 and np.isnan(values).all()
         self._scale = SECONDS.get("s" if is_date else unit or "s")

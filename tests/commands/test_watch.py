@@ -19,7 +19,7 @@ from skarxlag import (
 from skarxlag.commands import main
 from skarxlag.recordings.listing import ListedRecording
 from skarxlag.recordings.live import from_folder, from_growing_file
-from skarxlag.recordings.live_samples import RawSamples, TextSamples
+from skarxlag.recordings.live_samples import RawSamples
 from tests.commands.watching import (
     IDLE,
     RATE,
@@ -29,6 +29,7 @@ from tests.commands.watching import (
     lines_of,
     parsed,
     sound,
+    text_samples,
     verdicts_of,
 )
 
@@ -219,7 +220,7 @@ def test_a_file_of_other_rate_or_channels_is_skipped_and_told(run, models, tmp_p
 def test_a_log_that_is_rotated_is_read_to_its_end_first(tmp_path):
     path, told = tmp_path / "log.csv", []
     path.write_text("x\n1\n2\n3\n4")
-    blocks = from_growing_file(path, TextSamples(), told.append)
+    blocks = from_growing_file(path, text_samples(), told.append)
     assert next(blocks).samples.tolist() == [[1, 2, 3]]
     with open(path, "a") as file:
         file.write("5\n6")
@@ -305,7 +306,7 @@ def test_ctrl_c_and_termination_end_cleanly(run, models, monkeypatch, number, tm
         # Nobody writes any more, and nobody closes the pipe: only the signal can end it.
         ring = threading.Timer(0.05, os.kill, (os.getpid(), number))
         monkeypatch.setattr(
-            "skarxlag.commands.watch_stream.VerdictLines.write", lambda *args: ring.start()
+            "skarxlag.commands.watch_stream.SensorStream._report", lambda *args: ring.start()
         )
         code, _, err = run("watch", models[0], "-", "--state", tmp_path / "state.json")
     assert code == 0
@@ -325,16 +326,16 @@ def test_a_line_a_second_for_people(run, models, piped, monkeypatch):
 def test_lines_come_in_any_pieces():
     signal = np.array([[1.5, 2.5, -3.0, 0.0, 7.0], [4.0, 5.0, 6.0, 1e-5, 8.0]])
     data = b"# from the logger\n" + lines_of(signal, "\t")
-    whole = parsed(TextSamples(), data)
+    whole = parsed(text_samples(), data)
     assert whole.tolist() == signal.tolist()
-    pieces = TextSamples()
+    pieces = text_samples()
     parts = [parsed(pieces, data[i : i + 1]) for i in range(len(data))]
     np.testing.assert_array_equal(np.concatenate([p for p in parts if p.size], axis=1), whole)
-    unfinished = TextSamples("1")
+    unfinished = text_samples("1")
     assert parsed(unfinished, b"1 2\n3 4\n5 6\n7 8\n9 1").tolist() == [[2.0, 4.0, 6.0, 8.0]]
     assert unfinished.n_pending == 3
     assert parsed(unfinished, b"", is_end=True).tolist() == [[1.0]]
-    few = TextSamples()
+    few = text_samples()
     assert parsed(few, b"1,2,\n3,4,\n").size == 0 and few.n_pending == 10
     assert parsed(few, b"", is_end=True).tolist() == [[1.0, 3.0], [2.0, 4.0]]
 

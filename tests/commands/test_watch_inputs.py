@@ -22,6 +22,7 @@ from tests.commands.watching import (
     lines_of,
     parsed,
     sound,
+    text_samples,
     verdicts_of,
 )
 
@@ -107,15 +108,15 @@ def test_what_is_no_text_with_numbers(run, models, piped, data, message):
 
 def test_the_layout_does_not_depend_on_how_the_lines_come():
     data = b"1 2\n" * 6 + b"3,4\n" * 70
-    whole = parsed(TextSamples(), data)
-    pieces = TextSamples()
+    whole = parsed(text_samples(), data)
+    pieces = text_samples()
     parts = [parsed(pieces, data[i : i + 5]) for i in range(0, len(data), 5)]
     np.testing.assert_array_equal(np.concatenate([p for p in parts if p.size], axis=1), whole)
     assert whole[:, 0].tolist() == [1.0, 2.0] and pieces.unread["lines that are no numbers"] == 70
 
 
 def test_a_line_without_an_end_takes_no_memory():
-    parser, noise = TextSamples(), b"7" * 2**18
+    parser, noise = text_samples(), b"7" * 2**18
     assert parsed(parser, b"1\n2\n3\n4\n").shape == (1, 4)
     with pytest.raises(ContentError, match="1310720 bytes without a line of numbers"):
         for _ in range(40):
@@ -179,7 +180,7 @@ def test_a_file_that_is_removed_is_waited_for(tmp_path):
             path.write_text("5\n6\n7\n8\n")
 
     told = []
-    blocks = drained(from_growing_file(path, TextSamples(), told.append), act, len(steps))
+    blocks = drained(from_growing_file(path, text_samples(), told.append), act, len(steps))
     assert [block.samples.tolist() for block in blocks] == [[[1, 2, 3, 4]], [[5, 6, 7, 8]]]
     assert told == [f"{path} was started afresh"]
 
@@ -267,7 +268,7 @@ def test_a_request_to_end_waits_for_the_end_of_a_file(run, models, tmp_path, mon
         if len(told) == 2:
             os.kill(os.getpid(), signal.SIGINT)
 
-    monkeypatch.setattr("skarxlag.commands.watch_stream.VerdictLines.write", write)
+    monkeypatch.setattr("skarxlag.commands.watch_stream.SensorStream._report", write)
     run("watch", models[0], folder, *IDLE, "--state", state)
     assert len(told) == 5
     run("watch", models[0], folder, *IDLE, "--state", state)

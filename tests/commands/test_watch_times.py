@@ -30,7 +30,7 @@ def dates(seconds):
 
 
 def parser(column=None, rate=RATE, tolerance=0.1):
-    return TextSamples(times=StreamTimes(column, rate, tolerance, WINDOW))
+    return TextSamples(None, StreamTimes(column, rate, tolerance, WINDOW))
 
 
 def test_a_gap_across_lines_is_a_gap_of_the_record(run, models, fitted, piped):

@@ -6,6 +6,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from skarxlag import ConditionMonitor
+from skarxlag.recordings.live_samples import TextSamples
+from skarxlag.recordings.live_times import StreamTimes
 
 WINDOW, RATE = 200, 1000.0
 COLOURS = {"good": [1.0, -0.9], "worn": [1.0, 0.9]}
@@ -57,3 +59,8 @@ def drained(blocks, between=lambda look: None, n_looks=6):
         between(n_empty)
         n_empty += 1
     return found
+
+
+def text_samples(channel=None):
+    """A parser that looks for no times."""
+    return TextSamples(channel, StreamTimes("none", RATE, 0.1, WINDOW))
