@@ -196,6 +196,8 @@ class SensorStream:
             if self._speed_column is not None and not self._is_folder:
                 samples, rpm = samples[:-1], samples[-1]
                 rpm = rpm if self._tacho is None else self._tacho.speeds(rpm)
+            if len(samples) != (n := self._model.n_channels):
+                raise ValueError(f"{len(samples)} channels, expected {n}; --channel chooses")
             verdicts = self._monitor.update(samples, time=block.time, rpm=rpm)
             self._report(verdicts, block.source)
         if block.place is not None:

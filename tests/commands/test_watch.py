@@ -235,7 +235,7 @@ def test_a_stream_of_another_number_of_channels_is_refused(run, models, piped):
     piped(b"1.0,2.0\n" * 300)
     code, out, err = run("watch", models[0], "-")
     assert code == 1 and out == ""
-    assert "expected 1 channels as in fit" in err
+    assert "2 channels, expected 1; --channel chooses" in err
 
 
 def test_european_lines_with_times_and_units(run, models, fitted, piped, tmp_path):

@@ -97,7 +97,7 @@ def test_a_byte_order_mark_and_two_signs_at_the_end_of_a_line(run, models, fitte
         (b"1" * 1_400_000, "bytes without a line of numbers, expected csv lines"),
         (b"<html>\n<p>Not found\n</p>\n</html>\n", "'<p>Not found' is no line of 1 numbers"),
         ("1.5\n2.5\n".encode("utf-16"), "the text is UTF-16, expected UTF-8"),
-        (b"1,5\n" * 300, "expected 1 channels as in fit"),
+        (b"1,5\n" * 300, "2 channels, expected 1; --channel chooses"),
     ],
 )
 def test_what_is_no_text_with_numbers(run, models, piped, data, message):
