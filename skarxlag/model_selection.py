@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 from numbers import Integral
 from typing import Any, ClassVar
 
@@ -160,15 +161,11 @@ class SpeedSplit(BaseCrossValidator):
         log_speed, recording, start = self._columns(X, groups)
         known, at = group_speeds(log_speed)
         self._check_settings(known, recording)
+        speeds = range(len(known))
+        pairs = product(self._training_speeds(known), speeds)
+        sides = [(at == a, at == b) for a, b in pairs if self.same_speed or a != b]
         if self.leave_out:
-            sides = [(at != speed, at == speed) for speed in range(len(known))]
-        else:
-            sides = [
-                (at == train, at == test)
-                for train in self._training_speeds(known)
-                for test in range(len(known))
-                if self.same_speed or test != train
-            ]
+            sides = [(at != speed, at == speed) for speed in speeds]
         first, second = self._halves(recording, start)
         splits = [(np.flatnonzero(first & a), np.flatnonzero(second & b)) for a, b in sides]
         if not all(len(train) and len(test) for train, test in splits):

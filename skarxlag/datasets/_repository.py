@@ -71,10 +71,9 @@ def fetcher(source_of: Callable[..., Source]) -> Callable[..., Any]:
     parts, shared = inspect.signature(source_of), inspect.signature(fetch_rig)
     options = [each for name, each in shared.parameters.items() if name != "source"]
     fetch.__signature__ = shared.replace(parameters=[*parts.parameters.values(), *options])
-    if fetch.__doc__ and fetch_rig.__doc__:
-        text = fetch_rig.__doc__
-        text = text[text.index("    data_home : ") :]
-        fetch.__doc__ = fetch.__doc__.replace("    {shared}\n", text)
+    # Docstrings are None if Python runs without them.
+    text = str(fetch_rig.__doc__).partition("The source of the rig.\n")[2]
+    fetch.__doc__ = str(fetch.__doc__).replace("    {shared}\n", text)
     return fetch
 
 
@@ -174,8 +173,10 @@ def fetch_rig(
             if download_if_missing:
                 url = f"{(mirror or source.url).rstrip('/')}/{quote(recording.path)}"
                 _download(url, path, recording.sha256)
-            elif not _is_intact(path, recording.sha256):
-                state = "is not the original (another SHA-256)" if path.exists() else "is missing"
+            elif not path.is_file():
+                raise OSError(f"{path} is missing and download_if_missing is False")
+            elif recording.sha256 not in (None, hashlib.sha256(path.read_bytes()).hexdigest()):
+                state = "is not the original (another SHA-256)"
                 raise OSError(f"{path} {state} and download_if_missing is False")
             is_held = recording.channel in set(list_channels(path)["channel"])
             channel = recording.channel if is_held else source.channel
@@ -206,9 +207,3 @@ def _download(url, path, sha256):
         )
     except (OSError, HTTPException) as error:
         raise OSError(f"{path} could not be fetched from {url}: {error}") from error
-
-
-def _is_intact(path, sha256):
-    if not path.is_file() or sha256 is None:
-        return path.is_file()
-    return hashlib.sha256(path.read_bytes()).hexdigest() == sha256

@@ -57,7 +57,6 @@ def fetch_mfpt() -> Source:
             part = "train_data" if load <= 5 else "test_data"
             path = f"{part}/{condition.capitalize()}RaceFault_vload_{load}.mat"
             name = f"{condition}_load{load}"
-            converted = f"mfpt/{name}.npz"
-            recordings.append(Recording(path, condition, RPM, name, None, converted))
+            recordings.append(Recording(path, condition, RPM, name, None, f"mfpt/{name}.npz"))
     facts = {"channel": "bearing.gs", "n_samples": N_SAMPLES}
     return Source("mfpt", URL, SAMPLING_RATE, recordings, NICE, **facts)

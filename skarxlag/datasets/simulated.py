@@ -211,8 +211,7 @@ def simulate_rig(
             emission += defects[defect]
             if return_fault:
                 fault[row] += defects[defect]
-        data[row, :, 0] = emission.reshape(n_windows, window_length)
-        data[row, :, 1] = torque.reshape(n_windows, window_length)
+        data[row] = np.stack([emission, torque]).reshape(2, n_windows, -1).swapaxes(0, 1)
 
     names_of_recordings = [
         f"{name}_{speed:.12g}rpm" + (f"_{crack:.12g}mm" if crack else "")

@@ -167,10 +167,8 @@ def impulse_response(path: TransmissionPath, sampling_rate: float) -> NDArray[An
     >>> float(abs(response).max())
     1.0
     """
-    frequencies, damping, amplitudes = (
-        np.asarray(values, dtype=float)[:, None]
-        for values in (path.frequencies, path.damping, path.amplitudes)
-    )
+    modes = np.array([path.frequencies, path.damping, path.amplitudes], dtype=float)
+    frequencies, damping, amplitudes = modes[..., np.newaxis]
     if frequencies.max() >= sampling_rate / 2:
         raise ValueError(
             f"frequencies of a transmission path must lie below sampling_rate / 2 = "

@@ -5,6 +5,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from functools import partial
+from itertools import takewhile
 from numbers import Integral
 from pathlib import Path
 from typing import Any
@@ -398,17 +399,15 @@ class _Reader:
         """Return the facts of the recordings."""
         names = [entry.name for entry in listed]
         conditions = [entry.condition for entry in listed]
-        speeds, profiles = [], {}
         # If one speed is unknown, none is returned, and the other files are not opened.
-        while len(speeds) < len(listed) and None not in speeds:
-            entry = listed[len(speeds)].with_speed()
-            speeds.append(entry.rpm)
-            if entry.profile is not None:
-                profiles[entry.name] = entry.profile
+        entries = (entry.with_speed() for entry in listed)
+        known = list(takewhile(lambda entry: entry.rpm is not None, entries))
+        if len(known) < len(listed):
+            known = []
         return Bunch(
             condition=None if None in conditions else np.array(conditions),
-            rpm=None if None in speeds else np.array(speeds),
-            profiles={} if None in speeds else profiles,
+            rpm=np.array([entry.rpm for entry in known]) if known else None,
+            profiles={each.name: each.profile for each in known if each.profile is not None},
             recording=names,
             sampling_rate=self._common["sampling rates (Hz)"][0],
             filenames=[str(entry.path) for entry in listed],
