@@ -17,7 +17,7 @@ from sklearn.utils.metaestimators import available_if
 from ._answers import answers
 from ._base import SignalEstimator
 from ._parallel import map_batches
-from ._state import INNOVATIONS, Labels, Values, remember_parameters, uses_fitted
+from ._state import INNOVATIONS, Labels, Values, expect, remember_parameters, uses_fitted
 from ._validation import (
     ABOVE_0,
     check_rate,
@@ -39,18 +39,20 @@ from .fault_places import (
     WITHOUT_COMB,
     comb_evidence,
     discounted,
-    evidence_sentence,
+    impact_orders,
     least_margin,
     limit_elsewhere,
     limit_of_healthy,
     p_values_of_healthy,
     place_of_label,
 )
-from .kernels.fault_orders import N_ORDERS, order_contrast
+from .kernels.fault_orders import N_ORDERS, NEPER_IN_DB, order_contrast
 from .speeds import samples_a_turn, speeds_of_rows
 
 #: Logarithm of speed up to which rows count as rows of the same speed.
 _SAME_SPEED = 0.05
+#: Places of faults in words, in the order of `FAULTS`.
+_WORDS = "a rolling element", "the inner race", "the outer race"
 #: Why there is no verdict on a row.
 _NO_COMBS = "combs need a plausible speed, and two turns of the shaft in a row"
 
@@ -185,9 +187,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     _state = INNOVATIONS | {
         "classes_": Labels(),
         "class_places_": Values(
-            lambda e: (len(e.classes_),),
-            (lambda p, e: (p >= 0) & (p < len(PLACES)), "indices from 0 to 3"),
-            "i",
+            lambda e: e.classes_.shape, (lambda p, e: np.isin(p, range(4)), "0, 1, 2 or 3"), "i"
         ),
         "orders_": Values(
             lambda e: (len(listed(e.bearing)), 4), (lambda o, e: (o > 0) & (o < 1e6), "in (0, 1e6)")
@@ -248,15 +248,11 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         self.conditions_: Any = None
         self._calibrate(np.empty((0, len(FAULTS))), np.empty(0))
         if y is None:
-            self._name_classes(PLACES)
+            self.classes_, self.class_places_ = np.unique(PLACES, return_index=True)
         else:
             self._learn(X, y, rpm, sample_weight)
         remember_parameters(self)
         return self
-
-    def _name_classes(self, names):
-        """Take these classes for the places."""
-        self.classes_, self.class_places_ = np.unique(names, return_index=True)
 
     def _learn(self, X, y, rpm, sample_weight):
         """Learn places of labels, limits of healthy rows, and spectra of conditions."""
@@ -279,7 +275,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             given = {name: value for name, value in metadata.items() if value is not None}
             self.conditions_ = clone(self.conditions).fit(X, y, **given)
         elif len(self.classes_) == 1 and self.classes_.dtype.kind in "UO" and healthy.all():
-            self._name_classes([*FAULTS, self.classes_[0]])
+            names = [*FAULTS, self.classes_[0]]
+            self.classes_, self.class_places_ = np.unique(names, return_index=True)
 
     def _place(self, label, scores):
         """Index of the place that a label stands for."""
@@ -298,11 +295,6 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         rest = (scores - self.reference_).max(axis=1, initial=-np.inf) * n_rows / max(n_rows - 1, 1)
         self.healthy_scores_: NDArray[Any] = np.sort(rest)
         self.limit_: float = limit_of_healthy(self.healthy_scores_, self.false_alarm_rate)
-
-    def _is_far(self, rpm):
-        """Return whether no healthy row had about the speed of a row, or its speed is not known."""
-        distances = np.abs(np.log(rpm[:, np.newaxis] / self.healthy_speeds_))
-        return ~(distances.min(axis=1, initial=np.inf) <= _SAME_SPEED)
 
     @uses_fitted
     def match(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
@@ -329,13 +321,11 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
     def _match(self, X, rpm):
         rows, rate, train_rpm = X[:, 0], self.sampling_rate, ()
-        if self.conditions_ is not None:
+        if self.conditions_ is None:
+            is_found = rpm is not None or self.speed_range is not None
+            expect(is_found, "rpm", rpm, "the speed of each row, or speed_range to search it in")
+        else:
             train_rpm = answers(self.conditions_).speeds
-        elif rpm is None and self.speed_range is None:
-            raise ValueError(
-                "rpm is None, expected the speed of each row, or speed_range, in which the speed "
-                "is searched."
-            )
         least_turns = LEAST_TURNS / self.gear_ratio
         turns = turns_of_rows(rows, rate, rpm, self.speed_range, least_turns, train_rpm)
 
@@ -395,11 +385,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
     @uses_fitted
     def diagnose_gathered(
-        self,
-        contrast: NDArray[Any],
-        n_rows: float,
-        rpm: float,
-        spectra: NDArray[Any] | None = None,
+        self, contrast: NDArray[Any], n_rows: float, rpm: float, spectra: NDArray[Any] | None = None
     ) -> Bunch:
         """Diagnose the mean contrast of several rows of a machine.
 
@@ -453,7 +439,9 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
 
     def _judge(self, found, spectra=None, n_rows=1):
         """Judge matched rows, with the log probabilities by spectra if conditions were learned."""
-        is_far = self._is_far(found.rpm)
+        distances = np.abs(np.log(found.rpm[:, np.newaxis] / self.healthy_speeds_))
+        # The distance of an unknown speed is NaN.
+        is_far = ~(distances.min(axis=1, initial=np.inf) <= _SAME_SPEED)
         elsewhere = limit_elsewhere(self.limit_, self.false_alarm_rate)
         limits = np.where(is_far, elsewhere, self.limit_)
         margin = least_margin(self.wrong_name_rate)
@@ -481,10 +469,33 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         judged.score = scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
         judged.probability = np.exp(log_softmax(scores, axis=1))
         gaps = (limits - best) / certainty
-        rows = zip(found.scores, above, found.factors, found.bearings, gaps, strict=True)
-        known = listed(self.bearing), self.orders_, margin, self.slip
-        judged.evidence = np.array([evidence_sentence(*row, *known) for row in rows], dtype=object)
+        rows = zip(above, gaps, found.scores, found.factors, found.bearings, strict=True)
+        judged.evidence = np.array([self._sentence(*row) for row in rows], dtype=object)
         return judged
+
+    def _sentence(self, above, gap, scores, factors, bearings):
+        """Describe the combs of a row, whose best score is `gap` below its limit."""
+        second, best = np.argsort(above, kind="stable")[-2:]
+        where, size = _WORDS[best], f"{NEPER_IN_DB * scores[best]:.0f} dB"
+        given, bearing, factor = listed(self.bearing), bearings[best], factors[best]
+        if isinstance(given[bearing], str):
+            where += f" of {given[bearing]}"
+        elif len(given) > 1:
+            where += f" of bearing {bearing + 1}"
+        if gap >= 0:
+            limit = f"limit {NEPER_IN_DB * (scores[best] + gap):.0f} dB"
+            return (
+                f"no comb exceeds its limit; the strongest is that of {where} with {size}, {limit}"
+            )
+        if above[best] - above[second] < least_margin(self.wrong_name_rate):
+            return f"impacts of {size} fit {where} and {_WORDS[second]} nearly as well"
+        order, error = impact_orders(self.orders_)[bearing, best] * factor, 100 * (factor - 1)
+        is_far = abs(np.log(factor)) > self.slip
+        doubt = ", which is more than slip explains: check the speed and the bearing"
+        return (
+            f"impacts at {order:.2f} orders, {where}, {size}, {error:+.1f} % from the nominal order"
+            f"{doubt if is_far else ''}"
+        )
 
     def predict(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Return the class of each row.
@@ -618,23 +629,16 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             check_real(high, "speed_range[1]", **ABOVE_0)
             check_real(low, "speed_range[0]", **ABOVE_0 | {"max_val": high})
         for label, place in (self.places or {}).items():
-            if place not in PLACES:
-                raise ValueError(
-                    f"places[{label!r}] is {place!r}, expected one of {', '.join(PLACES)}."
-                )
+            expect(place in PLACES, f"places[{label!r}]", place, f"one of {PLACES}")
 
     def _check_relations(self):
-        if self.n_models_ > 1:
-            raise ValueError(f"n_models_ == {self.n_models_}, expected 0 or 1.")
+        expect(self.n_models_ <= 1, "n_models_", self.n_models_, "0 or 1")
         try:
             agrees = np.array_equal(self.conditions_.classes_, self.classes_)
         except AttributeError:
             agrees = self.conditions_ is None
-        if not agrees:
-            raise ValueError(
-                f"conditions_ == {self.conditions_!r}, expected a fitted pipeline of the "
-                f"conditions {self.classes_.tolist()}."
-            )
+        known = f"a fitted pipeline of the conditions {self.classes_.tolist()}"
+        expect(agrees, "conditions_", self.conditions_, known)
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()

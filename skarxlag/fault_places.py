@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_softmax, logsumexp
 
-from .kernels.fault_orders import NEPER_IN_DB
 from .kernels.fault_orders import PLACES as FAULTS
 
 HEALTHY = "healthy"
@@ -17,7 +16,6 @@ HEALTHY = "healthy"
 NOT_IDENTIFIABLE = "not identifiable"
 #: Places of classes, by index.
 PLACES = (*FAULTS, HEALTHY)
-_WORDS = {"inner": "the inner race", "outer": "the outer race", "ball": "a rolling element"}
 #: Log odds of two places for each neper between their scores: of all faulty recordings, and of
 #: those that are named, whose scores lie 1.6 nepers apart in the mean.
 CONFIDENCE, _CONFIDENCE_NAMED, _MEAN_MARGIN = 5.0, 10.0, 1.6
@@ -174,58 +172,20 @@ def discounted(
     return log_softmax(nearest**-distrust * log_probability, axis=1)
 
 
-def evidence_sentence(
-    scores: NDArray[Any],
-    above: NDArray[Any],
-    factors: NDArray[Any],
-    bearings: NDArray[Any],
-    gap: float,
-    given: list[Any],
-    orders: NDArray[Any],
-    least_margin: float,
-    slip: float,
-) -> str:
-    """Describe the combs of a row in a sentence.
+def impact_orders(orders: NDArray[Any]) -> NDArray[Any]:
+    """Return the orders of impacts of faults; a fault of an element hits both rings in a turn.
 
     Parameters
     ----------
-    scores, above, factors, bearings : ndarray of shape (3,)
-        Score of each place, the same above the reference, factor on the speed, and index of the
-        bearing.
-    gap : float
-        Limit less the best score, in nepers.
-    given : list
-        The bearings.
     orders : ndarray of shape (n_bearings, 4)
-        Their orders of the cage, the spin, the inner and the outer race.
-    least_margin : float
-        Difference of the two best above which the better one is named.
-    slip : float
-        Largest logarithm of the factor that slip explains.
+        Orders of the cage, the spin of an element, the inner and the outer race.
 
     Returns
     -------
-    str
+    ndarray of shape (n_bearings, 3)
+        Orders of ball, inner and outer race.
     """
-    second, best = np.argsort(above, kind="stable")[-2:]
-    bearing, factor = bearings[best], factors[best]
-    where, size = _WORDS[FAULTS[best]], f"{NEPER_IN_DB * scores[best]:.0f} dB"
-    if isinstance(given[bearing], str):
-        where += f" of {given[bearing]}"
-    elif len(given) > 1:
-        where += f" of bearing {bearing + 1}"
-    if gap >= 0:
-        return (
-            f"no comb exceeds its limit; the strongest is that of {where} with {size}, limit "
-            f"{NEPER_IN_DB * (scores[best] + gap):.0f} dB"
-        )
-    if above[best] - above[second] < least_margin:
-        return f"impacts of {size} fit {where} and {_WORDS[FAULTS[second]]} nearly as well"
-    order = (orders[bearing] * [1, 2, 1, 1])[1 + best] * factor
-    found = f"impacts at {order:.2f} orders, {where}, {size}, {100 * (factor - 1):+.1f} % from the "
-    is_far = abs(np.log(factor)) > slip
-    doubt = ", which is more than slip explains: check the speed and the bearing"
-    return f"{found}nominal order{doubt if is_far else ''}"
+    return orders[:, 1:] * [2, 1, 1]
 
 
 def limit_of_healthy(healthy: NDArray[Any], rate: float) -> float:

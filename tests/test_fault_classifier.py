@@ -138,7 +138,7 @@ def test_speed_is_searched_in_the_stated_range():
     fitted = classifier(speed_range=(850.0, 1050.0)).fit(signal[np.newaxis])
     assert fitted.match([signal]).rpm[0] == pytest.approx(948, rel=0.01)
     assert fitted.predict([signal])[0] == "outer"
-    with pytest.raises(ValueError, match="rpm is None, expected the speed of each row, or speed_r"):
+    with pytest.raises(ValueError, match="rpm == None, expected the speed of each row, or speed_r"):
         classifier().fit([signal]).predict([signal])
 
 
@@ -215,7 +215,7 @@ def test_evidence_is_a_sentence(rows):
         ({"speed_range": (900, 600)}, "speed_range.0. == 900, must be < 600"),
         ({"speed_range": (-900, 600)}, "speed_range.0. == -900, must be > 0"),
         ({"speed_range": (900, np.inf)}, "speed_range.1. == inf, must be finite"),
-        ({"places": {"a": "cage"}}, "places.'a'. is 'cage'"),
+        ({"places": {"a": "cage"}}, "places.'a'. == 'cage'"),
     ],
 )
 def test_bad_parameters_are_named(options, message, rows):

@@ -12,6 +12,7 @@ from sklearn.pipeline import Pipeline
 from .._answers import unfolded_steps
 from .._state import expect
 from ..fault_classifier import FaultOrderClassifier
+from ..fault_places import impact_orders
 from ..kernels.fault_orders import NEPER_IN_DB, ORDER_STEP, PLACES, RACE_MULTIPLES
 from ..stretches import order_comparison
 from ._fitted import known_conditions
@@ -38,7 +39,7 @@ class EnvelopeSpectrumDisplay(Display):
     Parameters
     ----------
     orders : ndarray of shape (n_orders,)
-        Orders, in multiples of the shaft speed.
+        Orders, in multiples of the speed of the bearing's shaft.
     contrast : ndarray of shape (n_orders,)
         Contrast in dB.
     combs : dict of str to ndarray of shape (n_multiples,)
@@ -127,9 +128,10 @@ class EnvelopeSpectrumDisplay(Display):
         found = classifier.match(X, rpm=rpm if np.ndim(rpm) == 0 else np.asarray(rpm)[np.newaxis])
         n_shown = int(_HIGHEST_ORDER / ORDER_STEP) + 1
         factors, combs = dict(zip(PLACES, found.factors[0].tolist(), strict=True)), {}
+        orders = impact_orders(classifier.orders_)
         for place, name in enumerate(PLACES):
-            order = classifier.orders_[found.bearings[0, place]][1 + place] * factors[name]
-            lines = order * (2 if name == "ball" else 1) * np.arange(1, RACE_MULTIPLES + 1)
+            order = orders[found.bearings[0, place], place] * factors[name]
+            lines = order * np.arange(1, RACE_MULTIPLES + 1)
             combs[name] = lines[lines <= _HIGHEST_ORDER]
         scores = dict(zip(PLACES, (NEPER_IN_DB * found.scores[0]).tolist(), strict=True))
         shown = {"combs": combs, "scores": scores, "factors": factors}
@@ -166,7 +168,7 @@ class EnvelopeSpectrumDisplay(Display):
         self.dots_: Any = ax.plot(self.combs[best], heights, "o", color=styles[best]["color"])[0]
         style = {"color": NEUTRAL, "linewidth": 1, "label": f"limit {self.limit:.0f} dB"}
         limit = ax.axhline(self.limit, **style)
-        ax.set(xlabel="Order of the shaft", ylabel="Contrast (dB)", title=self.evidence)
+        ax.set(xlabel="Order of the bearing's shaft", ylabel="Contrast (dB)", title=self.evidence)
         ax.set(xlim=(0, self.orders[-1]), ylim=(0, None))
         legend_beside(ax, [self.line_, *self.comb_lines_.values(), limit])
         return self

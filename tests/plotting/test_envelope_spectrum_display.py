@@ -23,7 +23,7 @@ def test_display_shows_the_combs_that_were_found(rows):
     assert display.comb_lines_["inner"].get_xdata()[0] == pytest.approx(5.415 * 1.02, rel=0.01)
     np.testing.assert_allclose(display.dots_.get_xdata(), display.combs["inner"])
     assert display.ax_.get_title() == classifier.diagnose(rows[1:], rpm=900).evidence[0]
-    assert display.ax_.get_xlabel() == "Order of the shaft"
+    assert display.ax_.get_xlabel() == "Order of the bearing's shaft"
     assert display.limit == pytest.approx(9.0, abs=0.05)
 
 
