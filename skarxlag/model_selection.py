@@ -39,7 +39,7 @@ def first_and_second_half(
         Index of each window's first sample in its recording. None: windows are in time order and
         do not overlap.
     window_length : int, default=1
-        Samples in a window.
+        Samples in a window; counts only with `start`.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def first_and_second_half(
     """
     names = pd.Series(column_or_1d(recording))
     if start is None:
-        start = names.groupby(names, dropna=False).cumcount()
+        start, window_length = names.groupby(names, dropna=False).cumcount(), 1
     check_consistent_length(names, start)
     start = column_or_1d(start)
     of_recording = pd.Series(start).groupby(names, dropna=False)
@@ -160,13 +160,15 @@ class SpeedSplit(BaseCrossValidator):
         """
         log_speed, recording, start = self._columns(X, groups)
         known, at = group_speeds(log_speed)
-        self._check_settings(known, recording)
+        self._check_settings(known, recording, start)
         speeds = range(len(known))
         pairs = product(self._training_speeds(known), speeds)
         sides = [(at == a, at == b) for a, b in pairs if self.same_speed or a != b]
         if self.leave_out:
             sides = [(at != speed, at == speed) for speed in speeds]
-        first, second = self._halves(recording, start)
+        first = second = True
+        if recording is not None:
+            first, second = first_and_second_half(recording, start, self.window_length)
         splits = [(np.flatnonzero(first & a), np.flatnonzero(second & b)) for a, b in sides]
         if not all(len(train) and len(test) for train, test in splits):
             raise ValueError(
@@ -175,7 +177,7 @@ class SpeedSplit(BaseCrossValidator):
             )
         yield from splits
 
-    def _check_settings(self, known, recording):
+    def _check_settings(self, known, recording, start):
         check_flag(self.leave_out, "leave_out")
         check_flag(self.same_speed, "same_speed")
         if self.leave_out and (self.train_rpm is not None or self.same_speed):
@@ -184,6 +186,9 @@ class SpeedSplit(BaseCrossValidator):
             raise ValueError(
                 "same_speed=True needs a second column in groups, the recording of each window."
             )
+        if start is not None:
+            name = "window_length for the starts in groups"
+            check_scalar(self.window_length, name, Integral, min_val=1)
         if len(known) < 2 and not self.same_speed:
             raise ValueError(f"groups has one speed, {np.exp(known)} rpm, expected at least two.")
 
@@ -198,15 +203,6 @@ class SpeedSplit(BaseCrossValidator):
                 f"{np.exp(known).round(3).tolist()}."
             )
         return [distance.argmin()]
-
-    def _halves(self, recording, start):
-        if recording is None:
-            return True, True
-        if start is None:
-            return first_and_second_half(recording)
-        name = "window_length for the starts in groups"
-        check_scalar(self.window_length, name, Integral, min_val=1)
-        return first_and_second_half(recording, start, self.window_length)
 
     def get_n_splits(
         self, X: ArrayLike | None = None, y: Any = None, groups: ArrayLike | None = None

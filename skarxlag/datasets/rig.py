@@ -233,9 +233,7 @@ def background(
         Drive torque in N m.
     """
     rng = generator("friction")
-    friction = sum(
-        _friction_at_sensor(rig, rpm, location, n_samples, rng) for location in LOCATIONS
-    )
+    friction = sum(_friction_at_sensor(rig, rpm, place, n_samples, rng) for place in LOCATIONS)
     emission = rig.friction_level * contact_speed(rig.bearing, rpm) * friction
     n_lags = len(rig.torque_leak)
     torque = drive_torque(rpm, n_samples + n_lags, rig.sampling_rate, generator("torque"))

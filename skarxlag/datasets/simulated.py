@@ -205,9 +205,9 @@ def simulate_rig(
         for location in CONDITIONS[name]:
             defect = (LOCATIONS.index(location), speed, crack)
             if defect not in defects:
-                defects[defect] = defect_emission(
-                    rig, speed, location, crack, n_samples, partial(_generator, entropy, defect)
-                )
+                generator = partial(_generator, entropy, defect)
+                emitted = defect_emission(rig, speed, location, crack, n_samples, generator)
+                defects[defect] = emitted
             emission += defects[defect]
             if return_fault:
                 fault[row] += defects[defect]

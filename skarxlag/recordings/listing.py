@@ -203,8 +203,8 @@ def list_files(
         match = expression.search(name)
         if match is None:
             raise ValueError(f"{name}: does not fit the pattern {pattern!r}")
-        facts = {key: text for key, text in match.groupdict().items() if text is not None}
-        listed.append(ListedRecording(None, name, path, **(stated | _parsed(name, facts))))
+        facts = _parsed(name, match.groupdict(""))
+        listed.append(ListedRecording(None, name, path, **stated | facts))
     return listed
 
 

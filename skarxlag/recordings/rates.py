@@ -87,9 +87,7 @@ def resampled_blocks(
     500
     """
     blocks = iter(blocks)
-    signal, rate = next(blocks, (None, None))
-    if signal is None:
-        return
+    signal, rate = next(blocks)
     if rate is None:
         raise ValueError(f"a recording of unknown rate cannot be resampled to {sampling_rate:g} Hz")
     signals = chain([signal], (signal for signal, _ in blocks))

@@ -62,13 +62,8 @@ def make_windows(
     """
     check_scalar(window_length, "window_length", Integral, min_val=1)
     hop = window_length if hop is None else check_scalar(hop, "hop", Integral, min_val=1)
-    signal = check_array(
-        recording,
-        dtype=[np.float64, np.float32],
-        ensure_2d=False,
-        input_name="recording",
-        estimator="make_windows",
-    )
+    types = [np.float64, np.float32]
+    signal = check_array(recording, dtype=types, ensure_2d=False, input_name="recording")
     n_samples = signal.shape[-1]
     if n_samples < window_length:
         raise ValueError(
@@ -127,7 +122,7 @@ def cut_blocks(
     [[[0.0, 1.0]], [[2.0, 3.0], [4.0, 5.0], [6.0, 7.0]]]
     """
     hop = window_length if hop is None else hop
-    at_a_time = max(_BLOCK // window_length, 1)
+    at_a_time = block_length(window_length) // window_length
     rest, n_windows, n_skipped = None, 0, 0
     for block in blocks:
         # If the hop reaches beyond the last block, the start of this one is left out.
