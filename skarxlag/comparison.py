@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._base import StretchTransformer
 from ._parallel import map_batches, one_thread
-from ._state import SPEEDS, WINDOWS, Labels, Values, as_fitted
+from ._state import SPEEDS, WINDOWS, Labels, Values, as_fitted, expect
 from ._validation import ABOVE_0, check_real, validate_signals
 from .kernels import drift, speed_references
 from .kernels.spectra import cepstrum
@@ -240,18 +240,13 @@ class SpectralDistance(StretchTransformer):
 
     def _moved_references(self, X, y, rpm):
         X, y = self._validate(X, y)
-        unknown = np.setdiff1d(y, self.classes_)
-        if len(unknown) > 0:
-            raise ValueError(
-                f"y has conditions that were not in fit: {unknown.tolist()}, expected among "
-                f"{self.classes_.tolist()}."
-            )
+        known = f"conditions of fit, {self.classes_.tolist()}"
+        expect(np.isin(y, self.classes_), "y", np.unique(y).tolist(), known)
         own, cepstra = np.searchsorted(self.classes_, y), cepstrum(X.astype(np.float64))
         self._check_rpm_is_taken(rpm)
-        if rpm is None:
+        speeds = log_speeds(rpm, len(X))
+        if speeds is None:
             speeds = np.full(len(X), self._known_log_speeds().mean())
-        else:
-            speeds = log_speeds(rpm, len(X))
         weights, factor = self._at(speeds, rpm)
         weights = weights[np.arange(len(X)), :, own]
         moved = []
@@ -329,11 +324,8 @@ class SpectralDistance(StretchTransformer):
 
     def _validate(self, X, y=None, *, reset=False):
         X, y = validate_signals(self, X, y, reset=reset)
-        largest = np.max(np.abs(X))
-        if largest > _LARGEST:
-            raise ValueError(
-                f"X has values up to {largest:.3g}, expected natural logarithms of power."
-            )
+        largest = float(np.max(np.abs(X)))
+        expect(largest <= _LARGEST, "Largest size in X", largest, "natural logarithms of power")
         return X.reshape(len(X), -1, X.shape[-1]), y
 
     def _check_parameters(self):
@@ -343,10 +335,8 @@ class SpectralDistance(StretchTransformer):
         check_real(self.frequency_drift, "frequency_drift", min_val=0)
         chosen = [0] if self.joint_groups is None else list(self.joint_groups)
         are_indices = all(isinstance(g, Integral) and g >= 0 for g in chosen)
-        if not chosen or len(set(chosen)) < len(chosen) or not are_indices:
-            raise ValueError(
-                f"joint_groups == {self.joint_groups!r}, expected different integers of at least 0."
-            )
+        fits = len(chosen) > 0 and len(set(chosen)) == len(chosen) and are_indices
+        expect(fits, "joint_groups", self.joint_groups, "different integers of at least 0")
 
     def _n_groups(self):
         return int(self.window_shape_[0]) if len(self.window_shape_) == 2 else 1
@@ -355,11 +345,9 @@ class SpectralDistance(StretchTransformer):
         return int(self.window_shape_[-1]) - 1
 
     def _check_relations(self):
-        if max([0] if self.joint_groups is None else self.joint_groups) >= self._n_groups():
-            raise ValueError(
-                f"joint_groups == {self.joint_groups!r}, expected integers below "
-                f"{self._n_groups()}, the number of groups in X."
-            )
+        largest = max([0] if self.joint_groups is None else self.joint_groups)
+        wanted = f"integers below {self._n_groups()}, the number of groups in X"
+        expect(largest < self._n_groups(), "joint_groups", self.joint_groups, wanted)
 
 
 def _joined(cepstra):

@@ -14,7 +14,7 @@ from sklearn.utils import Bunch, check_scalar
 from ._base import ArrayTransformer, SignalEstimator
 from ._on_demand import rows_computed_by
 from ._parallel import map_batches
-from ._state import WINDOWS, Labels, Values, remember_parameters, uses_fitted
+from ._state import WINDOWS, Labels, Values, expect, remember_parameters, uses_fitted
 from ._validation import (
     UP_TO_1,
     check_flag,
@@ -234,24 +234,23 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
             models[name] = rows, weights[rows]
             if self.forgetting_factor == 1:
                 models[name] = distinct_windows(windows, rows, weights[rows])
-        found = {}
         if start_afresh:
             self._choose_networks(windows, models.values())
-        else:
-            check_labels([*self.classes_.tolist(), *models])
-            so_far = zip(self.sums_, self.weights_, strict=True)
-            found = dict(zip(self.classes_.tolist(), so_far, strict=True))
+            self.classes_: NDArray[Any] = labels[:0]
+            self.sums_: NDArray[Any] = np.empty(0)
+            self.weights_: NDArray[Any] = np.empty(0)
+        check_labels([*self.classes_.tolist(), *models])
+        so_far = zip(self.sums_, self.weights_, strict=True)
+        found = dict(zip(self.classes_.tolist(), so_far, strict=True))
         for name, (rows, weights) in models.items():
             fading = self.forgetting_factor ** np.arange(len(rows) - 1, -1, -1.0) * weights
             kept = self.forgetting_factor ** len(rows)
             sums, weight = found.get(name, (0.0, 0.0))
             more, counted = self._sums(windows, rows, fading)
             found[name] = kept * sums + more, kept * weight + counted
-        so_far = labels[:0] if start_afresh else self.classes_
-        self.classes_: NDArray[Any] = np.union1d(so_far, labels)
+        self.classes_ = np.union1d(self.classes_, labels)
         sums, weights = zip(*(found[name] for name in self.classes_.tolist()), strict=True)
-        self.sums_: NDArray[Any] = np.array(sums)
-        self.weights_: NDArray[Any] = np.array(weights)
+        self.sums_, self.weights_ = np.array(sums), np.array(weights)
         coef, error = zip(*(solve_sums(sums, self.alpha) for sums in self.sums_), strict=True)
         self.coef_: NDArray[Any] = np.array(coef)
         n_counted = np.where(self.weights_ > 0, self.weights_, 1.0)
@@ -304,10 +303,9 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     def _check_conditions_go_on(self, y):
         """Check that `y` is None if and only if the models so far were fitted without it."""
         is_of_all = self.classes_.tolist() == [_OF_ALL]
-        if self.bank and self.healthy is None and (y is None) != is_of_all:
+        if self.bank and self.healthy is None:
             wanted = "None" if is_of_all else f"conditions, as those so far: {self.classes_}"
-            given = "None" if y is None else f"{np.unique(y)}"
-            raise ValueError(f"y is {given}, expected {wanted}. Call fit to start afresh.")
+            expect((y is None) == is_of_all, "y", y, f"{wanted}; call fit to start afresh")
 
     @uses_fitted
     def transform(self, X: ArrayLike) -> NDArray[Any]:
@@ -447,12 +445,8 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     def _validate_windows(self, X, y, *, reset):
         X, y = validate_signals(self, X, y, reset=reset, any_length=True)
         windows = X[:, np.newaxis] if X.ndim == 2 else X
-        if windows.shape[1] > windows.shape[2]:
-            raise ValueError(
-                f"X has shape {X.shape}: windows of {windows.shape[1]} channels, but of only "
-                f"{windows.shape[2]} samples. Expected (n_windows, 1 + n_inputs, n_samples); "
-                "transpose the last two axes."
-            )
+        wanted = "(n_windows, 1 + n_inputs, n_samples); transpose the last two axes"
+        expect(windows.shape[1] <= windows.shape[2], "X.shape", X.shape, wanted)
         if not reset:
             least = 2 * self._n_transient(int(self.window_shape_[-1]))
             # In shorter ones, the networks do not settle as in `fit`.
@@ -463,10 +457,8 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         """Return the windows to identify on, the name of each one's model, and the weights."""
         if self.healthy is not None:
             chosen = y == self.healthy
-            if not np.any(chosen):
-                raise ValueError(
-                    f"healthy={self.healthy!r} is not among the conditions in y: {np.unique(y)}."
-                )
+            wanted = f"one of the conditions in y: {np.unique(y)}"
+            expect(np.any(chosen), "healthy", self.healthy, wanted)
             return windows[chosen], y[chosen], weights[chosen]
         if y is None or not self.bank:
             return windows, np.full(len(windows), _OF_ALL), weights
@@ -479,11 +471,9 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
     def _check_relations(self):
         orders, poles = check_networks(self.order, self.pole, len(self.orders_))
         kept = [pole in (None, found) for pole, found in zip(poles, self.poles_, strict=True)]
-        if any(orders != self.orders_) or not all(kept):
-            raise ValueError(
-                f"order={self.order!r} and pole={self.pole!r}, but orders_ == {self.orders_} and "
-                f"poles_ == {self.poles_}. Expected those of fit, or another fit."
-            )
+        wanted = f"those of fit, {self.orders_} and {self.poles_}, or another fit"
+        fits = all(orders == self.orders_) and all(kept)
+        expect(fits, "(order, pole)", (self.order, self.pole), wanted)
 
 
 def _weighted_spectra(scaled, weights):

@@ -161,14 +161,13 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         order = np.argsort(medians, kind="stable")
         self.rungs_: NDArray[Any] = classes[order]
         names = classes.tolist()
-        if self.healthy is not None and self.healthy not in names:
-            raise ValueError(f"healthy={self.healthy!r} is not among the conditions in y: {names}.")
-        lowest = int(order[0])
-        self.healthy_index_: int = lowest if self.healthy is None else names.index(self.healthy)
-        healthy = of_class[self.healthy_index_]
-        levels, rate = self._healthy_level(X)[healthy], self.false_alarm_rate
-        threshold = ladder.false_alarm_threshold(levels, weights[healthy], rate)
-        self.detection_threshold_: float = threshold
+        healthy = names[order[0]] if self.healthy is None else self.healthy
+        if healthy not in names:
+            raise ValueError(f"healthy={healthy!r} is not among the conditions in y: {names}.")
+        self.healthy_index_: int = names.index(healthy)
+        own, rate = of_class[self.healthy_index_], self.false_alarm_rate
+        levels = self._healthy_level(X)[own]
+        self.detection_threshold_: float = ladder.false_alarm_threshold(levels, weights[own], rate)
         if self._is_bank():
             relative = np.exp(-ladder.relative_scores(X))
             columns = [(relative[own, c], weights[own]) for c, own in enumerate(of_class)]
@@ -184,10 +183,9 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         if self.confidence_scale is None:
             scale = ladder.confidence_scale(self._scores(X), target, weights)
         else:
-            scales = np.broadcast_to(self.confidence_scale, 2)
             has_speeds = log_speed is not None and len(group_speeds(log_speed)[0]) > 1
-            scale = float(scales[int(has_speeds)])
-        self.confidence_scale_: float = scale
+            scale = np.broadcast_to(self.confidence_scale, 2)[int(has_speeds)]
+        self.confidence_scale_: float = float(scale)
         remember_parameters(self)
         return self
 

@@ -15,7 +15,7 @@ from sklearn.utils import Bunch, check_scalar
 
 from ._base import GroupTransformer, InnovationsTransformer
 from ._parallel import map_batches
-from ._state import INNOVATIONS, Values, uses_fitted
+from ._state import INNOVATIONS, Values, expect, uses_fitted
 from ._validation import ABOVE_0, UP_TO_1, WITHIN_1, check_real, validate_innovations
 from .kernels import observer, residual_levels, spectra
 from .kernels.observer_bank import bank_levels, centre_frequencies, member_gains
@@ -189,10 +189,8 @@ class Observer(InnovationsTransformer):
     def _check_parameters(self):
         check_real(self.pole, "pole", **WITHIN_1)
         check_real(self.kp, "kp")
-        if self.evaluation not in RESIDUAL_EVALUATIONS:
-            raise ValueError(
-                f"evaluation == {self.evaluation!r}, must be one of {[*RESIDUAL_EVALUATIONS]}."
-            )
+        known = self.evaluation in RESIDUAL_EVALUATIONS
+        expect(known, "evaluation", self.evaluation, f"one of {[*RESIDUAL_EVALUATIONS]}")
         check_real(self.sliding_slope, "sliding_slope", min_val=0)
         check_real(self.adaptation_step, "adaptation_step", **UP_TO_1)
         check_real(self.boundary_layer, "boundary_layer", min_val=0)
@@ -205,8 +203,8 @@ class Observer(InnovationsTransformer):
         for name in filter(lambda name: name.endswith("_"), vars(afresh)):
             expected, found = vars(afresh)[name], vars(self).get(name)
             Values(np.shape(expected)).check(self, name, found)
-            if not np.allclose(found, expected, rtol=1e-6):
-                raise ValueError(f"{name} == {found!r}, but the parameters give {expected!r}.")
+            is_of_parameters = np.allclose(found, expected, rtol=1e-6)
+            expect(is_of_parameters, name, found, f"{expected!r}, as the parameters give")
 
 
 @dataclass(kw_only=True, eq=False, repr=False)

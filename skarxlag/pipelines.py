@@ -21,6 +21,7 @@ from ._answers import offers, unfolded_steps
 from ._base import DocumentedEstimator, InnovationsTransformer
 from ._on_demand import on_demand
 from ._parallel import map_batches, one_thread
+from ._state import expect
 from .detection import RowOutlierDetector
 from .kernels.lanes import LANES
 
@@ -273,15 +274,11 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
     def _before_last_step(self, X, params, method="predict"):
         """Return the input of the last step, and the metadata that its method requests."""
-        names = [name for name, _ in self.steps]
-        if params:
-            routed = process_routing(self, method, **params)
-        else:
-            routed = dict.fromkeys(names, Bunch(transform={}) | {method: {}})
+        routed = process_routing(self, method, **params)
         for name, step in self.steps[:-1]:
             if step not in (None, "passthrough"):
                 X = step.transform(X, **routed[name]["transform"])
-        return X, routed[names[-1]][method]
+        return X, routed[self.steps[-1][0]][method]
 
     @_if_last_step_offers("score_samples")
     def score_samples(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -389,20 +386,22 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         # The index of a table may hold numbers that are no positions.
         rows = X.iloc if isinstance(X, pd.DataFrame) else X
         n_windows = X.shape[0] if X.shape else 0
-        params = {name: _by_window(name, value, n_windows) for name, value in params.items()}
+        of_windows = {name: np.asarray(value) for name, value in params.items() if np.ndim(value)}
+        for name, value in of_windows.items():
+            wanted = f"{n_windows}, the number of windows in X"
+            expect(len(value) == n_windows, f"Length of {name}", len(value), wanted)
         itemsize = X.dtype.itemsize if isinstance(X, np.ndarray) else 8
         bytes_a_window = max(math.prod(X.shape[1:]) * itemsize, 1)
         together = min(_ROWS_TOGETHER, _MOST_BYTES // bytes_a_window)
         batch_size = max(_BATCH_BYTES // bytes_a_window, together, 1)
 
         def of_batch(batch):
-            some = {name: value[batch] if np.ndim(value) else value
-                    for name, value in params.items()}  # fmt: skip
-            return method(rows[batch], **some)
+            some = {name: value[batch] for name, value in of_windows.items()}
+            return method(rows[batch], **params | some)
 
         with _routing(params), one_thread:
             if n_windows <= batch_size:
-                return map_batches(lambda _: method(X, **params), 1, self.n_jobs)[0]
+                return map_batches(lambda _: method(X, **params | of_windows), 1, self.n_jobs)[0]
             parts = map_batches(of_batch, n_windows, self.n_jobs, batch_size)
         if isinstance(parts[0], Bunch):
             return Bunch(**{name: np.concatenate([p[name] for p in parts]) for name in parts[0]})
@@ -434,14 +433,3 @@ def _routing(params):
     if params and not any("__" in name for name in params):
         return config_context(enable_metadata_routing=True)
     return nullcontext()
-
-
-def _by_window(name, value, n_windows):
-    """Metadata as an array with an entry for each window, or one value for all."""
-    if np.ndim(value) == 0:
-        return value
-    value = np.asarray(value)
-    if len(value) != n_windows:
-        raise ValueError(f"{name} has {len(value)} entries, expected one for each of {n_windows} "
-                         "windows in X.")  # fmt: skip
-    return value

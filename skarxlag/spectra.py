@@ -9,6 +9,7 @@ from numbers import Integral
 from sklearn.utils import check_scalar
 
 from ._base import GroupTransformer
+from ._state import expect
 from .kernels.healthy_rows import SEGMENT
 from .kernels.measures import MEASURES, measure
 
@@ -86,7 +87,5 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
     def _check_parameters(self):
         check_scalar(self.spectrum_order, "spectrum_order", Integral, min_val=1)
         names = self._group_names()
-        if not names or len(set(names)) < len(names) or not set(names) <= set(MEASURES):
-            raise ValueError(
-                f"measures == {self.measures!r}, expected different names of {list(MEASURES)}."
-            )
+        fits = len(names) > 0 and len(set(names)) == len(names) and set(names) <= set(MEASURES)
+        expect(fits, "measures", self.measures, f"different names of {list(MEASURES)}")

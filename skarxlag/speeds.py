@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array, check_scalar
 
+from ._state import expect
 from ._validation import ABOVE_0, check_real, warn_user
 from .kernels.comb import comb_frequency
 
@@ -184,11 +185,9 @@ def samples_a_turn(
     if sampling_rate is None:
         raise ValueError("rpm was given, but sampling_rate is None; expected a number in Hz.")
     speeds = check_speeds(rpm, n_stretches, n_samples)
-    if speeds.max() > 30 * sampling_rate:
-        raise ValueError(
-            f"rpm holds {speeds.max():g}, expected at most {30 * sampling_rate:g}: a turn of the "
-            f"shaft must take two samples at {sampling_rate:g} Hz."
-        )
+    fits = speeds.max() <= 30 * sampling_rate
+    wanted = f"at most {30 * sampling_rate:g}: a turn of the shaft must take two samples"
+    expect(fits, "Largest rpm", float(speeds.max()), wanted)
     mean = speeds if speeds.ndim == 1 else speeds.mean(axis=1)
     turns = n_samples * mean / (60 * sampling_rate)
     if turns.min() < least_turns:
@@ -327,8 +326,7 @@ def estimate_shaft_speed(X: ArrayLike, sampling_rate: float, rpm: ArrayLike) -> 
     X = check_array(X, allow_nd=True, dtype=np.float64, input_name="X")
     rows = X[:, 0] if X.ndim == 3 else X
     turns = samples_a_turn(rpm, sampling_rate, len(rows), rows.shape[1])
-    if turns.ndim > 1:
-        raise ValueError(f"rpm has shape {turns.shape}, expected one speed for each stretch.")
+    expect(turns.ndim == 1, "rpm.shape", turns.shape, "one speed for each stretch")
     pairs = zip(rows, 1 / turns, strict=True)
     found = [comb_frequency(*pair, _SPEED_TOLERANCE, _N_HARMONICS) for pair in pairs]
     return 60 * sampling_rate * np.array(found)
@@ -378,8 +376,7 @@ def rpm_from_tacho(
     check_real(sampling_rate, "sampling_rate", **ABOVE_0)
     check_scalar(pulses_per_turn, "pulses_per_turn", Integral, min_val=1)
     signal = check_array(tacho, ensure_2d=False, dtype=np.float64, input_name="tacho")
-    if signal.ndim != 1:
-        raise ValueError(f"tacho has shape {signal.shape}, expected (n_samples,).")
+    expect(signal.ndim == 1, "tacho.shape", signal.shape, "(n_samples,)")
     times, speeds = pulse_speeds(signal, sampling_rate, pulses_per_turn)
     return np.interp(np.arange(len(signal)) / sampling_rate, times, speeds)
 
@@ -400,10 +397,8 @@ def pulse_speeds(
         If the signal has fewer than two pulses.
     """
     times = pulse_times(signal, *pulse_levels(signal)) / sampling_rate
-    if len(times) < 2:
-        raise ValueError(
-            f"tacho has {len(times)} pulses in {len(signal)} samples, expected at least 2."
-        )
+    name = f"Number of pulses in {len(signal)} samples of tacho"
+    expect(len(times) >= 2, name, len(times), "at least 2")
     return (times[1:] + times[:-1]) / 2, 60 / (pulses_per_turn * np.diff(times))
 
 

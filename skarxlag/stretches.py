@@ -16,7 +16,7 @@ from sklearn.utils import Bunch, check_scalar
 from ._answers import requests
 from ._base import StretchTransformer
 from ._parallel import map_batches
-from ._state import INNOVATIONS, SPEEDS, Labels, Values, uses_fitted
+from ._state import INNOVATIONS, SPEEDS, Labels, Values, expect, uses_fitted
 from ._validation import ABOVE_0, check_real, of_one_model
 from .comparison import SpectralDistance
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
@@ -447,16 +447,13 @@ class StretchResidual(StretchTransformer):
         return super()._answers() | own
 
     def _check_relations(self):
+        wanted = f"a fitted estimator of the conditions {self.classes_.tolist()}"
         for name in ("window_residual_", "order_residual_"):
             part = vars(self).get(name)
+            fits = part is None and name == "order_residual_"
             with suppress(AttributeError):
-                if np.array_equal(part.classes_, self.classes_):
-                    continue
-            if part is not None or name == "window_residual_":
-                raise ValueError(
-                    f"{name} == {part!r}, expected a fitted estimator of the conditions "
-                    f"{self.classes_.tolist()}."
-                )
+                fits = fits or np.array_equal(part.classes_, self.classes_)
+            expect(fits, name, part, wanted)
 
 
 def _long_rows(X, rpm, sampling_rate):

@@ -158,7 +158,9 @@ def test_adapt_to_the_training_windows_changes_nothing():
 
 def test_adapt_refuses_conditions_that_were_not_in_fit():
     X, y = spectra(4)
-    with pytest.raises(ValueError, match=r"\['worn'\].*expected among \['a', 'b', 'c'\]"):
+    with pytest.raises(
+        ValueError, match=r"'worn'\], expected conditions of fit, \['a', 'b', 'c'\]"
+    ):
         SpectralDistance().fit(X, y).adapt(X[:2], ["worn", "a"])
 
 
@@ -202,7 +204,9 @@ def test_spectra_of_another_shape_are_refused():
     fitted = SpectralDistance().fit(X, y)
     with pytest.raises(ValueError, match=r"shape \(3, 23\), but .* of shape \(3, 24\)"):
         fitted.transform(X[..., :-1])
-    with pytest.raises(ValueError, match=r"values up to 1e\+05, expected natural logarithms"):
+    with pytest.raises(
+        ValueError, match=r"Largest size in X == 100000\..*, expected natural logarithms"
+    ):
         fitted.transform(X + 1e5)
 
 

@@ -395,7 +395,7 @@ def test_batches_cut_metadata(speed_aware, n_jobs):
     np.testing.assert_array_equal(pipe.predict(wide, rpm=speeds), truth)
     np.testing.assert_array_equal(pipe.predict(wide, rpm=speeds.tolist()), truth)
     np.testing.assert_array_equal(pipe.predict(wide, rpm=pd.Series(speeds, index=speeds)), truth)
-    with pytest.raises(ValueError, match="rpm has 7 entries, expected one for each of 600 windows"):
+    with pytest.raises(ValueError, match="Length of rpm == 7, expected 600, the number of windows"):
         pipe.predict(wide, rpm=speeds[:7])
 
 

@@ -147,7 +147,7 @@ def test_adapt_moves_the_residual_of_windows_only(diagnoser):
     assert not np.allclose(np.concatenate(before), np.concatenate(after))
     orders = moved.order_residual_.references_
     np.testing.assert_array_equal(orders, other.order_residual_.references_)
-    with pytest.raises(ValueError, match="not in fit"):
+    with pytest.raises(ValueError, match="expected conditions of fit"):
         adapted.adapt(X, np.full(8, "ball"))
 
 
