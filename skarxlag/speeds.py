@@ -87,10 +87,8 @@ def speed_errors(rpm: ArrayLike, n_rows: int, train_rpm: Sequence[float] = ()) -
     ['', 'speed 15 rpm is outside 120 to 6000 rpm', 'speed nan rpm is not a number above 0']
     """
     speeds = speeds_of_rows(rpm, n_rows)
-    if speeds.ndim not in (1, 2) or len(speeds) != n_rows:
-        raise ValueError(
-            f"rpm has shape {speeds.shape}, expected one speed for each of {n_rows} rows."
-        )
+    fits = speeds.ndim in (1, 2) and len(speeds) == n_rows
+    expect(fits, "rpm.shape", speeds.shape, f"one speed for each of {n_rows} rows")
     lowest, highest = _ANY_SPEED
     if len(train_rpm) > 0:
         lowest, highest = min(train_rpm) / SPEED_FACTOR, max(train_rpm) * SPEED_FACTOR
@@ -189,14 +187,15 @@ def samples_a_turn(
     wanted = f"at most {30 * sampling_rate:g}: a turn of the shaft must take two samples"
     expect(fits, "Largest rpm", float(speeds.max()), wanted)
     mean = speeds if speeds.ndim == 1 else speeds.mean(axis=1)
-    turns = n_samples * mean / (60 * sampling_rate)
-    if turns.min() < least_turns:
-        needed = np.ceil(least_turns * 60 * sampling_rate / mean.min())
-        raise ValueError(
-            f"X has stretches of {n_samples} samples, which are {turns.min():.3g} turns at "
-            f"{mean.min():g} rpm and {sampling_rate:g} Hz; expected at least {least_turns} turns, "
-            f"{needed:g} samples."
-        )
+    turns = float(n_samples * mean.min() / (60 * sampling_rate))
+    needed = np.ceil(least_turns * 60 * sampling_rate / mean.min())
+    name = f"Turns in {n_samples} samples at {mean.min():g} rpm and {sampling_rate:g} Hz"
+    expect(
+        turns >= least_turns,
+        name,
+        round(turns, 3),
+        f"at least {least_turns}, or {needed:g} samples",
+    )
     return 60 * sampling_rate / speeds
 
 
@@ -226,11 +225,9 @@ def check_speeds(rpm: ArrayLike, n_stretches: int, n_samples: int | None) -> NDA
     speeds = speeds_of_rows(rpm, n_stretches)
     n_samples = n_samples or speeds.shape[-1]
     is_long = speeds.ndim == 2 and n_samples <= speeds.shape[1] <= 2 * n_samples
-    if len(speeds) != n_stretches or not (speeds.ndim == 1 or is_long):
-        raise ValueError(
-            f"rpm has shape {speeds.shape}, expected one speed for each of {n_stretches} rows "
-            f"or one for each of their samples, ({n_stretches}, {n_samples})."
-        )
+    fits = len(speeds) == n_stretches and (speeds.ndim == 1 or is_long)
+    wanted = f"one speed for each of {n_stretches} rows or for each of their {n_samples} samples"
+    expect(fits, "rpm.shape", speeds.shape, wanted)
     bad = np.argwhere(~(np.isfinite(speeds) & (speeds > 0)))
     if len(bad) > 0:
         raise ValueError(

@@ -159,11 +159,10 @@ def _limit_memory(path):
 
 
 def _limit(name, value):
-    try:
+    with suppress(ImportError):
         import resource
-    except ImportError:
-        return
-    kind = getattr(resource, name)
-    hard = resource.getrlimit(kind)[1]
-    if hard == resource.RLIM_INFINITY or value < hard:
-        resource.setrlimit(kind, (math.ceil(value), hard))
+
+        kind = getattr(resource, name)
+        hard = resource.getrlimit(kind)[1]
+        if hard == resource.RLIM_INFINITY or value < hard:
+            resource.setrlimit(kind, (math.ceil(value), hard))

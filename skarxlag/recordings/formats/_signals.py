@@ -100,8 +100,6 @@ def _chosen_names(contents, channel, axis):
 
 def _as_signal(name, values, start):
     where = f"channel {name!r}"
-    if values.dtype.kind == "c":
-        raise ContentError(f"{where} is complex; store its real part or its magnitude")
     if values.dtype == object:
         import pandas as pd
 
@@ -109,7 +107,7 @@ def _as_signal(name, values, start):
         i = np.argmax(is_text)
         raise ContentError(f"{where} is not numeric: {values[i]!r:.80} at sample {start + i}")
     if values.dtype.kind not in "fiu":
-        raise ContentError(f"{where} is not numeric but of type {values.dtype}")
+        raise ContentError(f"{where} is of type {values.dtype}, expected real numbers")
     with np.errstate(invalid="ignore"):
         signal = np.array(values, dtype=np.float64)
     bad = np.flatnonzero(~np.isfinite(signal))

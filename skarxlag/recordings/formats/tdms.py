@@ -50,8 +50,7 @@ def _by_name(file):
         if channel.dtype is not None and is_numeric(channel.dtype)
     ]
     counts = Counter(channel.name for channel in channels)
-    named = {}
-    for channel in channels:
-        is_single = counts[channel.name] == 1
-        named[channel.name if is_single else f"{channel.group_name}/{channel.name}"] = channel
-    return named
+    return {
+        each.name if counts[each.name] == 1 else f"{each.group_name}/{each.name}": each
+        for each in channels
+    }
