@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn.utils import check_scalar
 
+from ._state import expect
 from ._validation import ABOVE_0, check_real
 
 __all__ = [
@@ -252,14 +253,9 @@ def _from_sheet(sheet):
             )
         check_real(value, f"order {name!r}", **ABOVE_0)
         given[key] = float(value)
-    if not given.keys() >= {"outer", "inner"}:
-        raise ValueError(f"orders {sorted(sheet)}: expected at least outer and inner.")
+    expect(given.keys() >= {"outer", "inner"}, "Orders", sorted(sheet), "at least outer and inner")
     outer, inner = given["outer"], given["inner"]
-    if inner <= outer:
-        raise ValueError(
-            f"inner == {inner:g} must be larger than outer == {outer:g}, since the outer ring "
-            "stands still."
-        )
+    expect(inner > outer, "inner", inner, f"above outer == {outer:g}: the outer ring stands still")
     cage = given.get("cage", outer / (outer + inner))
     ratio = (inner - outer) / (inner + outer)
     spin = given.get("spin", given.get("ball", (1 - ratio**2) / ratio) / 2)
@@ -300,6 +296,5 @@ def listed(bearing: BearingLike | Sequence[BearingLike]) -> list[BearingLike]:
     """Return all bearings, also if one is given without a sequence around it."""
     if isinstance(bearing, str | Mapping) or not isinstance(bearing, Sequence):
         return [bearing]
-    if len(bearing) == 0:
-        raise ValueError("bearing is an empty sequence, expected at least one bearing.")
+    expect(len(bearing) > 0, "bearing", bearing, "at least one bearing")
     return list(bearing)

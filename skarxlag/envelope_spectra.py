@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array
 
-from ._validation import check_real
+from ._state import expect
+from ._validation import ABOVE_0, check_real
 from .kernels.comb import comb_frequency
 from .kernels.fault_orders import (
     CAGE_TURNS,
@@ -126,17 +127,14 @@ def envelope_spectrum(
     >>> float(frequencies[power[:100].argmax()])
     50.0
     """
-    check_real(sampling_rate, "sampling_rate", min_val=0, include_boundaries="neither")
+    check_real(sampling_rate, "sampling_rate", **ABOVE_0)
     signal = check_array(
         signal, dtype=np.float64, ensure_2d=False, ensure_min_samples=8, input_name="signal"
     )
-    if signal.ndim != 1:
-        raise ValueError(f"signal has shape {signal.shape}, expected one axis.")
-    if band is not None and not 0 <= band[0] < band[1] <= sampling_rate / 2:
-        raise ValueError(
-            f"band={band!r}, expected two frequencies from 0 to {sampling_rate / 2:g} Hz, the "
-            "lower one first."
-        )
-    part = (0.0, 0.5) if band is None else (band[0] / sampling_rate, band[1] / sampling_rate)
+    expect(signal.ndim == 1, "signal.shape", signal.shape, "one axis")
+    low, high = (0.0, sampling_rate / 2) if band is None else band
+    expected = f"two frequencies from 0 to {sampling_rate / 2:g} Hz, the lower one first"
+    expect(0 <= low < high <= sampling_rate / 2, "band", band, expected)
+    part = low / sampling_rate, high / sampling_rate
     power = squared_envelope_spectrum(signal, part, prewhiten)
     return np.arange(len(power)) * sampling_rate / len(signal), power

@@ -5,6 +5,7 @@ import hashlib
 import io
 import json
 import os
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
@@ -228,11 +229,8 @@ def load_diagnoser(
     ValueError: ...bearing.skops: no diagnoser saved by skarxlag (File is not a zip file)
     """
     skops_io = _import_skops()
-    path = Path(path)
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file")
-    try:
-        archive = path.read_bytes()
+    with _errors_named(path, "diagnoser saved by skarxlag"):
+        archive = Path(path).read_bytes()
         members, comment = read_members(archive)
         _check_schema(members)
         if comment != _digest(members):
@@ -240,11 +238,20 @@ def load_diagnoser(
         content = skops_io.loads(archive, trusted=sorted(TRUSTED_TYPES["ObjectNode"]))
         _remove_surroundings(content)
         _check_content(content)
-    # What a parser raises on damaged input is as varied as the damage, and does not name the file.
-    except Exception as error:
-        raise ValueError(f"{path}: no diagnoser saved by skarxlag ({error})") from error
     companions = {name: content[name] for name in _COMPANIONS.keys() & content.keys()}
     return content["diagnoser"], content["facts"] | companions
+
+
+@contextmanager
+def _errors_named(path, expected):
+    """Name the file in the errors of those who read it."""
+    if not Path(path).is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    try:
+        yield
+    # What a parser raises on damaged input is as varied as the damage, such as RecursionError.
+    except Exception as error:
+        raise ValueError(f"{path}: no {expected} ({error})") from error
 
 
 def _check_content(content):
@@ -413,15 +420,9 @@ def load_monitor_state(path: str | os.PathLike[str]) -> tuple[dict[str, Any], di
     ValueError
         If the file is not a state of a monitor. No code comes from it.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file")
-    try:
-        if path.stat().st_size > _LARGEST_STATE:
-            raise ValueError(f"it is larger than {_LARGEST_STATE} bytes")
-        content = json.loads(path.read_bytes())
+    with _errors_named(path, "state of a monitor"):
+        n_bytes = Path(path).stat().st_size
+        expect(n_bytes <= _LARGEST_STATE, "Number of bytes", n_bytes, f"at most {_LARGEST_STATE}")
+        content = json.loads(Path(path).read_bytes())
         expect(content["format"] == _STATE_FORMAT, "format", content["format"], _STATE_FORMAT)
         return dict(content["state"]), dict(content["facts"])
-    # Errors of parsers on damaged input are as varied as the damage, such as RecursionError.
-    except Exception as error:
-        raise ValueError(f"{path}: no state of a monitor ({error})") from error

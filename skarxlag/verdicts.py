@@ -47,33 +47,6 @@ def no_verdict(reason: object) -> str:
     return f"{NO_VERDICT}: {' '.join(str(reason).split())}"
 
 
-def check_condition_names(conditions: Sequence[Any]) -> None:
-    """Check that no condition is named like another verdict.
-
-    Parameters
-    ----------
-    conditions : sequence of label
-        Names of conditions.
-
-    Raises
-    ------
-    ValueError
-        If a name is that of another verdict.
-
-    Examples
-    --------
-    >>> check_condition_names(["healthy", "no signal"])
-    Traceback (most recent call last):
-        ...
-    ValueError: condition == 'no signal', expected another name: this one is a verdict of its own.
-    """
-    verdicts, expected = (CHANGED, NONE_OF_THESE, NO_SIGNAL, NOT_IDENTIFIABLE), "another name"
-    for name in map(str, conditions):
-        folded = name.casefold()
-        is_verdict = folded in verdicts or folded.startswith(NO_VERDICT)
-        expect(not is_verdict, "condition", name, f"{expected}: this one is a verdict of its own")
-
-
 def check_conditions(conditions: Sequence[Any], known: Sequence[Any] | None) -> None:
     """Check the conditions that a user states for a model.
 
@@ -100,7 +73,11 @@ def check_conditions(conditions: Sequence[Any], known: Sequence[Any] | None) -> 
     is_whole = len(conditions) == max(len(wanted), 1) and set(conditions) == set(wanted)
     expected = "the healthy one only" if known is None else f"a permutation of {list(known)}"
     expect(is_whole, "conditions", conditions, expected)
-    check_condition_names(conditions)
+    verdicts = (CHANGED, NONE_OF_THESE, NO_SIGNAL, NOT_IDENTIFIABLE)
+    for name in map(str, conditions):
+        folded = name.casefold()
+        is_verdict = folded in verdicts or folded.startswith(NO_VERDICT)
+        expect(not is_verdict, "condition", name, "another name: this one is a verdict of its own")
 
 
 class Judge:

@@ -16,7 +16,7 @@ def test_envelope_spectrum_of_a_band():
     assert frequencies[power.argmax()] == 37
     frequencies, power = envelope_spectrum(signal, 20_000, **options)
     assert frequencies[power[:200].argmax()] == 81
-    with pytest.raises(ValueError, match=r"band=\(7000, 5000\)"):
+    with pytest.raises(ValueError, match=r"band == \(7000, 5000\)"):
         envelope_spectrum(signal, 20_000, band=(7000, 5000))
     with pytest.raises(ValueError, match="expected one axis"):
         envelope_spectrum(np.ones((9, 9)), 20_000)

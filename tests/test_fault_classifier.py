@@ -208,7 +208,7 @@ def test_evidence_is_a_sentence(rows):
         ({"bearing": None}, "bearing must be a name, .* got None"),
         ({"sampling_rate": None}, "sampling_rate must be an instance of float, not NoneType"),
         ({"bearing": "6205x"}, "bearing '6205x' is not known"),
-        ({"bearing": []}, "empty sequence"),
+        ({"bearing": []}, "bearing == .., expected at least one bearing"),
         ({"false_alarm_rate": 0}, "false_alarm_rate"),
         ({"wrong_name_rate": 0.6}, "wrong_name_rate"),
         ({"gear_ratio": -1}, "gear_ratio"),

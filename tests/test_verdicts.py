@@ -26,7 +26,7 @@ from skarxlag.evidence import (
 from skarxlag.fault_places import NOT_IDENTIFIABLE
 from skarxlag.verdicts import (
     Judge,
-    check_condition_names,
+    check_conditions,
     no_verdict,
 )
 
@@ -225,7 +225,7 @@ def test_only_a_permutation_of_the_conditions_is_accepted(conditions, diagnoser,
 @pytest.mark.parametrize("name", ["no signal", "Changed", "none of these", "no verdict: x"])
 def test_condition_named_like_a_verdict_is_refused(name, windows):
     with pytest.raises(ValueError, match="this one is a verdict of its own"):
-        check_condition_names(["healthy", name])
+        check_conditions(["healthy", name], ["healthy", name])
     model = make_alpio().fit(windows[0], np.repeat(["white", name], 20))
     with pytest.raises(ValueError, match="this one is a verdict of its own"):
         window_verdicts(model, windows[0])

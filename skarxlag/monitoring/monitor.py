@@ -313,8 +313,7 @@ class ConditionMonitor:
             If there are no healthy limits, or healthy windows exceed them so often that no alarm
             can be as rare as stated.
         """
-        if not self._judge.detects:
-            raise ValueError("calibrate: the monitor has no detector, so there is no alarm")
+        expect(self._judge.detects, "detector", None, "one: without it there is no alarm")
         self._start_afresh()
         exceeds = [v.exceeds for v in self.update(samples, rpm=rpm) if v.exceeds is not None]
         self._start_afresh()
