@@ -357,18 +357,19 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         Returns
         -------
         Bunch
-            ``score``, ``probability``, ``verdict``, ``alarm`` and ``p_value``: the results of
-            `decision_function`, `predict_proba`, `predict`, `detect` and `p_values`. ``named``: the
-            verdict, or "not identifiable" if a comb exceeds the limit, but the second place is too
-            close, see `wrong_name_rate`. ``refusal``: without `conditions`, why a row has no
-            verdict but equal probabilities: its speed is not plausible, or it has less than two
-            turns; else an empty text. ``evidence``: a sentence with the order and the place of
-            the best comb, its contrast in dB, and the difference from the nominal order, which slip
-            and an error of the speed cause together. If it exceeds `slip`, the sentence asks to
-            check the speed and the bearing. ``contrasts`` and ``rpm``: as in `match`. With
-            `conditions`, ``spectra`` are the log probabilities by spectra alone, as they count, and
-            ``comb`` is the probability of a fault by combs alone, NaN for rows whose combs are not
-            used.
+            ``score``, ``probability``, ``verdict`` and ``p_value``: the results of
+            `decision_function`, `predict_proba`, `predict` and `p_values`. ``alarm``: True for a
+            comb that healthy rows exceed at the stated false-alarm rate only; with `conditions`,
+            the alarm of their `ThresholdLadder`. ``named``: the verdict, or "not identifiable" if a
+            comb exceeds the limit, but the second place is too close, see `wrong_name_rate`.
+            ``refusal``: without `conditions`, why a row has no verdict but equal probabilities: its
+            speed is not plausible, or it has less than two turns; else an empty text. ``evidence``:
+            a sentence with the order and the place of the best comb, its contrast in dB, and the
+            difference from the nominal order, which slip and an error of the speed cause together.
+            If it exceeds `slip`, the sentence asks to check the speed and the bearing.
+            ``contrasts`` and ``rpm``: as in `match`. With `conditions`, ``spectra`` are the log
+            probabilities by spectra alone, as they count, and ``comb`` is the probability of a
+            fault by combs alone, NaN for rows whose combs are not used.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
         found = self._match(X, rpm)
@@ -543,22 +544,6 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             the first's.
         """
         return self.diagnose(X, rpm).score
-
-    def detect(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Return whether the best score of each row exceeds the limit.
-
-        Parameters
-        ----------
-        X, rpm : array-like
-            As in `diagnose`.
-
-        Returns
-        -------
-        ndarray of bool of shape (n_rows,)
-            True for a comb that healthy rows exceed at the stated false-alarm rate only. With
-            `conditions`, the alarm of their `ThresholdLadder`.
-        """
-        return self.diagnose(X, rpm).alarm
 
     def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute the probability that a healthy row has a comb as strong.

@@ -65,7 +65,7 @@ def test_places_without_any_recording_of_a_fault(rows):
     assert fitted.classes_.tolist() == ["ball", "healthy", "inner", "outer"]
     assert fitted.predict(rows, rpm=900).tolist() == NAMES
     assert fitted.diagnose(rows, rpm=900).named.tolist() == NAMES
-    assert fitted.detect(rows, rpm=900).tolist() == [False, True, True]
+    assert fitted.diagnose(rows, rpm=900).alarm.tolist() == [False, True, True]
     probability = fitted.predict_proba(rows, rpm=900)
     np.testing.assert_allclose(probability.sum(axis=1), 1)
     assert fitted.classes_[probability.argmax(axis=1)].tolist() == NAMES
@@ -93,10 +93,8 @@ def test_the_limit_is_the_score_with_the_stated_p_value(rows, healthy):
 def test_diagnose_is_what_the_methods_return(rows, classes):
     fitted = classifier().fit(rows, classes, rpm=900)
     found = fitted.diagnose(rows, rpm=900)
-    methods = ("decision_function", "predict_proba", "predict", "detect", "p_values")
-    for name, method in zip(
-        ("score", "probability", "verdict", "alarm", "p_value"), methods, strict=True
-    ):
+    methods = ("decision_function", "predict_proba", "predict", "p_values")
+    for name, method in zip(("score", "probability", "verdict", "p_value"), methods, strict=True):
         np.testing.assert_array_equal(found[name], getattr(fitted, method)(rows, rpm=900))
     pipeline = DiagnosisPipeline([("decide", fitted)])
     np.testing.assert_array_equal(pipeline.diagnose(rows, rpm=900).score, found.score)
@@ -168,7 +166,7 @@ def test_stated_false_alarm_rate_holds_for_rows_like_the_reference():
     rng = np.random.default_rng(6)
     X = rng.normal(size=(300, 6000))
     fitted = classifier(false_alarm_rate=0.1).fit(X[:100], ["healthy"] * 100, rpm=900)
-    alarms = fitted.detect(X[100:], rpm=900).mean()
+    alarms = fitted.diagnose(X[100:], rpm=900).alarm.mean()
     assert alarms < 0.1 + 3 * np.sqrt(0.09 / 100)
     assert alarms > 0.01
 

@@ -313,7 +313,7 @@ class ConditionMonitor:
             If there are no healthy limits, or healthy windows exceed them so often that no alarm
             can be as rare as stated.
         """
-        expect(self._judge.detects, "detector", None, "one: without it there is no alarm")
+        expect(self._judge.detects, "detector", None, "a detector, or a diagnoser with limits")
         self._start_afresh()
         exceeds = [v.exceeds for v in self.update(samples, rpm=rpm) if v.exceeds is not None]
         self._start_afresh()

@@ -546,7 +546,7 @@ def test_a_classifier_of_others_tells_conditions_and_raises_no_alarm():
     last = monitor.update(sound("worn", 1000, 6))[-1]
     assert last.verdict == 4 and type(last.verdict) is int
     assert last.alarm is None and np.isnan(last.alarm_level)
-    with pytest.raises(ValueError, match="no detector"):
+    with pytest.raises(ValueError, match="detector == None"):
         monitor.calibrate(sound("good", 1000, 6))
 
 
