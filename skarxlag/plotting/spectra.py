@@ -127,12 +127,10 @@ class EnvelopeSpectrumDisplay(Display):
             X = step.transform(X)
         found = classifier.match(X, rpm=rpm if np.ndim(rpm) == 0 else np.asarray(rpm)[np.newaxis])
         n_shown = int(_HIGHEST_ORDER / ORDER_STEP) + 1
-        factors, combs = dict(zip(PLACES, found.factors[0].tolist(), strict=True)), {}
-        orders = impact_orders(classifier.orders_)
-        for place, name in enumerate(PLACES):
-            order = orders[found.bearings[0, place], place] * factors[name]
-            lines = order * np.arange(1, RACE_MULTIPLES + 1)
-            combs[name] = lines[lines <= _HIGHEST_ORDER]
+        factors = dict(zip(PLACES, found.factors[0].tolist(), strict=True))
+        orders = impact_orders(classifier.orders_)[found.bearings[0], np.arange(len(PLACES))]
+        lines = np.outer(orders * found.factors[0], np.arange(1, RACE_MULTIPLES + 1))
+        combs = {name: of[of <= _HIGHEST_ORDER] for name, of in zip(PLACES, lines, strict=True)}
         scores = dict(zip(PLACES, (NEPER_IN_DB * found.scores[0]).tolist(), strict=True))
         shown = {"combs": combs, "scores": scores, "factors": factors}
         shown["limit"] = NEPER_IN_DB * float(classifier.limit_ + classifier.reference_.max())
