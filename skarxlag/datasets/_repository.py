@@ -86,6 +86,17 @@ def checksums(rig: str) -> dict[str, str]:
     return {path: sha256 for sha256, path in (line.split("  ", 1) for line in lines)}
 
 
+def named_recordings(rig: str, folder: str = "") -> list[Recording]:
+    """List the files of a rig below a folder, whose names are condition, speed and maybe a part."""
+    recordings = []
+    for path, sha256 in checksums(rig).items():
+        if path.startswith(folder):
+            name = Path(path).stem
+            condition, rpm, *_ = name.split("_")
+            recordings.append(Recording(path, condition, float(rpm), name, sha256))
+    return recordings
+
+
 def description(name: str) -> str:
     """Read the description of a rig: its terms of use and the work to cite."""
     return _text(f"descr/{name}.rst")

@@ -1,9 +1,7 @@
 """The two rigs of the HIT-SM bearing data sets: seven conditions at three speeds."""
 
-from pathlib import Path
-
 from skarxlag.bearings import SKF_6205
-from skarxlag.datasets._repository import Recording, Source, checksums, fetcher
+from skarxlag.datasets._repository import Source, fetcher, named_recordings
 
 URL = (
     "https://raw.githubusercontent.com/hitwzc/Bearing-datasets/"
@@ -60,10 +58,5 @@ def fetch_hit_sm(*, rig: str = "spectraquest") -> Source:
     if rig not in RIGS:
         raise ValueError(f"rig must be one of {list(RIGS)}, got {rig!r}.")
     folder, bearing = RIGS[rig]
-    recordings = []
-    for path, sha256 in checksums("hit_sm").items():
-        if path.startswith(folder):
-            name = Path(path).stem
-            condition, rpm = name.split("_")
-            recordings.append(Recording(path, condition, float(rpm), name, sha256))
+    recordings = named_recordings("hit_sm", folder)
     return Source("hit_sm", URL, SAMPLING_RATE, recordings, bearing, f"hit_sm_{rig}")

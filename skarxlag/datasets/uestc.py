@@ -1,8 +1,6 @@
 """The UESTC bearing rig: four conditions at four shaft speeds."""
 
-from pathlib import Path
-
-from skarxlag.datasets._repository import Recording, Source, checksums, fetcher
+from skarxlag.datasets._repository import Source, fetcher, named_recordings
 
 URL = (
     "https://raw.githubusercontent.com/ChangLiu2024/UESTC-Bearing-Dataset/"
@@ -46,9 +44,4 @@ def fetch_uestc() -> Source:
     >>> rig.data.shape  # doctest: +SKIP
     (3488, 1200)
     """
-    recordings = []
-    for path, sha256 in checksums("uestc").items():
-        name = Path(path).stem
-        condition, rpm, _ = name.split("_")
-        recordings.append(Recording(path, condition, float(rpm), name, sha256))
-    return Source("uestc", URL, SAMPLING_RATE, recordings)
+    return Source("uestc", URL, SAMPLING_RATE, named_recordings("uestc"))

@@ -39,7 +39,7 @@ def rates_agree(first: float | None, second: float | None) -> bool:
 
 
 def resampled_blocks(
-    blocks: Iterable[Any], sampling_rate: float, *, note: Callable[..., Any] | None = None
+    blocks: Iterable[Any], sampling_rate: float, *, note: Callable[..., Any] = lambda rate: None
 ) -> Iterator[tuple[NDArray[Any], float]]:
     r"""Resample a recording block by block.
 
@@ -62,7 +62,7 @@ def resampled_blocks(
         :func:`rates_agree`, signals are not changed.
     sampling_rate : float
         The new rate, in Hz.
-    note : callable, default=None
+    note : callable
         Called once with the old rate, if it differs from the new one.
 
     Yields
@@ -92,8 +92,7 @@ def resampled_blocks(
         raise ValueError(f"a recording of unknown rate cannot be resampled to {sampling_rate:g} Hz")
     signals = chain([signal], (signal for signal, _ in blocks))
     if not rates_agree(rate, sampling_rate):
-        if note is not None:
-            note(rate)
+        note(rate)
         signals = _resampled(signals, _ratio(rate, sampling_rate))
     for signal in signals:
         if signal.shape[-1]:

@@ -252,7 +252,7 @@ def cut_recordings(
     healthy: str | None = None,
     resample: float | None = None,
     memory_map: str | os.PathLike[str] | None = None,
-    note: Callable[[Any, int], None] | None = None,
+    note: Callable[[Any, int], Any] = lambda entry, n_windows: None,
 ) -> Bunch:
     """Cut listed recordings into windows.
 
@@ -264,7 +264,7 @@ def cut_recordings(
         The list itself.
     window_length, hop, max_windows, healthy, resample, memory_map
         As in `load_recordings`.
-    note : callable or None, default=None
+    note : callable
         Called with each recording that was read and the number of its windows.
 
     Returns
@@ -300,8 +300,7 @@ def cut_recordings(
                 position, n_available = np.arange(n_windows), n_windows
             available.append(n_available)
             starts.append(position * hop)
-            if note is not None:
-                note(entry, n_available)
+            note(entry, n_available)
     if memory_map is None:
         # Without a copy, or memory would hold all windows twice.
         data = np.frombuffer(store.getbuffer())

@@ -1,7 +1,5 @@
 """Shaft speeds of recordings: ranges, and speeds over time that a tachometer or a log states."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Callable
@@ -143,16 +141,16 @@ class TachoStream:
     def speeds(self, signal: NDArray[Any]) -> NDArray[Any]:
         """Return the speed at each of the next samples, NaN if it is not known."""
         signal, found = pd.Series(signal).ffill().fillna(0.0).to_numpy(), []
-        while len(signal):
-            n_new = min(self._n - len(self._signal) % self._n, len(signal))
-            self._signal, signal = np.append(self._signal, signal[:n_new]), signal[n_new:]
-            found.append(self._speeds_of_last(n_new))
-            if len(self._signal) % self._n == 0:
+        first = self._n - len(self._signal) % self._n
+        for part in np.split(signal, range(first, len(signal), self._n)):
+            self._signal = np.append(self._signal, part)
+            found.append(self._speeds_of_last(len(part)))
+            if len(self._signal) in (self._n, 2 * self._n):
                 self._signal = self._signal[-self._n :]
                 quarter, middle = pulse_levels(self._signal)
                 if middle - quarter >= 0.5 * (self._levels[1] - self._levels[0]):
                     self._levels = quarter, middle
-        return np.concatenate([*found, np.empty(0)])
+        return np.concatenate(found)
 
     def _speeds_of_last(self, n_new):
         times = pulse_times(self._signal, *self._levels)

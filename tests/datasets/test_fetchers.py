@@ -218,8 +218,8 @@ def rig_name(request, originals, monkeypatch):
     monkeypatch.setattr(_repository, "N_RETRIES", 0)
     if module is mfpt:
         monkeypatch.setattr(mfpt, "N_SAMPLES", N_SAMPLES)
-    else:
-        monkeypatch.setattr(module, "checksums", originals.checksums.get)
+    for each in (_repository, cwru):
+        monkeypatch.setattr(each, "checksums", originals.checksums.get)
     monkeypatch.setenv("no_proxy", "127.0.0.1")
     return request.param
 
