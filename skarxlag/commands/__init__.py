@@ -79,10 +79,8 @@ class _CommandParser(argparse.ArgumentParser):
 
 
 def _parser(argv):
-    parser = argparse.ArgumentParser(
-        prog="skarxlag",
-        description="Model-based fault diagnosis of bearings across shaft speeds.",
-    )
+    text = "Model-based fault diagnosis of bearings across shaft speeds."
+    parser = argparse.ArgumentParser("skarxlag", description=text)
     parser.add_argument("--version", action="version", version=f"skarxlag {__version__}")
     commands = parser.add_subparsers(
         dest="command", required=True, metavar="COMMAND", parser_class=_CommandParser

@@ -1,8 +1,8 @@
 """Arguments that commands share: their types, and facts of recordings without a table."""
 
-import argparse
 import math
 import os
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
@@ -31,28 +31,14 @@ def flag(group: Any, names: str, text: str) -> None:
     group.add_argument(*names.split(), help=text, action="store_true")
 
 
-def checked(parse: Callable[[str], Any]) -> Callable[[str], Any]:
-    """Return a type for argparse that shows the message of the ValueError that `parse` raises."""
-
-    def parse_argument(text: str) -> Any:
-        try:
-            return parse(text)
-        except ValueError as error:
-            raise argparse.ArgumentTypeError(str(error)) from error
-
-    return parse_argument
-
-
-def number(
-    kind: type[int] | type[float], expected: str, is_valid: Callable[[Any], bool]
-) -> Callable[[str], Any]:
+def number(kind: Any, expected: str, is_valid: Callable[[Any], bool]) -> Callable[[str], Any]:
     """Return a type for argparse that parses a finite number and checks it."""
 
     def parse(text: str) -> Any:
         with suppress(ValueError, OverflowError):
             if math.isfinite(value := kind(text)) and is_valid(value):
                 return value
-        raise argparse.ArgumentTypeError(f"{text!r}, expected {expected}")
+        raise ArgumentTypeError(f"{text!r}, expected {expected}")
 
     return parse
 
@@ -63,7 +49,6 @@ job_count = number(int, "a number of threads, or -1 for all cores", lambda value
 positive_number = number(float, "a number above 0", lambda value: value > 0)
 rate = number(float, "a number between 0 and 1", lambda value: 0 < value < 1)
 speed = number(float, "a speed in rpm, or all", lambda value: value > 0)
-speed_range = checked(speeds.speed_range)
 
 
 def channel_names(text: str) -> str | list[str]:
@@ -81,17 +66,24 @@ def speed_or_source(text: str) -> dict[str, Any]:
     return {"speed_source": text} if is_speed_source(text) else {"rpm": positive_number(text)}
 
 
-@checked
+def speed_range(text: str) -> tuple[float, float]:
+    """Parse a range of shaft speeds."""
+    try:
+        return speeds.speed_range(text)
+    except ValueError as error:
+        raise ArgumentTypeError(str(error)) from error
+
+
 def bearing(text: str) -> str:
     """Check a name, dimensions or orders of a bearing, as `bearing_orders` takes them."""
     try:
         bearing_orders(text)
     except ValueError as error:
-        raise ValueError(f"{text!r}: {error}") from error
+        raise ArgumentTypeError(f"{text!r}: {error}") from error
     return text
 
 
-def add_execution_arguments(parser: argparse.ArgumentParser) -> None:
+def add_execution_arguments(parser: ArgumentParser) -> None:
     """Declare how recordings are distributed to workers."""
     group = parser.add_argument_group("workers")
     option(group, "--n-jobs", "number of workers; default: all cores", job_count)
@@ -102,7 +94,7 @@ def add_execution_arguments(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(n_jobs=-1)
 
 
-def add_source_arguments(parser: argparse.ArgumentParser, of: str) -> None:
+def add_source_arguments(parser: ArgumentParser, of: str) -> None:
     """Declare facts of recordings that no table lists."""
     group = parser.add_argument_group(f"facts of {of}")
     option(group, "--pattern", "with named groups that state facts in a file's name", str, "REGEX")
@@ -115,19 +107,19 @@ def add_source_arguments(parser: argparse.ArgumentParser, of: str) -> None:
     option(group, "--dtype", "samples of raw binary files, such as <i2", metavar="TYPE")
 
 
-def refuse(args: argparse.Namespace, names: Iterable[str], why: str) -> None:
+def refuse(args: Namespace, names: Iterable[str], why: str) -> None:
     """Raise an error if one of some options is given."""
     for name in names:
         if vars(args)[name] not in (None, False):
             raise UsageError(f"argument --{name.replace('_', '-')}: {why}")
 
 
-def stated(args: argparse.Namespace) -> dict[str, Any]:
+def stated(args: Namespace) -> dict[str, Any]:
     """Return the keyword arguments of `list_files` and `list_recordings`."""
     return {name: vars(args)[name] for name in FACTS if name not in ("rpm", "pulses_per_turn")}
 
 
-def named_recordings(args: argparse.Namespace) -> list[ListedRecording]:
+def named_recordings(args: Namespace) -> list[ListedRecording]:
     """List the recordings of RECORDING arguments, also files that do not exist."""
     options, recordings = stated(args), []
     for path in args.recordings:
@@ -140,7 +132,7 @@ def named_recordings(args: argparse.Namespace) -> list[ListedRecording]:
     return with_speed(recordings, args)
 
 
-def table_recordings(args: argparse.Namespace) -> list[ListedRecording]:
+def table_recordings(args: Namespace) -> list[ListedRecording]:
     """List the recordings of a table, a folder or a glob."""
     listed = list_recordings(args.table, **stated(args))
     if not is_file_source(args.table):
@@ -148,9 +140,7 @@ def table_recordings(args: argparse.Namespace) -> list[ListedRecording]:
     return with_speed(listed, args)
 
 
-def with_speed(
-    recordings: list[ListedRecording], args: argparse.Namespace
-) -> list[ListedRecording]:
+def with_speed(recordings: list[ListedRecording], args: Namespace) -> list[ListedRecording]:
     """Return recordings with the speed, or the source of speeds, of the arguments."""
     stated = args.rpm or {}
     if not stated.get("speed_source", "").startswith(TACHO):

@@ -89,9 +89,7 @@ class Diagnosis:
         return ", ".join(f"{name} {self.verdict[name]}" for name in shown)
 
 
-def diagnose_file(
-    recording: ListedRecording, load: Callable[[], Any], resample: bool = False, n_threads: int = 1
-) -> Diagnosis:
+def diagnose_file(recording: Any, load: Any, resample: bool = False, n_threads=1) -> Diagnosis:
     """Diagnose a recording with the model that `load` returns, in a worker.
 
     Errors are stored in the result, not raised.

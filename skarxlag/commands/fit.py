@@ -94,11 +94,11 @@ def run(args: argparse.Namespace) -> int:
     X = rig.pop("data")
     X = X if chosen.all() else X[chosen]
     y, rpm = rig.target[chosen], None if speeds is None else speeds[chosen]
-    rate, channels = float(rig.sampling_rate), recordings[0].channel or []
+    rate, channels = float(rig.sampling_rate), np.atleast_1d(recordings[0].channel or [])
     report_progress(args, f"{len(X)} {rows}: fitting")
-    with as_command_error():
+    with as_command_error(), parallel_config("threading", n_jobs=args.n_jobs):
         diagnoser = _make(args, kind, healthy, rate)
-        notes = _fit_quietly(args, diagnoser, X, None if kind == "detector" else y, rpm)
+        notes = _fit_quietly(diagnoser, X, None if kind == "detector" else y, rpm)
         companions = {} if kind == "detector" else _companions(args, X, y, rpm, healthy, notes)
         # Places of faults that no recording shows are conditions, too.
         conditions = sorted(answers(diagnoser).conditions or [healthy], key=lambda c: c != healthy)
@@ -107,8 +107,7 @@ def run(args: argparse.Namespace) -> int:
         facts = {"diagnoser": kind, "rows": rows, "conditions": conditions, "healthy": healthy}
         facts |= {"train_rpm": _training_speeds(rig, chosen), "sampling_rate": rate}
         facts |= {"n_channels": 1 if X.ndim == 2 else X.shape[1], "window_length": X.shape[-1]}
-        facts["channels"] = channels if isinstance(channels, list) else [channels]
-        facts["n_windows"] = counts[rows].tolist()
+        facts |= {"channels": channels.tolist(), "n_windows": counts[rows].tolist()}
         facts["n_recordings"] = counts["recordings"].tolist()
         facts |= {"false_alarm_rate": args.false_alarm_rate, "bearing": args.bearing}
         facts["saved"] = datetime.now(UTC).strftime("%Y-%m-%d")
@@ -151,21 +150,16 @@ def _training_rows(args, listed):
 
 
 def _cut(args, listed, window_length):
-    n_channels = len(listed[0].channel) if isinstance(listed[0].channel, list) else 1
-    most = max(MOST_SAMPLES // (window_length * n_channels * len(listed)), 2)
+    most = max(MOST_SAMPLES // (window_length * np.size(listed[0].channel) * len(listed)), 2)
+    options = {"hop": args.hop, "max_windows": args.max_windows or most}
     progress = messages.Progress(len(listed), args)
+
+    def note(entry, n_windows):
+        progress.step(f"{entry.name}: read", f"{n_windows} windows of {window_length} samples")
+
+    options |= {"resample": args.resample_to, "note": note}
     with as_command_error():
-        return cut_recordings(
-            listed,
-            args.table,
-            window_length=window_length,
-            hop=args.hop,
-            max_windows=args.max_windows or most,
-            resample=args.resample_to,
-            note=lambda entry, n_windows: progress.step(
-                f"{entry.name}: read", f"{n_windows} windows of {window_length} samples"
-            ),
-        )
+        return cut_recordings(listed, args.table, window_length, **options)
 
 
 def _stretch_windows(rig: Bunch) -> int | None:
@@ -240,14 +234,10 @@ def _make(args, kind, healthy, rate):
     return of_outputs(args, model.set_params(**dict.fromkeys(rates, args.false_alarm_rate)))
 
 
-def _fit_quietly(args, model, X, y, rpm):
-    """Fit a model with the threads of --n-jobs, and return the messages of its warnings."""
+def _fit_quietly(model, X, y, rpm):
+    """Fit a model, and return the messages of its warnings."""
     speeds = {"rpm": rpm} if rpm is not None and requests(model, "fit", "rpm") else {}
-    with (
-        parallel_config("threading", n_jobs=args.n_jobs),
-        warnings.catch_warnings(record=True) as warned,
-    ):
-        warnings.simplefilter("always", UserWarning)
+    with warnings.catch_warnings(record=True, action="always", category=UserWarning) as warned:
         model.fit(X, y, **speeds)
     return [f"Note: {warning.message}" for warning in warned]
 
@@ -264,7 +254,7 @@ def _companions(args, X, y, rpm, healthy, notes):
     for name, (model, rows, labels, without) in wanted.items():
         model = of_outputs(args, model)
         try:
-            _fit_quietly(args, model, X[rows], labels, None if rpm is None else rpm[rows])
+            _fit_quietly(model, X[rows], labels, None if rpm is None else rpm[rows])
             left_out = [] if labels is None else sorted(set(labels) - set(model.classes_))
             if left_out:
                 raise ValueError(f"fewer than two windows at one speed of {', '.join(left_out)}")
@@ -300,8 +290,7 @@ def _healthy_condition(args, kind, rig, chosen):
     if args.bearing is not None and rig.rpm is None:
         raise CommandError(f"{args.table}: no speed is stated; expected a column rpm, or --rpm")
     present = [n for n in rig.target_names if n in rig.target[chosen]]
-    needs_several = kind != "detector" and args.bearing is None
-    if len(present) < 2 and needs_several:
+    if len(present) < 2 and kind != "detector" and args.bearing is None:
         raise CommandError(
             f"{args.table}: conditions {present}; --diagnoser {kind} needs two or more in a column "
             "condition. With healthy recordings only, use --diagnoser detector"

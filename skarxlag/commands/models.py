@@ -2,7 +2,6 @@
 
 import argparse
 import os
-from collections.abc import Callable, Iterator
 from functools import lru_cache, partial
 from hashlib import sha256
 from itertools import chain
@@ -139,13 +138,8 @@ class SavedModel:
             remarks.append("The speed is not stated. Speeds near those of fit were searched.")
         return Diagnosis(verdict, windows, sampling_rate, remarks)
 
-    def windows(
-        self,
-        recording: ListedRecording,
-        resample: bool = False,
-        note: Callable[[float], object] = lambda rate: None,
-    ) -> tuple[Iterator[NDArray[Any]], float | None]:
-        """Return an iterator of windows, and their rate; `note` takes the rate before."""
+    def windows(self, recording: ListedRecording, resample: bool = False, note: Any = None) -> Any:
+        """Return an iterator of windows, and their rate; `note` is called with the rate before."""
         self.check_order(recording.name, recording.channel)
         blocks = recording.blocks(block_length(self.window_length))
         if resample:
@@ -200,9 +194,7 @@ class BearingModel:
         maker = partial(diagnosers.make_fault_order_classifier, bearing=self.bearing)
         return maker(sampling_rate=sampling_rate).fit(row[np.newaxis])
 
-    def windows(
-        self, recording: ListedRecording, resample: bool = False
-    ) -> tuple[Iterator[NDArray[Any]], float | None]:
+    def windows(self, recording: ListedRecording, resample: bool = False) -> Any:
         """Return the recording as one row, and its sampling rate."""
         ((signal, sampling_rate),) = recording.blocks()
         return iter([signal[np.newaxis]]), sampling_rate

@@ -14,9 +14,7 @@ import numpy as np
 import pandas as pd
 
 from .._version import __version__
-from ..recordings.listing import ListedRecording
 from ..verdicts import NO_SIGNAL, NO_VERDICT
-from .diagnosis import Diagnosis
 from .messages import CommandError, percent, require
 from .results import MARK, agreement, records
 
@@ -36,15 +34,8 @@ def template() -> Any:
     return environment.get_template("report.html.j2")
 
 
-def html_report(
-    model: Any,
-    recordings: list[ListedRecording],
-    diagnoses: list[Diagnosis],
-    rows: pd.DataFrame,
-    resample: bool = False,
-    faults: dict[str, float] | None = None,
-) -> str:
-    """Return the report of recordings, whose rows are those of `recording_rows`.
+def html_report(model, recordings, diagnoses, rows, resample=False, faults=None) -> str:
+    """Return the report of `diagnoses` of `recordings`; their `rows` are those of `recording_rows`.
 
     The worst recordings come first. Recordings that are not healthy have a section with details,
     and the worst 50 of them have figures, in which the orders of `faults` are marked.
@@ -58,10 +49,10 @@ def html_report(
     ranked = rows.sort_values([*by], ascending=[*by.values()], na_position="first")
     entries = records(ranked)
     detailed = [each for each in entries if each["severity"] != "healthy"]
-    drawn = [] if missing else ranked.index[: min(len(detailed), MOST_DRAWN)]
+    n_drawn = 0 if missing else min(len(detailed), MOST_DRAWN)
     for place, entry in zip(ranked.index, entries, strict=True):
-        entry["remarks"], entry["figures"] = diagnoses[place].remarks, []
-    for place, entry in zip(drawn, entries, strict=False):
+        entry["remarks"] = diagnoses[place].remarks
+    for place, entry in zip(ranked.index[:n_drawn], entries, strict=False):
         entry["figures"] = _figures(recordings[place], diagnoses[place], model, resample, faults)
     return page.render(
         mark=MARK,
@@ -74,7 +65,7 @@ def html_report(
         entries=entries,
         detailed=detailed,
         missing=missing,
-        n_drawn=len(drawn),
+        n_drawn=n_drawn,
     )
 
 

@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -39,13 +39,7 @@ def result_paths(output: Path) -> list[Path]:
     return [output, output.with_name(f"{output.stem}_windows{output.suffix}")]
 
 
-def check_output(
-    output: Path,
-    inputs: Iterable[Any],
-    is_own: Callable[[Path], bool],
-    force: bool,
-    suffixes: tuple[str, ...] = ("",),
-) -> None:
+def check_output(output: Path, inputs: Iterable[Any], is_own: Any, force: bool, suffixes=("",)):
     """Refuse an output before anything is computed.
 
     The output is refused if it has another suffix, its folder does not exist, it is an input, or it
@@ -122,9 +116,7 @@ def machine_names(table: pd.DataFrame) -> pd.DataFrame:
     return table.set_axis(distinct(plain), axis=1)
 
 
-def write_tables(
-    output: Path, recordings: pd.DataFrame, windows: pd.DataFrame, summary: dict[str, Any]
-) -> None:
+def write_tables(output: Path, recordings: Any, windows: Any, summary: dict[str, Any]) -> None:
     """Write csv, json or parquet, as the suffix says; json holds the summary of the model, too."""
     suffix, tables = output.suffix.lower(), [recordings, windows]
     if suffix == ".json":
