@@ -83,17 +83,6 @@ def bearing(text: str) -> str:
     return text
 
 
-def add_execution_arguments(parser: ArgumentParser) -> None:
-    """Declare how recordings are distributed to workers."""
-    group = parser.add_argument_group("workers")
-    option(group, "--n-jobs", "number of workers; default: all cores", job_count)
-    where = group.add_mutually_exclusive_group()
-    flag(where, "--processes", "not threads; for small files, and files that crash their reader")
-    text = "workers of a dask.distributed scheduler, such as tcp://host:8786, read the files"
-    option(where, "--dask", text, metavar="ADDRESS")
-    parser.set_defaults(n_jobs=-1)
-
-
 def add_source_arguments(parser: ArgumentParser, of: str) -> None:
     """Declare facts of recordings that no table lists."""
     group = parser.add_argument_group(f"facts of {of}")

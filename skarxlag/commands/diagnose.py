@@ -47,7 +47,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     option(parser, "--bearing", arguments.BEARING, arguments.bearing, "BEARING")
     add_progress_arguments(parser)
     arguments.add_source_arguments(parser, "each RECORDING")
-    arguments.add_execution_arguments(parser)
+    group = parser.add_argument_group("workers")
+    option(group, "--n-jobs", "number of workers; default: all cores", arguments.job_count)
+    where = group.add_mutually_exclusive_group()
+    flag(where, "--processes", "not threads; for small files, and files that crash their reader")
+    text = "workers of a dask.distributed scheduler, such as tcp://host:8786, read the files"
+    option(where, "--dask", text, metavar="ADDRESS")
+    parser.set_defaults(n_jobs=-1)
     flag(parser, "--force", "let -o replace a file that is no result of diagnose")
 
 

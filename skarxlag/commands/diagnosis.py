@@ -111,10 +111,11 @@ def file_state(recording: ListedRecording) -> tuple[int, ...]:
     return status.st_size, status.st_mtime_ns
 
 
-def diagnose_all(
-    args: argparse.Namespace, recordings: list[ListedRecording], model: Any, journal: Any = None
-) -> list[Diagnosis]:
-    """Diagnose recordings. Errors in one recording do not affect the others."""
+def diagnose_all(args: argparse.Namespace, recordings: list[ListedRecording], model, journal):
+    """Return diagnoses of recordings. Errors in one recording do not affect the others.
+
+    The model is a `SavedModel` or a `BearingModel`. The journal is a `Journal` or None.
+    """
     diagnoses, waiting = [None] * len(recordings), []
     progress = Progress(len(recordings), args)
 

@@ -54,9 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     option(parser, "--healthy", "healthy condition, or none if no recording is", metavar="LABEL")
     text = "recordings to use: 1797, 1797+-30, 1797+-2%% or 1700..1800; default: all"
     option(parser, "--train-rpm", text, arguments.speed_range, "RPM")
-    option(
-        parser, "--false-alarm-rate", "of healthy windows; default: 0.01", arguments.rate, "SHARE"
-    )
+    option(parser, "--false-alarm-rate", "of healthy rows; default: 0.01", arguments.rate, "SHARE")
     option(parser, "--n-jobs", "number of threads; default: all cores", arguments.job_count)
     parser.set_defaults(false_alarm_rate=0.01, n_jobs=-1)
     messages.add_progress_arguments(parser)

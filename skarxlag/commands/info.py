@@ -65,18 +65,16 @@ def _line(name, value):
 
 def limits(model: SavedModel) -> list[str]:
     """Return sentences on what a model cannot do."""
-    facts, can, is_detector = model.facts, model.can, model.can.conditions is None
+    facts, can, names_faults = model.facts, model.can, model.can.conditions is not None
     cases = {
-        "It distinguishes healthy from faulty and names no fault.": is_detector,
+        "It distinguishes healthy from faulty and names no fault.": not names_faults,
         "It names the most similar of its conditions. A fault that it was not trained on gets one "
-        "of these names, too.": not is_detector,
+        "of these names, too.": names_faults,
         "It can recognise conditions at other speeds than those of the training. Its confidence "
-        "and its detection threshold hold at these speeds only.": (
-            model.train_rpm and not is_detector
-        ),
-        "It has no detection threshold, so it raises no alarm.": not (is_detector or can.alarm),
+        "and its detection threshold hold at these speeds only.": model.train_rpm and names_faults,
+        "It has no detection threshold, so it raises no alarm.": names_faults and not can.alarm,
         "It was calibrated at one speed, or without speeds: at other speeds, healthy windows may "
-        "raise alarms.": is_detector and len(can.speeds) < 2,
+        "raise alarms.": not names_faults and len(can.speeds) < 2,
         "The sampling rate of recordings cannot be checked.": model.sampling_rate is None,
     }
     found = [sentence for sentence, holds in cases.items() if holds]

@@ -152,14 +152,13 @@ def _timeline(windows, rate):
 
 def _drawn(draw):
     """Return the figure that a function draws as the address of an svg image of all of it."""
-    import matplotlib
     from matplotlib import pyplot
 
     from ..plotting._style import ANY_PAGE
 
     file = io.BytesIO()
     # Without a date and with fixed ids, equal results give equal files.
-    with matplotlib.rc_context(ANY_PAGE | {"svg.fonttype": "none", "svg.hashsalt": "skarxlag"}):
+    with pyplot.rc_context(ANY_PAGE | {"svg.fonttype": "none", "svg.hashsalt": "skarxlag"}):
         draw()
         figure = pyplot.gcf()
         figure.savefig(file, format="svg", metadata={"Date": None})

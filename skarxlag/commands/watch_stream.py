@@ -6,7 +6,6 @@ import math
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
 from contextlib import nullcontext
 from datetime import UTC, datetime
 from operator import attrgetter
@@ -15,7 +14,7 @@ from pathlib import Path
 from ..monitoring import ConditionMonitor, MonitorVerdict
 from ..persistence import load_monitor_state, save_monitor_state
 from ..recordings.listing import ListedRecording
-from ..recordings.live import Block, from_folder, from_growing_file, from_stream
+from ..recordings.live import from_folder, from_growing_file, from_stream
 from ..recordings.live_samples import RawSamples, TextSamples
 from ..recordings.live_times import StreamTimes
 from ..recordings.rates import rates_agree
@@ -56,9 +55,6 @@ class SensorStream:
         Whether a later run can continue after the last block.
     """
 
-    blocks: Iterator[Block | None]
-    is_at_place: bool
-
     def __init__(self, args: argparse.Namespace, model: SavedModel) -> None:
         self._args, self._model = args, model
         self._rate = args.sampling_rate or model.sampling_rate
@@ -84,8 +80,7 @@ class SensorStream:
         self._of_line = {"sensor": printable(sensor), "healthy": model.healthy}
         self._last = self._written = self._limits = None
         self._said = self._line_at = self._window_at = time.monotonic()
-        self.is_at_place = True
-        self._unread: Counter[str] = Counter()
+        self._unread, self.is_at_place = Counter(), True
         model.check_order(args.source, args.channel)
         with as_command_error():
             self._monitor = ConditionMonitor(
@@ -274,13 +269,11 @@ def sentence(verdict: MonitorVerdict) -> str:
     >>> sentence(first)
     '0.5 s, worn, probability 93.0%, alarm off at 25%, p-value 0.003'
     """
-    probability, p_value = verdict.probability, verdict.p_value
+    probability, p_value, alarm = verdict.probability, verdict.p_value, verdict.alarm
     parts = {
         f"{verdict.time:.1f} s, {verdict.verdict or 'no verdict'}": True,
         f"probability {percent(probability)}": not math.isnan(probability),
-        f"alarm {'ON' if verdict.alarm else 'off'} at {verdict.alarm_level:.0%}": (
-            verdict.alarm is not None
-        ),
+        f"alarm {'ON' if alarm else 'off'} at {verdict.alarm_level:.0%}": alarm is not None,
         f"p-value {p_value:.2g}": not math.isnan(p_value),
         f"no signal: {verdict.quality}": verdict.quality != "good",
     }
