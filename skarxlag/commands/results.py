@@ -66,9 +66,7 @@ def is_result_file(path: Path) -> bool:
         return start.startswith(_HEADS) or MARK.encode() in start + file.read()
 
 
-def recording_rows(
-    recordings: list[ListedRecording], diagnoses: list[Diagnosis], healthy: str | None
-) -> pd.DataFrame:
+def recording_rows(recordings: Any, diagnoses: list[Diagnosis], healthy: Any) -> pd.DataFrame:
     """Return a row for each recording: verdict, healthy condition, remarks, error, stated facts."""
     rows = []
     for recording, diagnosis in zip(recordings, diagnoses, strict=True):

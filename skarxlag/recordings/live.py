@@ -54,9 +54,11 @@ class Block:
     place: list[Any] | None = None
 
 
-def from_stream(
-    open_stream: Callable[[], Any], parser: RawSamples | TextSamples
-) -> Iterator[Block | None]:
+Blocks = Iterator[Block | None]
+Parser = RawSamples | TextSamples
+
+
+def from_stream(open_stream: Callable[[], Any], parser: Parser) -> Blocks:
     """Yield blocks from a pipe or a device, which is opened without a buffer, until it ends."""
     arrived: queue.Queue[bytes | Exception] = queue.Queue(_READ_AHEAD)
 
@@ -85,9 +87,7 @@ def from_stream(
             yield Block(samples, moment, place=[0, 0])
 
 
-def from_growing_file(
-    path: Path, parser: RawSamples | TextSamples, warn: Callable[[str], None], place: Any = None
-) -> Iterator[Block | None]:
+def from_growing_file(path: Path, parser: Parser, warn: Callable, place: Any = None) -> Blocks:
     """Yield blocks from a growing file, starting at `place` (offset and checksum of the head).
 
     If the file was truncated or replaced, reading starts again at its beginning; the rest of a
@@ -140,9 +140,7 @@ def _is_replaced(path, file):
     return stat.S_ISREG(now.st_mode) and (now.st_size < file.tell() or is_other)
 
 
-def from_folder(
-    folder: Path, options: dict[str, Any], warn: Callable[..., Any], place: list[Any] | None = None
-) -> Iterator[Block | None]:
+def from_folder(folder: Path, options: dict, warn: Callable, place: Any = None) -> Blocks:
     """Yield blocks from the files of a folder, in the order in which they were finished.
 
     A file is finished when its size and time have not changed for a while. A file that arrives late
