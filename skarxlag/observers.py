@@ -61,9 +61,18 @@ def _whiteness(innovations, fitted):
     signals = spectra.unit_peak(error.reshape(-1, error.shape[-1]))
     n_cells = spectra.LOG_SPECTRUM_CELLS
     found = spectra.autoregressive_log_spectrum(signals, fitted.spectrum_order, n_cells)
-    response = fitted.small_signal_response(spectra.frequency_grid(n_cells))
-    found -= 2 * np.log(np.abs(response))
+    found -= 2 * np.log(np.abs(_small_signal_response(fitted, spectra.frequency_grid(n_cells))))
     return residual_levels.cepstral_norm(found, _QUEFRENCY_EXPONENT).reshape(error.shape[:2])
+
+
+def _small_signal_response(fitted, frequency):
+    """Compute the response of the error to the innovations for small faults."""
+    pole, kp, ki_a, _, gain, _, _ = fitted._loop()
+    ki = ki_a * gain
+    z = np.exp(1j * frequency)
+    if ki == 0:
+        return (z - pole) / (z - pole + kp)
+    return (z - pole) * (z - 1) / ((z - pole + kp) * (z - 1) + ki)
 
 
 RESIDUAL_EVALUATIONS = {
@@ -112,27 +121,6 @@ class Observer(InnovationsTransformer):
 
         parts = map_batches(of_batch, len(innovations), self.n_jobs)
         return np.concatenate(parts).astype(innovations.dtype, copy=False)
-
-    @uses_fitted
-    def small_signal_response(self, frequency: NDArray[Any]) -> NDArray[Any]:
-        """Compute the frequency response from small innovations to the output error.
-
-        Parameters
-        ----------
-        frequency : ndarray
-            Frequencies in radians per sample.
-
-        Returns
-        -------
-        ndarray of complex
-            Shaped like `frequency`.
-        """
-        pole, kp, ki_a, _, gain, _, _ = self._loop()
-        ki = ki_a * gain
-        z = np.exp(1j * frequency)
-        if ki == 0:
-            return (z - pole) / (z - pole + kp)
-        return (z - pole) * (z - 1) / ((z - pole + kp) * (z - 1) + ki)
 
     @uses_fitted
     def observe(self, X: ArrayLike) -> Bunch:
