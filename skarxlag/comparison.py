@@ -188,9 +188,14 @@ class SpectralDistance(StretchTransformer):
         learned = speed_references.drift_learned(known, means, recorded)
         parts = [[g] for g in range(X.shape[1])] + [self._joined_groups()]
         found = [self._calibrate(chosen, scatter, moved, learned, means) for chosen in parts]
-        self.axes_, self.variances_, references = map(np.stack, zip(*found[:-1], strict=True))
+        axes, variances, references = map(np.stack, zip(*found[:-1], strict=True))
+        self.axes_: NDArray[Any] = axes
+        self.variances_: NDArray[Any] = variances
         self.references_: NDArray[Any] = np.moveaxis(references, 0, 2)
-        self.joint_axes_, self.joint_variances_, self.joint_references_ = found[-1]
+        axes, variances, references = found[-1]
+        self.joint_axes_: NDArray[Any] = axes
+        self.joint_variances_: NDArray[Any] = variances
+        self.joint_references_: NDArray[Any] = references
 
     def _calibrate(self, chosen, scatter, moved, learned, means):
         """Return axes, variances and references of the chosen groups, joined to one vector."""

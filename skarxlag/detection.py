@@ -393,11 +393,12 @@ class FaultDetector(RowOutlierDetector):
         self.variances_: NDArray[Any] = limits.variances * (n_windows / self.n_windows_)
         self.speeds_: NDArray[Any] = np.exp(known[~np.isnan(known)])
         self.offset_: float = float(np.log(self.false_alarm_rate))
-        self.drift_scale_, self.left_out_rates_ = 1.0, np.empty(0)
+        scale, shares = 1.0, np.empty(0)
         if len(known) > 1:
-            self.drift_scale_, left_out = healthy_limits.drift_scale(healthy, limits)
+            scale, left_out = healthy_limits.drift_scale(healthy, limits)
             shares = healthy_limits.flagged_shares(left_out, at, self.offset_, weights)
-            self.left_out_rates_ = shares
+        self.drift_scale_: float = scale
+        self.left_out_rates_: NDArray[Any] = shares
         return self._weak_points()
 
     def _weak_points(self, rows="healthy rows"):

@@ -236,7 +236,9 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
                 models[name] = distinct_windows(windows, rows, weights[rows])
         if start_afresh:
             self._choose_networks(windows, models.values())
-            self.classes_, self.sums_, self.weights_ = labels[:0], np.empty(0), np.empty(0)
+            self.classes_: NDArray[Any] = labels[:0]
+            self.sums_: NDArray[Any] = np.empty(0)
+            self.weights_: NDArray[Any] = np.empty(0)
         check_labels([*self.classes_.tolist(), *models])
         so_far = zip(self.sums_, self.weights_, strict=True)
         found = dict(zip(self.classes_.tolist(), so_far, strict=True))

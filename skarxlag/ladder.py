@@ -153,13 +153,14 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         log_speed = log_speeds(rpm, len(X))
         X, y, weights = weighted_windows(np.abs(X), y, sample_weight)
         self._check_parameters()
-        self.classes_, target = np.unique(y, return_inverse=True)
+        classes, target = np.unique(y, return_inverse=True)
+        self.classes_: NDArray[Any] = classes
         combined = root_mean_square(X)
-        of_class = [target == c for c in range(len(self.classes_))]
+        of_class = [target == c for c in range(len(classes))]
         medians = [ladder.weighted_median(combined[own], weights[own]) for own in of_class]
         order = np.argsort(medians, kind="stable")
-        self.rungs_: NDArray[Any] = self.classes_[order]
-        names = self.classes_.tolist()
+        self.rungs_: NDArray[Any] = classes[order]
+        names = classes.tolist()
         healthy = names[order[0]] if self.healthy is None else self.healthy
         if healthy not in names:
             raise ValueError(f"healthy={healthy!r} is not among the conditions in y: {names}.")

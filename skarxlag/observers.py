@@ -531,14 +531,16 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
         check_real(self.saturation, "saturation", min_val=0)
 
     def _certify(self):
-        self.kp_, self.ki_ = member_gains(self.pole, self.n_members, self.bandwidth)
+        kp, ki = member_gains(self.pole, self.n_members, self.bandwidth)
+        self.kp_: NDArray[Any] = kp
+        self.ki_: NDArray[Any] = ki
         self.bounds_: NDArray[Any] = np.zeros(self.n_members)
         self.lyapunov_: NDArray[Any] = np.empty((self.n_members, 2, 2))
         # Jury's first condition, a + k < 1, is the one that a larger gain breaks first. A member's
         # bound is a share of the stable range, tried in turn.
-        for m, stable in enumerate((1 - (self.pole - self.kp_)) / self.ki_ - 1):
+        for m, stable in enumerate((1 - (self.pole - kp)) / ki - 1):
             for bound in np.minimum(self.saturation, stable * 0.5 ** np.arange(1, 5)):
-                certificate = _certificate(self.pole, self.kp_[m], self.ki_[m], bound)
+                certificate = _certificate(self.pole, kp[m], ki[m], bound)
                 if certificate is not None:
                     break
             else:

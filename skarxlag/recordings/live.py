@@ -140,7 +140,7 @@ def _is_replaced(path, file):
     return stat.S_ISREG(now.st_mode) and (now.st_size < file.tell() or is_other)
 
 
-def from_folder(folder: Path, options: dict, warn: Callable, place: Any = None) -> Blocks:
+def from_folder(folder: Path, options: dict[str, Any], warn: Callable, place: Any = None) -> Blocks:
     """Yield blocks from the files of a folder, in the order in which they were finished.
 
     A file is finished when its size and time have not changed for a while. A file that arrives late
