@@ -69,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     option(parser, "--n-samples", f"of simulated recordings; default: {N_SAMPLES}", positive_int)
     option(parser, "--outputs", "channels of a table that are sensors, see fit", positive_int)
     option(parser, "--n-jobs", "threads; default: all cores", arguments.job_count)
-    option(parser, "--output", "default: skarxlag-results", Path, "FOLDER")
+    option(parser, "-o --output", "default: skarxlag-results", Path, "FOLDER")
     messages.add_progress_arguments(parser)
     arguments.add_source_arguments(parser, "a folder or glob")
     parser.set_defaults(n_jobs=-1, output=Path("skarxlag-results"))

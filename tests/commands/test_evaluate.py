@@ -98,7 +98,7 @@ def check_matrix(table, true, predicted, order):
 
 def test_progress_and_folder_are_told(run, tmp_path, no_figures):
     folder = tmp_path / "new" / "folder"
-    code, out, err = run(*TINY, "--output", folder)
+    code, out, err = run(*TINY, "-o", folder)
     assert code == 0
     assert "[6/6]" in err and "crack 6 mm: Diagnoser" in err
     assert "No figures today." in out
