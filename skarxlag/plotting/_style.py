@@ -6,7 +6,7 @@ matplotlib is imported only when a figure is drawn.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,6 +94,27 @@ class Display:
         self.ax_: Any = self.axes_[0]
         self.figure_: Any = self.ax_.figure
         return self.axes_
+
+
+class AxesDisplay(Display):
+    """Base of the displays that fill one axes. A subclass draws into it in `_draw`."""
+
+    def plot(self, ax: Axes | None = None) -> Self:
+        """Draw the plot.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes or None, default=None
+            Axes to plot into. If None, new axes are created.
+
+        Returns
+        -------
+        display
+            The display, after drawing.
+        """
+        self._set_axes(ax)
+        self._draw(self.ax_)
+        return self
 
 
 def legend_beside(ax: Axes, lines: Sequence[Any]) -> None:

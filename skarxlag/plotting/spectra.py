@@ -16,7 +16,7 @@ from ..fault_places import impact_orders
 from ..kernels.fault_orders import NEPER_IN_DB, ORDER_STEP, PLACES, RACE_MULTIPLES
 from ..stretches import order_comparison
 from ._fitted import known_conditions
-from ._style import LINE, NEUTRAL, Axes, Display, condition_styles, ink, legend_beside
+from ._style import LINE, NEUTRAL, Axes, AxesDisplay, Display, condition_styles, ink, legend_beside
 
 #: Highest order that is shown: three multiples of the inner ring of common bearings.
 _HIGHEST_ORDER = 20.0
@@ -29,7 +29,7 @@ _N_SHOWN = 2
 
 
 @dataclass(repr=False, eq=False)
-class EnvelopeSpectrumDisplay(Display):
+class EnvelopeSpectrumDisplay(AxesDisplay):
     """Plot the contrast of envelope spectra over orders, with the combs of the faults.
 
     The line shows how far the envelope spectra rise above their surroundings. The first three
@@ -138,20 +138,7 @@ class EnvelopeSpectrumDisplay(Display):
         contrast = NEPER_IN_DB * found.contrasts[0][:n_shown]
         return cls(np.arange(n_shown) * ORDER_STEP, contrast, **shown).plot(ax)
 
-    def plot(self, ax: Axes | None = None) -> Self:
-        """Draw the plot.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes or None, default=None
-            Axes to plot into. If None, new axes are created.
-
-        Returns
-        -------
-        EnvelopeSpectrumDisplay
-            The display, after drawing.
-        """
-        (ax,) = self._set_axes(ax)
+    def _draw(self, ax):
         style = {"color": ink(), "linewidth": 0.8, "label": "contrast"}
         self.line_: Any = ax.plot(self.orders, self.contrast, **style)[0]
         styles = condition_styles(["healthy", *PLACES])
@@ -169,7 +156,6 @@ class EnvelopeSpectrumDisplay(Display):
         ax.set(xlabel="Order of the bearing's shaft", ylabel="Contrast (dB)", title=self.evidence)
         ax.set(xlim=(0, self.orders[-1]), ylim=(0, None))
         legend_beside(ax, [self.line_, *self.comb_lines_.values(), limit])
-        return self
 
 
 @dataclass(repr=False, eq=False)

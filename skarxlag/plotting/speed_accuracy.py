@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, InitVar, dataclass
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from ..accuracy_tables import speed_accuracy
-from ._style import Axes, Display, condition_styles
+from ._style import AxesDisplay, condition_styles
 
 
 @dataclass(repr=False, eq=False)
-class SpeedAccuracyDisplay(Display):
+class SpeedAccuracyDisplay(AxesDisplay):
     """Plot the accuracy against the shaft speed of the test, one line for each training speed.
+
+    Hollow markers are tests at the training speed.
 
     Parameters
     ----------
@@ -62,20 +64,7 @@ class SpeedAccuracyDisplay(Display):
         self.accuracy: NDArray[Any] = table.to_numpy(dtype=float)
         self.train_rpm, self.test_rpm = table.index.to_numpy(), table.columns.to_numpy()
 
-    def plot(self, ax: Axes | None = None) -> Self:
-        """Draw the plot.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes or None, default=None
-            Axes to plot into. If None, new axes are created.
-
-        Returns
-        -------
-        SpeedAccuracyDisplay
-            The display, after drawing. Hollow markers are tests at the training speed.
-        """
-        (ax,) = self._set_axes(ax)
+    def _draw(self, ax):
         prefix = "" if self.name is None else f"{self.name}, "
         self.lines_: list[Any] = []
         # Lines of earlier displays on these axes keep their styles; new lines take the next ones.
@@ -93,4 +82,3 @@ class SpeedAccuracyDisplay(Display):
         ax.set_xticks(self.test_rpm)
         ax.grid(alpha=0.3)
         ax.legend()
-        return self

@@ -16,7 +16,7 @@ from ..kernels.ladder import log_level, relative_scores
 from ..ladder import ThresholdLadder
 from ..observers import RESIDUAL_EVALUATIONS, Observer
 from ._fitted import chosen_model, known_conditions, ordered_conditions
-from ._style import LINE, Axes, Display, color_of, condition_styles, ink, legend_beside
+from ._style import LINE, Axes, AxesDisplay, color_of, condition_styles, ink, legend_beside
 
 _DECISIONS = ("detection", "isolation")
 #: Width of the gap between two conditions, as a share of the number of windows.
@@ -36,7 +36,7 @@ def isolation_thresholds(decide: ThresholdLadder) -> dict[str, float]:
 
 
 @dataclass(repr=False, eq=False)
-class ThresholdDisplay(Display):
+class ThresholdDisplay(AxesDisplay):
     """Base of the displays with a detection threshold and isolation thresholds."""
 
     _: KW_ONLY
@@ -196,20 +196,7 @@ class ResidualDisplay(ThresholdDisplay):
         residual = observer.observe(innovations)[trajectory][0, m]
         return cls(residual, level=float(levels[m]), **thresholds, **labels).plot(ax=ax)
 
-    def plot(self, ax: Axes | None = None) -> Self:
-        """Draw the plot.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes or None, default=None
-            Axes to plot into. If None, new axes are created.
-
-        Returns
-        -------
-        ResidualDisplay
-            The display, after drawing.
-        """
-        (ax,) = self._set_axes(ax)
+    def _draw(self, ax):
         of_window = "" if self.condition is None else f", window of {self.condition}"
         of_model = "" if self.model is None else f", model of {self.model}"
         style = {"linewidth": 0.6, "alpha": 0.4, "label": f"residual{of_window}{of_model}"}
@@ -236,7 +223,6 @@ class ResidualDisplay(ThresholdDisplay):
         level = [] if self.level_line_ is None else [self.level_line_]
         legend_beside(ax, [*level, *self.threshold_lines_.values()])
         ax.set_title(self.line_.get_label(), fontsize="medium", loc="left")
-        return self
 
     def _shown_thresholds(self):
         """Return the thresholds to draw: of the isolation thresholds, those next to the level."""
@@ -379,20 +365,7 @@ class ThresholdLadderDisplay(ThresholdDisplay):
         order = ordered_conditions([*known_conditions(estimator), *y.tolist()], conditions)
         return cls(y, shown, rivals=rivals, conditions=order, **thresholds).plot(ax=ax)
 
-    def plot(self, ax: Axes | None = None) -> Self:
-        """Draw the plot.
-
-        Parameters
-        ----------
-        ax : matplotlib Axes or None, default=None
-            Axes to plot into. If None, new axes are created.
-
-        Returns
-        -------
-        ThresholdLadderDisplay
-            The display, after drawing.
-        """
-        (ax,) = self._set_axes(ax)
+    def _draw(self, ax):
         ax.set_yscale("log")
         ax.yaxis.set_major_formatter(_plain_decimals())
         ax.yaxis.set_minor_formatter(_plain_decimals())
@@ -424,7 +397,6 @@ class ThresholdLadderDisplay(ThresholdDisplay):
         # The legend lists the thresholds as they lie in the plot, the highest on top.
         lines = sorted(self.threshold_lines_.values(), key=lambda line: -line.get_ydata()[0])
         legend_beside(ax, lines if self.rivals is None else [self.rival_line_, *lines])
-        return self
 
     def _draw_rungs(self, ax, styles):
         """Draw a band for each rung; the lowest and the highest end with the axes."""
