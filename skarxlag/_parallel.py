@@ -11,7 +11,7 @@ from typing import Any
 
 from joblib import effective_n_jobs, parallel_config
 from sklearn import config_context, get_config
-from sklearn.utils import check_scalar, gen_batches
+from sklearn.utils import check_scalar
 from threadpoolctl import OpenBLASController, ThreadpoolController
 
 #: Windows in one batch: fixed, so that no sum depends on the number of workers.
@@ -92,7 +92,8 @@ def map_batches(
     >>> map_batches(lambda batch: (batch.start, batch.stop), 100, n_jobs=None)
     [(0, 64), (64, 100)]
     """
-    batches = [*gen_batches(n_windows, batch_size)]
+    starts = range(0, n_windows, batch_size)
+    batches = [slice(start, min(start + batch_size, n_windows)) for start in starts]
     with one_thread:
         check_scalar(n_jobs, "n_jobs", (Integral, type(None)))
         n_threads = min(effective_n_jobs(n_jobs), len(batches))
