@@ -87,7 +87,7 @@ class WindowStream:
             A view of the samples.
         """
         if time is not None:
-            self._note_time(time)
+            self._note_time(float(time))
         signal = np.concatenate([self.rest, block], axis=1)
         first = self.n_samples - self.rest.shape[1]
         self.n_samples += block.shape[1]
@@ -104,7 +104,7 @@ class WindowStream:
 
     def _note_time(self, time):
         late, is_first = time - self.time_of(self.n_samples), self.n_samples == 0
-        self._reference = (self.n_samples, float(time))
+        self._reference = (self.n_samples, time)
         if is_first or abs(late) <= self._tolerance:
             return
         self.n_gaps += late > 0
@@ -287,10 +287,9 @@ class CumulativeSumAlarm:
 
     def restore(self, state: dict[str, Any]) -> None:
         """Continue from a state, or raise a ValueError if its sum exceeds the limit."""
-        is_right = check_count(state["sum"]) <= self.limit
-        expect(is_right, "alarm", state, f"a sum from 0 to {self.limit}")
-        self.sum, self.active = state["sum"], bool(state["active"])
-        self.n_raised = check_count(state["n_raised"])
+        self.sum, self.n_raised = check_count(state["sum"]), check_count(state["n_raised"])
+        expect(self.sum <= self.limit, "alarm", state, f"a sum from 0 to {self.limit}")
+        self.active = bool(state["active"])
 
 
 def runs_of(exceeds: list[bool]) -> NDArray[np.int64]:

@@ -425,7 +425,7 @@ class ConditionMonitor:
             Plain numbers, texts, lists and dicts. `save_monitor_state` writes it to a file.
         """
         own = {"settings": dict(self._settings), "seen": self._seen.tolist(), "rpm": self._rpm}
-        own["qualities"] = dict(self._qualities)
+        own |= {"qualities": dict(self._qualities), "varies": self._varies}
         return own | {name: part.state() for name, part in self._parts().items()}
 
     def _parts(self):
@@ -465,6 +465,7 @@ class ConditionMonitor:
                 part.restore(state[name])
             for name, n in state["qualities"].items():
                 self._qualities[str(name)] = _memory.check_count(n)
+            self._varies = bool(state["varies"])
             self._rpm = None if state["rpm"] is None else float(state["rpm"])
         # Errors of damaged states are as varied as the damage.
         except Exception as error:

@@ -338,8 +338,8 @@ def test_what_is_no_state_is_refused(make, state):
         b"\xff\xfe",
         pickle.dumps({}),
         b'{"format": "another", "facts": {}, "state": {}}',
-        b'{"format": "skarxlag monitor 6", "facts": 3, "state": {}}',
-        b'{"format": "skarxlag monitor 6", "facts": {}}',
+        b'{"format": "skarxlag monitor 7", "facts": 3, "state": {}}',
+        b'{"format": "skarxlag monitor 7", "facts": {}}',
     ],
     ids=range(8),
 )
@@ -635,3 +635,31 @@ def test_gathered_combs_survive_a_restart(by_orders, tmp_path):
     again = ConditionMonitor(by_orders, 1e4, window_length=2000)
     again.restore(load_monitor_state(tmp_path / "state.json")[0])
     assert repr(again.update(second)) == repr(monitor.update(second))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_a_restart_after_each_block_changes_nothing(by_orders, joint, make, seed):
+    """Blocks with a speed, with speeds of samples, with missing ones, with none, and with gaps."""
+    rng = np.random.default_rng(seed)
+    made = [
+        lambda: ConditionMonitor(joint, 1e4, window_length=2000, hop=1500),
+        lambda: ConditionMonitor(by_orders, 1e4, window_length=2000),
+        make,
+    ]
+    signal = turning(12, 6.0, seed).ravel()
+    blocks, time = random_blocks(signal, seed, 4000), 0.0
+    for make_one in made:
+        unbroken, restarted = make_one(), make_one()
+        for each in (unbroken, restarted):
+            each.update([], rpm=900.0)
+        for block in blocks:
+            speeds = rng.uniform(850, 950) + np.linspace(0, rng.uniform(-90, 90), len(block))
+            rpm = [None, 900.0, speeds, np.where(rng.random(len(block)) < 0.1, np.nan, speeds)]
+            given = {"rpm": rpm[rng.integers(4)], "time": time if rng.random() < 0.8 else None}
+            time += len(block) / 1e4 + rng.choice([0.0, 5.0], p=[0.9, 0.1])
+            found = [each.update(block, **given) for each in (unbroken, restarted)]
+            assert repr(found[0]) == repr(found[1])
+            state = json.loads(json.dumps(restarted.state()))
+            restarted = make_one().restore(state)
+            assert restarted.counts == unbroken.counts
