@@ -98,7 +98,7 @@ def mean_run_length(limit: int, step: int, rate: float, persistence: float) -> f
     return float(spsolve((sparse.eye_array(2 * limit) - moves).tocsc(), np.ones(2 * limit))[0])
 
 
-@lru_cache(maxsize=128)
+@lru_cache
 def alarm_limit(run_length: float, step: float, rate: float, persistence: float) -> int:
     """Find the smallest limit at which healthy windows raise an alarm rarely enough.
 

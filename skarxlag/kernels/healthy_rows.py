@@ -115,7 +115,7 @@ def measure_rows(signals: NDArray[Any], n_windows: int, *, with_level: bool) -> 
     Rows
         One entry for each row.
     """
-    length = signals.shape[-1] // n_windows
+    length = signals.shape[1] // n_windows
     unit, peak = centred(signals[:, : n_windows * length])
     windows = spectra.unit_peak(unit.reshape(-1, length))
     segment = min(SEGMENT, length)
@@ -124,9 +124,9 @@ def measure_rows(signals: NDArray[Any], n_windows: int, *, with_level: bool) -> 
     mean, median = spectra.short_time_log_spectra(windows, segment, min(HOP, segment))
     steadiness = median - mean
     cepstra = log_spectra_cepstra(colour, steadiness)
-    shape = len(unit), n_windows, -1
-    colour, cepstra = colour.reshape(shape).mean(axis=1), cepstra.reshape(shape)
-    mean_steadiness = steadiness.reshape(shape).mean(axis=1)
+    shape = len(unit), n_windows
+    colour, cepstra = colour.reshape(*shape, -1).mean(axis=1), cepstra.reshape(*shape, -1)
+    mean_steadiness = steadiness.reshape(*shape, -1).mean(axis=1)
     values = [log_unsteadiness(mean_steadiness)]
     if with_level:
         rms = np.maximum(root_mean_square(unit), np.finfo(np.float64).tiny)

@@ -193,7 +193,7 @@ def at_orders(
     inside : ndarray of bool of shape (n_factors, n_orders)
         Which orders lie below the highest frequency of the spectrum.
     """
-    n_frequencies = log_power.shape[-1]
+    n_frequencies = log_power.shape[1]
     position = np.multiply.outer(factors, orders) / step
     inside = position <= n_frequencies - 1
     places = np.arange(n_frequencies)

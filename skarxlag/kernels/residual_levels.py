@@ -168,5 +168,5 @@ def cepstral_norm(log_spectra: NDArray[Any], exponent: float) -> NDArray[Any]:
     array([0.])
     """
     coefficients = cepstrum(log_spectra)
-    weights = np.arange(1.0, coefficients.shape[-1] + 1) ** exponent
-    return np.sum(weights * coefficients**2, axis=-1)
+    weights = np.arange(1.0, coefficients.shape[1] + 1) ** exponent
+    return np.sum(weights * coefficients**2, axis=1)

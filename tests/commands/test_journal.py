@@ -30,13 +30,14 @@ def journal(tmp_path):
 
 
 def interrupted(journal, *recordings):
-    """Add the result of each recording and stop as Ctrl-C does; the text of the journal."""
+    """Add the result of each recording and stop as Ctrl-C does; the text of the journal by then."""
     with pytest.raises(KeyboardInterrupt), journal:
         for each in recordings:
             file = file_state(each)
             journal.add(each, Diagnosis(VERDICT, WINDOWS, 5e3, ["short"], file=file))
+        text = journal.path.read_text()
         raise KeyboardInterrupt
-    return journal.path.read_text()
+    return text
 
 
 def result(journal, recording):

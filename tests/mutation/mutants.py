@@ -71,7 +71,8 @@ def mutants(source):
     """Every program that differs from the source by one small error.
 
     Comparisons move their boundary and turn round, arithmetic and logic change their operator, a
-    number grows by 1 (an integer) or by a tenth, a sign is dropped, min and max are exchanged.
+    number grows by 1 (an integer) or by a tenth, a sign is dropped, min and max are exchanged. The
+    -1 of a `reshape` stays, since any negative number stands for the length that is left.
 
     Parameters
     ----------
@@ -94,10 +95,11 @@ def mutants(source):
     """
     tree = ast.parse(source)
     parents = {id(c): p for p in ast.walk(tree) for c in ast.iter_child_nodes(p)}
-    documentation = {id(n.value) for n in ast.walk(tree) if isinstance(n, ast.Expr)}
+    left_out = {id(n.value) for n in ast.walk(tree) if isinstance(n, ast.Expr)}
+    left_out |= {id(length.operand) for n in ast.walk(tree) for length in _free_lengths(n)}
     places = [node for node in ast.walk(tree) if hasattr(node, "lineno")]
     for place in sorted(places, key=lambda node: (node.lineno, node.col_offset)):
-        if id(place) in documentation:
+        if id(place) in left_out:
             continue
         for name, value in _changes(place):
             right = getattr(place, name)
@@ -109,6 +111,14 @@ def mutants(source):
             inside = next(_functions(shown, parents), "")
             yield place.lineno, f"{inside}: {line}", tree
             setattr(place, name, right)
+
+
+def _free_lengths(node):
+    """Negative arguments of a `reshape`."""
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+        if node.func.attr == "reshape":
+            return [each for each in node.args if isinstance(each, ast.UnaryOp)]
+    return []
 
 
 def _functions(node, parents):
