@@ -59,22 +59,20 @@ def _record_trajectories(innovations, loop, histories, error, fault_estimate):
     n_windows, n_models, n_samples = innovations.shape
     for w in range(0, n_windows, LANES):
         for c in range(n_models):
-            start_loop(innovations, w, c, histories)
+            start_loop(histories)
             for start in range(0, n_samples, TILE):
                 observe_block(innovations, w, c, start, loop, histories)
-                deinterleave(histories[ERROR], 1, error, w, c, start)
+                deinterleave(histories[ERROR], 0, error, w, c, start)
                 deinterleave(histories[ESTIMATE], 0, fault_estimate, w, c, start)
                 carry_loop(histories, TILE)
 
 
 @inlined
-def start_loop(innovations: Any, first: Any, model: Any, histories: Any) -> None:
-    """Set the state before the first sample: zero, except for the error, which is the first one."""
+def start_loop(histories: Any) -> None:
+    """Set the state before the first sample to zero."""
     for row in range(CORRECTION, ESTIMATE + 1):
         for lane in range(LANES):
             histories[row, lane] = 0.0
-    for lane in range(min(LANES, innovations.shape[0] - first)):
-        histories[ERROR, lane] = innovations[first + lane, model, 0]
 
 
 @inlined
@@ -92,8 +90,7 @@ def observe_block(
     loop : tuple of 7 floats
         As in `observe`.
     histories : ndarray of shape (5, (TILE + 1) * LANES)
-        Innovations, error, correction, integral and fault estimate. The error at i + LANES belongs
-        to the same sample as the other signals at i, because the error before it is needed, too.
+        Innovations, error, correction, integral and fault estimate.
     """
     _, _, _, _, _, exponent, _ = loop
     interleave(innovations, first, model, start, histories[INNOVATION])
@@ -119,7 +116,7 @@ def _close_loop(histories, i, surface, loop):
     e = histories[INNOVATION, i] - histories[CORRECTION, i]
     integral = histories[INTEGRAL, i] + ki_a * e
     correction = pole * histories[CORRECTION, i] + kp * e + histories[ESTIMATE, i]
-    histories[ERROR, i + LANES] = e
+    histories[ERROR, i] = e
     histories[CORRECTION, i + LANES] = correction
     histories[INTEGRAL, i + LANES] = integral
     histories[ESTIMATE, i + LANES] = gain * (1.0 + surface) * integral
@@ -128,7 +125,7 @@ def _close_loop(histories, i, surface, loop):
 @inlined
 def carry_loop(histories: Any, n_samples: Any) -> None:
     """Copy one sample of the block to the beginning of the histories, for the next block."""
-    for row in range(ERROR, ESTIMATE + 1):
+    for row in range(CORRECTION, ESTIMATE + 1):
         carry(histories[row], n_samples)
 
 
@@ -197,4 +194,4 @@ def common_lyapunov(slow: NDArray[Any], fast: NDArray[Any]) -> NDArray[Any] | No
         except (linalg.LinAlgError, ValueError):
             return None
     falls = [np.linalg.eigvalsh(A.T @ P @ A - P)[-1] < 0 for A in (slow, fast)]
-    return P if np.linalg.eigvalsh(P)[0] > 0 and all(falls) else None
+    return P if all(falls) else None

@@ -94,9 +94,9 @@ def adapt_switching_gain(surface: NDArray[Any], start: NDArray[Any], step: float
 
 def settled_level(gain: NDArray[Any]) -> NDArray[Any]:
     """Return the geometric mean of a gain over the last half of the window; 0 if the gain is 0."""
-    tail = gain[..., int(_SETTLED * gain.shape[-1]) :]
+    tail = gain[:, int(_SETTLED * gain.shape[1]) :]
     with np.errstate(divide="ignore"):
-        return np.exp(np.mean(np.log(tail), axis=-1))
+        return np.exp(np.mean(np.log(tail), axis=1))
 
 
 def power_levels(innovations: NDArray[Any], loop: tuple[Any, ...]) -> NDArray[Any]:
@@ -129,13 +129,13 @@ def _fill_power_levels(innovations, loop, histories, squares, levels):
     n_windows, n_models, n_samples = innovations.shape
     for w in range(0, n_windows, LANES):
         for c in range(n_models):
-            start_loop(innovations, w, c, histories)
+            start_loop(histories)
             for lane in range(LANES):
                 squares[lane] = 0.0
             for start in range(0, n_samples, TILE):
                 observe_block(innovations, w, c, start, loop, histories)
                 for i in range(TILE * LANES):
-                    squares[i + LANES] = squares[i] + histories[ERROR, i + LANES] ** 2
+                    squares[i + LANES] = squares[i] + histories[ERROR, i] ** 2
                 length = min(TILE, n_samples - start)
                 carry_loop(histories, length)
                 carry(squares, length)

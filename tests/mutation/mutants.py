@@ -115,8 +115,8 @@ def mutants(source):
 
 def _free_lengths(node):
     """Negative arguments of a `reshape`."""
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
-        if node.func.attr == "reshape":
+    match node:
+        case ast.Call(func=ast.Attribute(attr="reshape")):
             return [each for each in node.args if isinstance(each, ast.UnaryOp)]
     return []
 
