@@ -338,8 +338,8 @@ class Judge:
     def _recording_condition(self, usable, answer):
         """Verdict and its probability."""
         is_clear = usable.get("probability of a comb", _NOTHING).median() > _CLEAR_COMB
-        rate = self._can["known"].stated_rate if "known" in self._can else 0.0
-        if answer.get("p-value of nearest", 1.0) < rate and not is_clear:
+        known = self._can.get("known")
+        if known and answer["p-value of nearest"] < known.stated_rate and not is_clear:
             return NONE_OF_THESE, np.nan
         if (usable["verdict"] == NOT_IDENTIFIABLE).mean() > _MOST_WINDOWS:
             return NOT_IDENTIFIABLE, np.nan
@@ -355,7 +355,7 @@ class Judge:
         Without a classifier, there are no probabilities.
         """
         verdict, probability = self.healthy, np.nan
-        if len(mean) > 0:
+        if "diagnoser" in self._can:
             every = softmax(evidence.effective_number(n_windows) * mean)
             verdict, probability = self.conditions[every.argmax()], float(every.max())
         return (CHANGED, np.nan) if alarm and verdict == self.healthy else (verdict, probability)

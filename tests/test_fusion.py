@@ -15,6 +15,7 @@ from skarxlag import (
     window_verdicts,
 )
 from skarxlag._answers import answers
+from skarxlag.verdicts import Judge
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 Y = np.repeat(["good", "worn"], 30)
@@ -148,6 +149,9 @@ def test_a_recording_has_the_verdict_of_each_output(fused):
     assert found["verdict of output 1"].tolist() == ["good", "worn"]
     assert found["verdict of output 2"].tolist() == ["worn", "worn"]
     assert found["p-value"].notna().all()
+    # A detector of one output, of which the second channel is an input.
+    plain = make_detector().fit(X[:30], rpm=RPM[:30])
+    assert Judge(fusion, detector=plain).outputs == ["output 1", "output 2"]
 
 
 def test_saved_and_loaded(fused, tmp_path):

@@ -109,6 +109,7 @@ def test_detector_alone_says_healthy_or_changed(detector, healthy):
     assert found["alarm"].tolist() == ["no", "yes"]
     assert found.loc["a", "p-value"] > 0.01 > found.loc["b", "p-value"]
     assert found["probability"].isna().all() and (found["limits"] == "hold").all()
+    assert Judge(detector).opinions(X, 900.0).probability.shape == (40, 0)
     named = recording_verdicts(detector, X[:20], np.zeros(20), ["ok"], rpm=1000.0)
     assert named["verdict"].tolist() == ["ok"]
     without = recording_verdicts(detector, X[:20], np.zeros(20))
@@ -117,8 +118,11 @@ def test_detector_alone_says_healthy_or_changed(detector, healthy):
     ]
 
 
-def test_p_values_are_those_of_the_detector(detector, healthy):
+@pytest.mark.parametrize("ramp", [None, np.linspace(-50, 50, 400)], ids=["row", "sample"])
+def test_p_values_are_those_of_the_detector(detector, healthy, ramp):
     X, rpm = healthy[:9], np.linspace(900, 1300, 9)
+    if ramp is not None:
+        rpm = rpm[:, np.newaxis] + ramp
     verdicts = window_verdicts(detector, X, rpm=rpm)
     np.testing.assert_allclose(verdicts["p-value"], detector.p_values(X, rpm=rpm))
     np.testing.assert_allclose(verdicts["score"], detector.decision_function(X, rpm=rpm))
@@ -424,6 +428,15 @@ def test_combs_name_a_place_although_spectra_resemble_no_condition():
     ]
     assert verdicts[0] == ["inner", "outer", "none of these"]
     assert verdicts[1][1:] == ["none of these"] * 2
+
+
+def test_rows_without_two_turns_have_no_verdict_by_combs():
+    rows = np.stack([signal_of(place) for place in ("healthy", "outer", "outer")])
+    judge = Judge(classifier().fit(rows), train_rpm=[300])
+    found = judge.windows(rows, rpm=[900, 100, 900])
+    reason = "combs need a plausible speed, and two turns of the shaft in a row"
+    assert found["verdict"].tolist() == ["healthy", f"no verdict: {reason}", "outer"]
+    assert found["probability of outer"].isna().tolist() == [False, True, False]
 
 
 def test_combs_of_two_places_are_not_identifiable():
