@@ -109,6 +109,7 @@ def test_detector_alone_says_healthy_or_changed(detector, healthy):
     assert found["alarm"].tolist() == ["no", "yes"]
     assert found.loc["a", "p-value"] > 0.01 > found.loc["b", "p-value"]
     assert found["probability"].isna().all() and (found["limits"] == "hold").all()
+    assert (found["share of changed"] > 0.9).tolist() == [False, True]
     assert Judge(detector).opinions(X, 900.0).probability.shape == (40, 0)
     named = recording_verdicts(detector, X[:20], np.zeros(20), ["ok"], rpm=1000.0)
     assert named["verdict"].tolist() == ["ok"]

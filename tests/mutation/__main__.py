@@ -3,9 +3,9 @@
 The modules are the kernels, the decision, the verdicts and the journal of an interrupted run.
 Each mutant is a copy of a module with one small error, see `mutants`. It is killed if a test fails
 that passes without the error, or takes too long. Tests that are slow without the error are left
-out. The loops of a changed kernel run as plain Python, so that nothing has to be compiled; an index
-out of bounds is then an error, which a compiled loop would not notice. They are compiled for the
-other modules.
+out. If an error is in a loop, or in a constant next to one, all loops run as plain Python, so that
+nothing has to be compiled; an index out of bounds is then an error, which a compiled loop would not
+notice. Otherwise the loops are those that are compiled already.
 Mutants that no test can tell from the module are listed in `equivalent.txt`, each with its reason,
 and are not counted. Exit status: 0 if at least 95 % are killed, 1 otherwise.
 """
@@ -38,7 +38,7 @@ import scipy.sparse.linalg
 import scipy.stats  # noqa: F401
 import sklearn.utils.estimator_checks  # noqa: F401
 
-from tests.mutation.mutants import SOURCES, known_equivalent, mutants
+from tests.mutation.mutants import SOURCES, compiled_functions, known_equivalent, mutants
 from tests.mutation.one_mutant import run_tests
 
 ROOT = Path(__file__).parents[2]
@@ -76,15 +76,20 @@ def examine(module, chosen):
     source = SOURCES[module].relative_to(ROOT)
     path, name = str(ROOT / source), ".".join(source.with_suffix("").parts)
     own = Path("tests", *source.parts[1:-1], f"test_{source.stem}.py")
-    numba.config.DISABLE_JIT = int("kernels" in source.parts)
     tests = [str(own), *FURTHER_TESTS.get(module, [])]
     tests = [path, *(test for test in tests if Path(test).exists())]
-    usual, failed = run_tests(name, path, None, tests)
-    said = [f"{module}: {test} fails or takes long without an error" for test in failed]
-    alive, kills = [], Counter()
-    for number, (line, change, program) in enumerate(mutants(Path(path).read_text())):
+    text = Path(path).read_text()
+    loops, usual, said, alive, kills = compiled_functions(text), {}, [], [], Counter()
+    for number, (line, change, program) in enumerate(mutants(text)):
         if number in chosen:
-            _, found = run_tests(name, path, program, tests, usual, kills)
+            is_plain = change.partition(":")[0] in loops
+            numba.config.DISABLE_JIT = int(is_plain)
+            if is_plain not in usual:
+                # The first time, tests that compile a loop may seem to be slow.
+                run_tests(name, path, None, tests)
+                usual[is_plain], failed = run_tests(name, path, None, tests)
+                said += [f"{module}: {test} fails or is slow without an error" for test in failed]
+            _, found = run_tests(name, path, program, tests, usual[is_plain], kills)
             kills.update(found)
             if not found:
                 alive.append((line, f"{module}.{change}"))

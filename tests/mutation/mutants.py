@@ -113,6 +113,20 @@ def mutants(source):
             setattr(place, name, right)
 
 
+def compiled_functions(source):
+    """Names of the functions of a module that are loops, and "" for its constants if there are any.
+
+    Examples
+    --------
+    >>> sorted(compiled_functions("@inlined\\ndef loop(): pass\\ndef call(): pass"))
+    ['', 'loop']
+    """
+    marks = {"compiled", "inlined"}
+    functions = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef)]
+    loops = {f.name for f in functions if marks & set(map(ast.unparse, f.decorator_list))}
+    return loops | {""} if loops else loops
+
+
 def _free_lengths(node):
     """Negative arguments of a `reshape`."""
     match node:
