@@ -88,6 +88,20 @@ class Labels:
         expect(value[:-1] < value[1:], name, value, "different labels, sorted")
 
 
+class FittedOn(NamedTuple):
+    """Fitted estimator of the conditions in `classes_`; None is accepted if it is optional."""
+
+    optional: bool = False
+
+    def check(self, estimator: Any, name: str, value: Any) -> None:
+        """Raise a ValueError that names the attribute if a value is no such estimator."""
+        fits = value is None and self.optional
+        with contextlib.suppress(AttributeError):
+            fits = fits or np.array_equal(value.classes_, estimator.classes_)
+        known = f"a fitted estimator of the conditions {estimator.classes_.tolist()}"
+        expect(fits, name, value, known)
+
+
 def expect(holds: Any, name: str, value: object, expected: str) -> None:
     """Raise a ValueError that names a value, and what was expected, unless all of `holds` is true.
 
@@ -119,7 +133,7 @@ def _fits_models(n, estimator):
 
 
 #: Fitted attributes of estimators whose rows are plain.
-TABLE: dict[str, Values | Labels] = {"n_features_in_": Values((), "at least 1", "i")}
+TABLE: dict[str, Values | Labels | FittedOn] = {"n_features_in_": Values((), "at least 1", "i")}
 #: Fitted attributes of estimators whose rows are windows.
 WINDOWS = TABLE | {
     "window_shape_": Values((None,), (_fits_rows, "1 or 2 lengths, first n_features_in_"), "i")
@@ -133,7 +147,7 @@ INNOVATIONS = WINDOWS | {
 class CheckedEstimator:
     """Estimator that declares the shapes and ranges of its fitted attributes in `_state`."""
 
-    _state: ClassVar[dict[str, Values | Labels]] = {}
+    _state: ClassVar[dict[str, Values | Labels | FittedOn]] = {}
 
     def _check_parameters(self):
         """Raise an error that names the parameter that is out of its range."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_softmax, logsumexp
+from scipy.stats import gumbel_r
 
 from .kernels.fault_orders import PLACES as FAULTS
 
@@ -205,7 +206,7 @@ def limit_of_healthy(healthy: NDArray[Any], rate: float) -> float:
     """
     n_rows = len(healthy)
     if n_rows == 0:
-        return _gumbel_limit(rate, HEALTHY_LOCATION)
+        return float(gumbel_r.isf(rate, HEALTHY_LOCATION, HEALTHY_SCALE))
     n_above = int(rate * (n_rows + 1) + 1e-9)
     if n_above >= 1:
         return float(healthy[-min(n_above, n_rows)])
@@ -214,7 +215,7 @@ def limit_of_healthy(healthy: NDArray[Any], rate: float) -> float:
 
 def limit_elsewhere(limit: float, rate: float) -> float:
     """Score that healthy rows exceed at a rate at speeds that no row of the limit had."""
-    return max(limit, _gumbel_limit(rate, OTHER_SPEED_LOCATION))
+    return max(limit, float(gumbel_r.isf(rate, OTHER_SPEED_LOCATION, HEALTHY_SCALE)))
 
 
 def p_values_of_healthy(
@@ -238,24 +239,15 @@ def p_values_of_healthy(
     """
     n_rows = len(healthy)
     if n_rows == 0:
-        return _gumbel_p_value(best, HEALTHY_LOCATION)
+        return np.maximum(gumbel_r.sf(best, HEALTHY_LOCATION, HEALTHY_SCALE), LEAST_P)
     n_above = n_rows - np.searchsorted(healthy, best)
     beyond = np.maximum(best - healthy[-1], 0) / _tail_scale(healthy)
-    here = np.maximum(np.exp(-beyond) * (1 + n_above) / (1 + n_rows), LEAST_P)
-    elsewhere = _gumbel_p_value(best, OTHER_SPEED_LOCATION)
-    return np.where(is_far, np.maximum(here, elsewhere), here)
+    here = np.exp(-beyond) * (1 + n_above) / (1 + n_rows)
+    elsewhere = np.where(is_far, gumbel_r.sf(best, OTHER_SPEED_LOCATION, HEALTHY_SCALE), 0.0)
+    return np.maximum(np.maximum(here, elsewhere), LEAST_P)
 
 
 def _tail_scale(healthy):
     """Root mean square of the Gumbel scale of healthy rows and of that of other machines."""
     variances = [6 * np.var(healthy) / np.pi**2, HEALTHY_SCALE**2]
     return float(np.sqrt(np.average(variances, weights=[len(healthy), _PRIOR_ROWS])))
-
-
-def _gumbel_limit(rate, location):
-    return float(location - HEALTHY_SCALE * np.log(-np.log1p(-rate)))
-
-
-def _gumbel_p_value(score, location):
-    above = -np.expm1(-np.exp((location - score) / HEALTHY_SCALE))
-    return np.maximum(above, LEAST_P)
