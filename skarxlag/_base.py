@@ -7,7 +7,6 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
-from sklearn.metrics import accuracy_score
 from sklearn.utils.validation import check_is_fitted
 
 from ._parallel import map_batches
@@ -18,28 +17,6 @@ from .speeds import log_speeds, speeds_of_rows, with_plausible_speeds
 
 #: Site of the documentation.
 SITE = "https://skarxlag.github.io/skarxlag/"
-
-
-def accuracy(
-    self: Any, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None, **params: Any
-) -> float:
-    """Compute the share of rows whose class is right.
-
-    Parameters
-    ----------
-    X, **params
-        As in `predict`.
-    y : array-like of shape (n_rows,)
-        Their classes.
-    sample_weight : array-like of shape (n_rows,) or None, default=None
-        Weight of each row.
-
-    Returns
-    -------
-    float
-        From 0 to 1.
-    """
-    return float(accuracy_score(y, self.predict(X, **params), sample_weight=sample_weight))
 
 
 class DocumentedEstimator:

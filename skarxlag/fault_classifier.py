@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import log_softmax
 from sklearn.base import BaseEstimator, ClassifierMixin, clone
+from sklearn.metrics import accuracy_score
 from sklearn.utils import Bunch
 from sklearn.utils.metaestimators import available_if
 
 from . import fault_places
 from ._answers import answers
-from ._base import SignalEstimator, accuracy
+from ._base import SignalEstimator
 from ._parallel import map_batches
 from ._state import (
     INNOVATIONS,
@@ -565,7 +566,26 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         """
         return self.diagnose(X, rpm).p_value
 
-    score = accuracy
+    def score(
+        self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None, **params: Any
+    ) -> float:
+        """Compute the share of rows whose class is right.
+
+        Parameters
+        ----------
+        X, **params : array-like
+            As in `diagnose`.
+        y : array-like of shape (n_rows,)
+            Their classes.
+        sample_weight : array-like of shape (n_rows,) or None, default=None
+            Weight of each row.
+
+        Returns
+        -------
+        float
+            From 0 to 1.
+        """
+        return float(accuracy_score(y, self.predict(X, **params), sample_weight=sample_weight))
 
     def _answers(self):
         own = {"alarm": True, "sampling_rate": self.sampling_rate}

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import softmax
 from sklearn.base import BaseEstimator, clone, is_classifier
+from sklearn.metrics import accuracy_score
 from sklearn.utils import Bunch, check_scalar, get_tags
 from sklearn.utils.metadata_routing import get_routing_for_object
 from sklearn.utils.metaestimators import available_if
 
 from ._answers import answers
-from ._base import SignalEstimator, accuracy
+from ._base import SignalEstimator
 from ._state import WINDOWS, expect, is_fitted, remember_parameters, uses_fitted
 from ._validation import validate_signals
 from .evidence import SMALLEST_PROBABILITY
@@ -216,7 +217,27 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         """
         return self.diagnose(X, **params).probability
 
-    score = available_if(_names_conditions)(accuracy)
+    @available_if(_names_conditions)
+    def score(
+        self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None, **params: Any
+    ) -> float:
+        """Compute the share of rows whose condition is right.
+
+        Parameters
+        ----------
+        X, **params
+            As in `fit`.
+        y : array-like of shape (n_rows,)
+            Their conditions.
+        sample_weight : array-like of shape (n_rows,) or None, default=None
+            Weight of each row.
+
+        Returns
+        -------
+        float
+            From 0 to 1.
+        """
+        return float(accuracy_score(y, self.predict(X, **params), sample_weight=sample_weight))
 
     @available_if(_detects_outliers)
     @uses_fitted
