@@ -246,11 +246,9 @@ def _from_sheet(sheet):
     for name, value in sheet.items():
         key = name.lower().replace("_", " ")
         key = _SHEET.get(key, key)
-        if key not in ("outer", "inner", "spin", "ball", "cage", "shaft"):
-            raise ValueError(
-                f"{name!r} is no order of a bearing; expected outer, inner, spin, twice_spin or "
-                "cage. BSF is the spin of an element in some sheets and twice the spin in others."
-            )
+        known = "outer", "inner", "spin", "ball", "cage", "shaft"
+        wanted = "outer, inner, cage, and spin or twice_spin, either of which is BSF in some sheets"
+        expect(key in known, "Order", name, wanted)
         check_real(value, f"order {name!r}", **ABOVE_0)
         given[key] = float(value)
     expect(given.keys() >= {"outer", "inner"}, "Orders", sorted(sheet), "at least outer and inner")

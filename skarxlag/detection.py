@@ -13,7 +13,16 @@ from sklearn.utils import check_scalar
 
 from ._base import SignalEstimator
 from ._parallel import BATCH, map_batches, one_thread
-from ._state import INNOVATIONS, SPEEDS, Labels, Values, as_fitted, remember_parameters, uses_fitted
+from ._state import (
+    INNOVATIONS,
+    SPEEDS,
+    Labels,
+    Values,
+    as_fitted,
+    expect,
+    remember_parameters,
+    uses_fitted,
+)
 from ._validation import check_rate, of_one_model, validate_innovations, warn_user, weighted_windows
 from .kernels import healthy_limits
 from .kernels.healthy_rows import Rows, measure_rows, number_of_cepstra
@@ -367,11 +376,8 @@ class FaultDetector(RowOutlierDetector):
     @one_thread
     def _learn(self, X, y, log_speed, weights):
         known, at = group_speeds(log_speed)
-        if np.bincount(at).max() < 2:
-            raise ValueError(
-                f"n_samples = {len(X)}: X has one row at each of {len(known)} speeds, expected at "
-                "least 2 rows of one speed."
-            )
+        name = f"n_samples = {len(X)}: largest number of rows of one speed"
+        expect(np.bincount(at).max() >= 2, name, 1, "at least 2")
         self.n_rows_: int = len(X)
         self.n_windows_: int = max(X.shape[-1] // self.window_length, 1)
         # Few long rows are calibrated on their parts.
@@ -475,12 +481,8 @@ class FaultDetector(RowOutlierDetector):
         return np.max(found, axis=0)
 
     def _log_speeds(self, rpm, X, known):
-        if len(known) > 0 and rpm is None:
-            listed = ", ".join(f"{speed:g}" for speed in known)
-            raise ValueError(
-                f"rpm is None, expected the speed of each row: FaultDetector was fitted at "
-                f"{listed} rpm."
-            )
+        wanted = f"the speed of each row, as in fit, which had {known.round(3).tolist()} rpm"
+        expect(len(known) == 0 or rpm is not None, "rpm", rpm, wanted)
         log_speed, is_plausible = super()._log_speeds(rpm, X, known)
         if log_speed is not None:
             beyond = np.abs(speed_distance(log_speed, np.log(known)).beyond)
@@ -613,11 +615,8 @@ class KnownConditions(RowOutlierDetector):
                 detector.drift_scale_ = _DRIFT_OF_FAULTS
             remember_parameters(detector)
             self.detectors_.append(detector)
-        if not self.detectors_:
-            raise ValueError(
-                f"n_samples = {len(X)}: X has one row of each condition at each speed, expected at "
-                "least 2 rows of one condition at one speed."
-            )
+        name = f"n_samples = {len(X)}: largest number of rows of one condition and speed"
+        expect(self.detectors_, name, 1, "at least 2")
         self.classes_ = self.classes_[~np.isin(self.classes_, left_out)]
         return self._weak_points(left_out)
 
@@ -676,11 +675,9 @@ class KnownConditions(RowOutlierDetector):
                 (each.window_shape_.tolist(), each.n_windows_, each.means_.shape[1])
                 for each in map(as_fitted, detectors)
             ]
-        if not rows or rows != rows[:1] * n or rows[0][0] != self.window_shape_.tolist():
-            raise ValueError(
-                f"detectors_ == {detectors!r}, expected {n} of FaultDetector, one for each of "
-                f"classes_, and rows of one shape; window_shape_, n_windows_ and values are {rows}."
-            )
+        fits = rows and rows == rows[:1] * n and rows[0][0] == self.window_shape_.tolist()
+        wanted = f"{n} of FaultDetector for rows of one shape; those of detectors_ are {rows}"
+        expect(fits, "detectors_", detectors, wanted)
 
 
 def measure(X: NDArray[Any], n_windows: int, *, with_level: bool, n_jobs: int | None) -> Rows:

@@ -17,6 +17,7 @@ from sklearn.model_selection import BaseCrossValidator
 from sklearn.utils import check_consistent_length, check_scalar, column_or_1d
 
 from ._answers import requests
+from ._state import expect
 from ._validation import ABOVE_0, check_flag, check_real
 from .kernels.speed_references import SAME_LOG_SPEED, group_speeds
 from .speeds import log_speeds
@@ -170,38 +171,31 @@ class SpeedSplit(BaseCrossValidator):
         if recording is not None:
             first, second = first_and_second_half(recording, start, self.window_length)
         splits = [(np.flatnonzero(first & a), np.flatnonzero(second & b)) for a, b in sides]
-        if not all(len(train) and len(test) for train, test in splits):
-            raise ValueError(
-                "Halves of each recording in groups leave no window at some speed, expected "
-                "recordings of at least two windows."
-            )
+        least = min(len(side) for sides in splits for side in sides)
+        name = "Least number of windows of a speed in halves of the recordings in groups"
+        expect(least > 0, name, least, "at least 1")
         yield from splits
 
     def _check_settings(self, known, recording, start):
         check_flag(self.leave_out, "leave_out")
         check_flag(self.same_speed, "same_speed")
-        if self.leave_out and (self.train_rpm is not None or self.same_speed):
-            raise ValueError("leave_out=True goes with neither `train_rpm` nor `same_speed`.")
-        if self.same_speed and recording is None:
-            raise ValueError(
-                "same_speed=True needs a second column in groups, the recording of each window."
-            )
+        fits = not self.leave_out or (self.train_rpm is None and not self.same_speed)
+        expect(fits, "leave_out", True, "False with `train_rpm` or `same_speed`")
+        fits = not self.same_speed or recording is not None
+        expect(fits, "same_speed", True, "False without recordings, the second column of groups")
         if start is not None:
             name = "window_length for the starts in groups"
             check_scalar(self.window_length, name, Integral, min_val=1)
-        if len(known) < 2 and not self.same_speed:
-            raise ValueError(f"groups has one speed, {np.exp(known)} rpm, expected at least two.")
+        fits = len(known) > 1 or self.same_speed
+        expect(fits, "Speeds in groups", np.exp(known), "at least two")
 
     def _training_speeds(self, known):
         if self.train_rpm is None:
             return range(len(known))
         check_real(self.train_rpm, "train_rpm", **ABOVE_0)
         distance = np.abs(known - np.log(self.train_rpm))
-        if distance.min() > SAME_LOG_SPEED:
-            raise ValueError(
-                f"train_rpm={self.train_rpm!r} is not in groups, which has the speeds "
-                f"{np.exp(known).round(3).tolist()}."
-            )
+        wanted = f"one of the speeds in groups, {np.exp(known).round(3).tolist()}"
+        expect(distance.min() <= SAME_LOG_SPEED, "train_rpm", self.train_rpm, wanted)
         return [distance.argmin()]
 
     def get_n_splits(
@@ -227,11 +221,9 @@ class SpeedSplit(BaseCrossValidator):
 
     def _columns(self, X, groups):
         table = pd.DataFrame(groups)
-        if not 1 <= table.shape[1] <= 3 or (X is not None and len(table) != len(X)):
-            raise ValueError(
-                f"groups has shape {table.shape}, expected a row for each window with its speed, "
-                "its recording and the index of its first sample."
-            )
+        fits = 1 <= table.shape[1] <= 3 and (X is None or len(table) == len(X))
+        wanted = "a row for each window with its speed, its recording and its first sample's index"
+        expect(fits, "groups.shape", table.shape, wanted)
         table = table.set_axis(["rpm", "recording", "start"][: table.shape[1]], axis=1)
         try:
             log_speed = log_speeds(table["rpm"], len(table))

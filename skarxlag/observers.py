@@ -279,12 +279,9 @@ class PIObserver(Observer):
         self.closed_loop_: NDArray[Any] = observer.loop_matrix(self.pole, self.kp, self.ki)
         states = self.closed_loop_ if self.ki > 0 else self.closed_loop_[:1, :1]
         self.spectral_radius_: float = float(np.abs(np.linalg.eigvals(states)).max())
-        if self.spectral_radius_ >= 1:
-            raise ValueError(
-                f"The observer is unstable with pole={self.pole}, kp={self.kp}, ki={self.ki}: "
-                f"spectral radius {self.spectral_radius_:.6g}. Expected, with a = pole - kp = "
-                f"{self.pole - self.kp:.6g}: a + ki < 1 and 2 (1 + a) + ki > 0."
-            )
+        name = f"Spectral radius with pole={self.pole}, kp={self.kp} and ki={self.ki}"
+        wanted = "below 1: pole - kp + ki < 1 and 2 (1 + pole - kp) + ki > 0"
+        expect(self.spectral_radius_ < 1, name, self.spectral_radius_, wanted)
 
     def _loop(self):
         return float(self.pole), float(self.kp), float(self.ki), 0.0, 1.0, 1.0, 0.0

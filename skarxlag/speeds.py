@@ -180,8 +180,7 @@ def samples_a_turn(
         If there is no sampling rate; if a speed is not above 0 or the shape is another; or if a
         stretch has less turns, or a turn less than two samples.
     """
-    if sampling_rate is None:
-        raise ValueError("rpm was given, but sampling_rate is None; expected a number in Hz.")
+    expect(sampling_rate is not None, "sampling_rate", None, "a number in Hz, as rpm is given")
     speeds = check_speeds(rpm, n_stretches, n_samples)
     fits = speeds.max() <= 30 * sampling_rate
     wanted = f"at most {30 * sampling_rate:g}: a turn of the shaft must take two samples"
@@ -228,12 +227,9 @@ def check_speeds(rpm: ArrayLike, n_stretches: int, n_samples: int | None) -> NDA
     fits = len(speeds) == n_stretches and (speeds.ndim == 1 or is_long)
     wanted = f"one speed for each of {n_stretches} rows or for each of their {n_samples} samples"
     expect(fits, "rpm.shape", speeds.shape, wanted)
-    bad = np.argwhere(~(np.isfinite(speeds) & (speeds > 0)))
-    if len(bad) > 0:
-        raise ValueError(
-            f"rpm holds {speeds[tuple(bad[0])]:g} for row {bad[0][0]}, expected revolutions "
-            "per minute above 0."
-        )
+    is_speed = np.isfinite(speeds) & (speeds > 0)
+    at = np.unravel_index(is_speed.argmin(), speeds.shape)
+    expect(is_speed, f"rpm of row {at[0]}", float(speeds[at]), "revolutions per minute above 0")
     return speeds if speeds.ndim == 1 else speeds[:, -n_samples:]
 
 

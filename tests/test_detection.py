@@ -202,17 +202,19 @@ def test_without_speeds_limits_are_those_of_another_speed():
 
 
 def test_speeds_are_needed_where_fit_had_them(fitted):
-    with pytest.raises(ValueError, match=r"rpm is None, expected the speed .* at 800, 1200 rpm"):
+    with pytest.raises(
+        ValueError, match=r"rpm == None, expected the speed .* had .800.0, 1200.0. rpm"
+    ):
         fitted.predict(healthy(2, 1000, 0))
 
 
 @pytest.mark.parametrize(
     ("rpm", "message"),
     [
-        (0.0, "rpm holds 0 for row 0"),
-        ([1000, -5.0, 1000], "rpm holds -5 for row 1"),
-        ([1000, 1000, np.nan], "rpm holds nan for row 2"),
-        (np.inf, "rpm holds inf"),
+        (0.0, "rpm of row 0 == 0"),
+        ([1000, -5.0, 1000], "rpm of row 1 == -5"),
+        ([1000, 1000, np.nan], "rpm of row 2 == nan"),
+        (np.inf, "rpm of row 0 == inf"),
         ([1000, 1000], r"rpm.shape == \(2,\), expected one speed for each of 3 rows"),
         ("fast", "rpm must hold numbers, got 'fast'"),
     ],
@@ -272,7 +274,9 @@ def test_two_rows_are_the_least():
     assert np.all(fitted.predict(healthy(50, 1000, 1)) == 1)
     with pytest.raises(ValueError, match="X has one row"):
         FaultDetector().fit(X[:1])
-    with pytest.raises(ValueError, match="one row at each of 2 speeds"):
+    with pytest.raises(
+        ValueError, match="largest number of rows of one speed == 1, expected at least 2"
+    ):
         FaultDetector().fit(X, rpm=[800, 1200])
 
 
@@ -356,7 +360,7 @@ def test_one_speed_is_needed_too():
         takes_rpm=True, needs_rpm=True, speeds=(1000.0,), is_stretch=True, **ASKED
     )
     assert answers(one) == of_one_speed
-    with pytest.raises(ValueError, match="rpm is None, expected the speed of each row"):
+    with pytest.raises(ValueError, match="rpm == None, expected the speed of each row"):
         one.predict(X)
 
 

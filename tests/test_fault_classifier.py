@@ -136,7 +136,9 @@ def test_speed_is_searched_in_the_stated_range():
     fitted = classifier(speed_range=(850.0, 1050.0)).fit(signal[np.newaxis])
     assert fitted.match([signal]).rpm[0] == pytest.approx(948, rel=0.01)
     assert fitted.predict([signal])[0] == "outer"
-    with pytest.raises(ValueError, match="rpm == None, expected the speed of each row, or a speed_r"):
+    with pytest.raises(
+        ValueError, match="rpm == None, expected the speed of each row, or a speed_r"
+    ):
         classifier().fit([signal]).predict([signal])
 
 

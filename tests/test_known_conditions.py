@@ -227,7 +227,7 @@ def test_bad_input_is_named(fitted):
             KnownConditions(false_rejection_rate=rate).fit(X, y)
     with pytest.raises(ValueError, match="window_length"):
         KnownConditions(window_length=0).fit(X, y)
-    with pytest.raises(ValueError, match="rpm holds -1 for row 0"):
+    with pytest.raises(ValueError, match="rpm of row 0 == -1"):
         KnownConditions().fit(X, y, rpm=-1)
     with pytest.warns(UserWarning, match="8 of 8 rows are treated as rows without a signal"):
         p_values = fitted.p_values(X, rpm=0)

@@ -211,14 +211,18 @@ def test_a_group_of_speeds_begins_at_its_lowest():
 @pytest.mark.parametrize(
     ("splitter", "groups", "message"),
     [
-        (SpeedSplit(), None, r"groups has shape \(0, 0\)"),
-        (SpeedSplit(), SPEED[:5], "groups has shape"),
-        (SpeedSplit(), np.ones((60, 4)), "groups has shape"),
+        (SpeedSplit(), None, r"groups.shape == \(0, 0\)"),
+        (SpeedSplit(), SPEED[:5], "groups.shape =="),
+        (SpeedSplit(), np.ones((60, 4)), "groups.shape =="),
         (SpeedSplit(), ["fast"] * 60, "groups: rpm must hold numbers"),
-        (SpeedSplit(), SPEED - 300, "groups: rpm holds 0 for row 0, expected .* above 0"),
-        (SpeedSplit(), np.ones(60), "one speed"),
-        (SpeedSplit(leave_out=True), np.ones(60), "one speed"),
-        (SpeedSplit(leave_out=True, train_rpm=300), SPEED, "leave_out=True goes with neither"),
+        (SpeedSplit(), SPEED - 300, "groups: rpm of row 0 == 0.0, expected .* above 0"),
+        (SpeedSplit(), np.ones(60), "Speeds in groups == .* at least two"),
+        (SpeedSplit(leave_out=True), np.ones(60), "Speeds in groups == .* at least two"),
+        (
+            SpeedSplit(leave_out=True, train_rpm=300),
+            SPEED,
+            "leave_out == True, expected False with",
+        ),
         (
             SpeedSplit(window_length=0),
             GROUPS,
@@ -227,15 +231,15 @@ def test_a_group_of_speeds_begins_at_its_lowest():
         (
             SpeedSplit(train_rpm=3),
             SPEED,
-            r"train_rpm=3 is not in groups, .* \[300.0",
+            r"train_rpm == 3, expected .* \[300.0",
         ),
         (SpeedSplit(train_rpm=-5), SPEED, "train_rpm == -5, must be > 0"),
         (SpeedSplit(train_rpm=np.nan), SPEED, "train_rpm == nan, must be finite"),
         (SpeedSplit(window_length=1), GROUPS.assign(start=0.5), "groups: a start is 0.5"),
         (SpeedSplit(window_length=1), GROUPS.assign(start=np.nan), "groups: a start is nan"),
         (SpeedSplit(window_length=1), GROUPS.assign(start="a"), "groups: a start is 'a'"),
-        (SpeedSplit(same_speed=True), SPEED, "same_speed=True needs a second column"),
-        (SpeedSplit(), np.where(SPEED > 400, np.nan, SPEED), "groups: rpm holds nan for row 40"),
+        (SpeedSplit(same_speed=True), SPEED, "same_speed == True, .* second column"),
+        (SpeedSplit(), np.where(SPEED > 400, np.nan, SPEED), "groups: rpm of row 40 == nan"),
     ],
 )
 def test_splitter_says_what_is_wrong(splitter, groups, message):
@@ -263,5 +267,5 @@ def test_speeds_with_jitter_are_one_speed(leave_out):
 def test_training_speed_may_have_jitter():
     assert as_lists(speed_splits([600, 605, 700], train_rpm=610)) == [([0, 1], [2])]
     assert len(speed_splits([600, 613, 700])) == 6
-    with pytest.raises(ValueError, match=r"train_rpm=650 is not in groups, .* \[602.495, 700.0\]"):
+    with pytest.raises(ValueError, match=r"train_rpm == 650, expected .* \[602.495, 700.0\]"):
         speed_splits([600, 605, 700], train_rpm=650)

@@ -75,7 +75,9 @@ def test_pi_observer_is_accepted_exactly_where_its_eigenvalues_are_inside_the_ci
         if jury:
             assert observer.fit(X).spectral_radius_ == pytest.approx(radius, abs=1e-7)
         else:
-            with pytest.raises(ValueError, match=r"unstable with pole=.*kp=.*ki=.*spectral radius"):
+            with pytest.raises(
+                ValueError, match=r"Spectral radius with pole=.*kp=.*ki=.* == .*, expected below 1"
+            ):
                 observer.fit(X)
         verdicts.append(jury)
     assert 0.1 < np.mean(verdicts) < 0.9

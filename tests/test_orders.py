@@ -139,9 +139,9 @@ def test_sampling_rate_is_the_unit_of_the_speed(fitted):
 @pytest.mark.parametrize(
     ("rpm", "message"),
     [
-        (0, "rpm holds 0 for row 0"),
-        (np.r_[[900.0] * 7, -1], "rpm holds -1 for row 7"),
-        (np.r_[np.nan, [900.0] * 7], "rpm holds nan"),
+        (0, "rpm of row 0 == 0"),
+        (np.r_[[900.0] * 7, -1], "rpm of row 7 == -1"),
+        (np.r_[np.nan, [900.0] * 7], "rpm of row 0 == nan"),
         ("fast", "rpm must hold numbers"),
         (np.full(5, 900), r"shape == \(5,\), expected one speed for each of 8 rows"),
         (np.full((8, 100), 900), r"or for each of their 8000 samples"),
@@ -169,7 +169,7 @@ def test_stretches_at_an_implausible_speed_name_no_condition(fitted, rpm):
 
 def test_speeds_without_what_they_need():
     X, y = stretches(900, n=1)
-    with pytest.raises(ValueError, match="sampling_rate is None"):
+    with pytest.raises(ValueError, match="sampling_rate == None, expected a number in Hz"):
         OrderResidual().fit(X, y, rpm=900)
     residual = OrderResidual(sampling_rate=RATE).fit(X, y)
     with pytest.raises(ValueError, match="rpm was given, but not in fit"):

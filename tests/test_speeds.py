@@ -66,7 +66,7 @@ def test_constant_signals_give_some_speed_in_range():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"rpm": 0}, "rpm holds 0"),
+        ({"rpm": 0}, "rpm of row 0 == 0"),
         ({"rpm": 50}, "Turns in 20000 samples at 50 rpm"),
         ({"rpm": np.full((1, 20_000), 600)}, "one speed for each stretch"),
         ({"sampling_rate": 0}, "sampling_rate"),

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.signal import oaconvolve
 from sklearn.utils import check_scalar
 
-from skarxlag._validation import check_real
+from skarxlag._state import expect
+from skarxlag._validation import ABOVE_0, check_real
 from skarxlag.bearings import SKF_6205, BearingGeometry, contact_speed
 from skarxlag.datasets.strikes import impact_velocity, simulate_strikes, transit_time
 from skarxlag.datasets.transmission import (
@@ -124,16 +125,16 @@ class Rig:
 
     def __post_init__(self) -> None:
         for name in ("sampling_rate", "load_distribution", "asperity_um"):
-            check_real(getattr(self, name), name, min_val=0, include_boundaries="neither")
-        levels = ("impact_level", "friction_level", "rubbing_level", "noise_level")
-        for name in (*levels, "entry_ratio"):
-            check_real(getattr(self, name), name, min_val=0)
+            check_real(getattr(self, name), name, **ABOVE_0)
+        for name in ("impact", "friction", "rubbing", "noise"):
+            check_real(getattr(self, f"{name}_level"), f"{name}_level", min_val=0)
+        check_real(self.entry_ratio, "entry_ratio", min_val=0)
         check_real(self.slip, "slip", min_val=0, max_val=0.1)
         check_scalar(self.bearing, "bearing", BearingGeometry)
         check_scalar(self.paths, "paths", TransmissionPaths)
         leak = np.asarray(self.torque_leak)
-        if leak.ndim != 1 or leak.dtype.kind not in "fiu" or not np.all(np.isfinite(leak)):
-            raise ValueError(f"torque_leak must hold finite numbers, got {self.torque_leak!r}.")
+        fits = leak.ndim == 1 and leak.dtype.kind in "fiu" and np.isfinite(leak)
+        expect(fits, "torque_leak", self.torque_leak, "finite numbers")
 
 
 #: The rig of `simulate_rig` if no other is given.

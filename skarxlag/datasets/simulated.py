@@ -11,6 +11,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 from sklearn.utils import Bunch, check_random_state, check_scalar
 
+from skarxlag._state import expect
 from skarxlag.datasets._repository import description
 from skarxlag.datasets.rig import DEFAULT_RIG, LOCATIONS, Rig, background, defect_emission
 
@@ -32,18 +33,15 @@ STREAMS = ("torque", "noise", "friction", "strikes", "rubbing")
 
 def _positive_numbers(name, values):
     array = np.atleast_1d(pd.to_numeric(values, errors="coerce")).astype(float)
-    is_distinct = array.size == len(set(array)) > 0
-    if not is_distinct or not np.all((array > 0) & (array < np.inf)):
-        raise ValueError(f"{name} must hold distinct positive numbers, got {values!r}.")
+    fits = (array > 0) & (array < np.inf) & (array.size == len(set(array)) > 0)
+    expect(fits.any() and fits, name, values, "different positive numbers")
     return array.tolist()
 
 
 def _check_conditions(conditions):
     chosen = list(CONDITIONS) if conditions is None else np.atleast_1d(conditions).tolist()
-    if not 0 < len(chosen) == len({*chosen} & {*CONDITIONS}):
-        raise ValueError(
-            f"conditions must be distinct names out of {list(CONDITIONS)}, got {conditions!r}."
-        )
+    fits = 0 < len(chosen) == len({*chosen} & {*CONDITIONS})
+    expect(fits, "conditions", conditions, f"different names out of {list(CONDITIONS)}")
     return [name for name in CONDITIONS if name in chosen]
 
 
@@ -180,14 +178,11 @@ def simulate_rig(
     names = _check_conditions(conditions)
     check_scalar(window_length, "window_length", (int, np.integer), min_val=1)
     check_scalar(n_samples, "n_samples", (int, np.integer), min_val=1)
-    if n_samples % window_length:
-        raise ValueError(
-            f"n_samples must be a multiple of window_length={window_length}, got {n_samples}."
-        )
+    is_whole = n_samples % window_length == 0
+    expect(is_whole, "n_samples", n_samples, f"a multiple of window_length={window_length}")
     check_scalar(rig, "rig", Rig)
     diameter = rig.bearing.element_diameter
-    if max(cracks) > diameter:
-        raise ValueError(f"crack_mm must not exceed an element, {diameter} mm, got {crack_mm!r}.")
+    expect(max(cracks) <= diameter, "crack_mm", crack_mm, f"at most an element, {diameter} mm")
     entropy = check_random_state(random_state).randint(2**32, size=4, dtype=np.uint32).tolist()
 
     recordings = [

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from skarxlag._state import expect
 from skarxlag._validation import check_real
 
 # A response is cut off where its slowest mode has decayed by 120 dB.
@@ -53,13 +54,10 @@ class TransmissionPath:
         bounds = {"frequencies": (0, np.inf), "damping": (0, 1), "amplitudes": (-np.inf, np.inf)}
         for name, (least, largest) in bounds.items():
             values = np.array(getattr(self, name))
-            if values.shape != (n_modes,) or not np.all((values > least) & (values < largest)):
-                raise ValueError(
-                    f"{name} must hold one number in ({least:g}, {largest:g}) for each of "
-                    f"{n_modes} modes, got {getattr(self, name)!r}."
-                )
-        if not any(self.amplitudes):
-            raise ValueError(f"amplitudes must not all be zero, got {self.amplitudes!r}.")
+            fits = values.shape == (n_modes,) and (values > least) & (values < largest)
+            wanted = f"one number in ({least:g}, {largest:g}) for each of {n_modes} modes"
+            expect(fits, name, getattr(self, name), wanted)
+        expect(any(self.amplitudes), "amplitudes", self.amplitudes, "not only zeros")
         check_real(self.gain, "gain", min_val=0)
         check_real(self.delay, "delay", min_val=0)
 
@@ -169,11 +167,8 @@ def impulse_response(path: TransmissionPath, sampling_rate: float) -> NDArray[An
     """
     modes = np.array([path.frequencies, path.damping, path.amplitudes], dtype=float)
     frequencies, damping, amplitudes = modes[..., np.newaxis]
-    if frequencies.max() >= sampling_rate / 2:
-        raise ValueError(
-            f"frequencies of a transmission path must lie below sampling_rate / 2 = "
-            f"{sampling_rate / 2:g} Hz, got {path.frequencies!r}."
-        )
+    wanted = f"frequencies below sampling_rate / 2 = {sampling_rate / 2:g} Hz"
+    expect(frequencies < sampling_rate / 2, "frequencies", path.frequencies, wanted)
     decay = 2 * np.pi * damping * frequencies
     time = np.arange(np.ceil(DECAY / decay.min() * sampling_rate)) / sampling_rate
     ringing = np.sin(2 * np.pi * frequencies * np.sqrt(1 - damping**2) * time)

@@ -116,14 +116,14 @@ def test_friction_is_the_path_behind_a_low_pass():
 
 
 def test_modes_above_half_the_sampling_rate_are_refused():
-    with pytest.raises(ValueError, match=r"frequencies .* 10000 Hz, got \(10000.0,\)"):
+    with pytest.raises(ValueError, match=r"frequencies == \(10000.0,\), .* 10000 Hz"):
         impulse_response(ONE_MODE, 20e3)
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"frequencies": ()}, r"frequencies .* 1 modes, got \(\)"),
+        ({"frequencies": ()}, r"frequencies == \(\), .* 1 modes"),
         ({"damping": (0.1, 0.2)}, r"damping .* \(0.1, 0.2\)"),
         ({"damping": (1.0,)}, r"damping .* \(1.0,\)"),
         ({"amplitudes": (0.0,)}, "amplitudes .* zero"),
