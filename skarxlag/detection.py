@@ -616,7 +616,7 @@ class KnownConditions(RowOutlierDetector):
             remember_parameters(detector)
             self.detectors_.append(detector)
         name = f"n_samples = {len(X)}: largest number of rows of one condition and speed"
-        expect(self.detectors_, name, 1, "at least 2")
+        expect(len(self.detectors_) > 0, name, 1, "at least 2")
         self.classes_ = self.classes_[~np.isin(self.classes_, left_out)]
         return self._weak_points(left_out)
 
@@ -675,8 +675,9 @@ class KnownConditions(RowOutlierDetector):
                 (each.window_shape_.tolist(), each.n_windows_, each.means_.shape[1])
                 for each in map(as_fitted, detectors)
             ]
-        fits = rows and rows == rows[:1] * n and rows[0][0] == self.window_shape_.tolist()
-        wanted = f"{n} of FaultDetector for rows of one shape; those of detectors_ are {rows}"
+        own_shape = self.window_shape_.tolist()
+        fits = len(rows) > 0 and rows == rows[:1] * n and rows[0][0] == own_shape
+        wanted = f"{n} of FaultDetector by classes_, for rows of window_shape_ {own_shape}: {rows}"
         expect(fits, "detectors_", detectors, wanted)
 
 

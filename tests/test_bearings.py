@@ -132,7 +132,7 @@ def test_named_bearings_have_their_published_orders(name, published):
         ("outer=3.585", "expected at least outer and inner"),
         ({"outer": 5.4, "inner": 3.6}, "inner == 3.6, expected above outer == 5.4"),
         ({"outer": 3.6, "inner": 5.4, "BSF": 2.3}, "Order == 'BSF', expected .* twice_spin"),
-        ({"outer": 3.6, "inner": 5.4, "gear": 2.3}, "'gear' is no order"),
+        ({"outer": 3.6, "inner": 5.4, "gear": 2.3}, "Order == 'gear', expected"),
         ({"outer": -3.6, "inner": 5.4}, "order 'outer' == -3.6, must be > 0"),
     ],
 )

@@ -223,7 +223,7 @@ def test_bad_speeds_are_named(fitted, rpm, message):
     X = healthy(3, 1000, 0)
     with pytest.raises(ValueError, match=message):
         FaultDetector().fit(X, rpm=rpm)
-    if "holds" not in message or isinstance(rpm, str):
+    if "rpm of row" not in message:
         with pytest.raises(ValueError, match=r"(rpm must hold|rpm.shape ==)"):
             fitted.predict(X, rpm=rpm)
 
@@ -272,7 +272,7 @@ def test_two_rows_are_the_least():
         fitted = FaultDetector(false_alarm_rate=RATE).fit(X)
     assert "2 healthy rows are too few" in str(said[0].message) and len(said) == 2
     assert np.all(fitted.predict(healthy(50, 1000, 1)) == 1)
-    with pytest.raises(ValueError, match="X has one row"):
+    with pytest.raises(ValueError, match="largest number of rows of one speed == 1"):
         FaultDetector().fit(X[:1])
     with pytest.raises(
         ValueError, match="largest number of rows of one speed == 1, expected at least 2"

@@ -181,9 +181,9 @@ def test_weak_calibrations_are_said():
     with pytest.warns(UserWarning) as said:
         KnownConditions().fit(X, y)
     assert "rpm is not given" in str(said[1].message) and len(said) == 2
-    with pytest.raises(ValueError, match="expected at least 2 rows of one condition at one speed"):
+    with pytest.raises(ValueError, match="of one condition and speed == 1, expected at least 2"):
         KnownConditions().fit(X[[0, 10]], y[[0, 10]])
-    with pytest.raises(ValueError, match="expected at least 2 rows of one condition at one speed"):
+    with pytest.raises(ValueError, match="of one condition and speed == 1, expected at least 2"):
         KnownConditions().fit(X[:2], rpm=[800, 1200])
 
 
