@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable, Iterable
 from contextlib import suppress
@@ -10,8 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..bearings import bearing_orders
-from ..recordings import speeds
-from ..recordings.listing import ListedRecording, is_file_source, list_files, list_recordings
+from ..recordings import listing
 from ..recordings.speeds import TACHO, is_speed_source
 from .messages import UsageError
 
@@ -19,6 +19,8 @@ from .messages import UsageError
 BEARING = "a name such as 6205, dimensions 9,7.94,39.04, or orders outer=3.585,inner=5.415"
 #: Facts of recordings that no table lists.
 FACTS = ("pattern", "channel", "sampling_rate", "rpm", "pulses_per_turn", "dtype")
+_NUMBER = r"\s*(\d+(?:\.\d+)?)\s*"
+_SPEED = re.compile(rf"{_NUMBER}(?:\.\.{_NUMBER}|(?:\+-|\+/-|±){_NUMBER}(%?)\s*)?")
 
 
 def option(group: Any, names: str, text: str, kind: Any = None, metavar: str = "N") -> None:
@@ -51,11 +53,6 @@ rate = number(float, "a number between 0 and 1", lambda value: 0 < value < 1)
 speed = number(float, "a speed in rpm, or all", lambda value: value > 0)
 
 
-def channel_names(text: str) -> str | list[str]:
-    """Parse the name of a channel, or several, separated by semicolons."""
-    return [name.strip() for name in text.split(";")] if ";" in text else text
-
-
 def speed_or_all(text: str) -> float | str:
     """Parse a shaft speed, or the word all."""
     return text if text == "all" else speed(text)
@@ -67,11 +64,22 @@ def speed_or_source(text: str) -> dict[str, Any]:
 
 
 def speed_range(text: str) -> tuple[float, float]:
-    """Parse a range of shaft speeds."""
-    try:
-        return speeds.speed_range(text)
-    except ValueError as error:
-        raise ArgumentTypeError(str(error)) from error
+    """Return the ends of a range of shaft speeds, which belong to it.
+
+    The text is ``1797`` (this speed alone), ``1797+-30`` or ``1797+-2%`` (with a tolerance; ``±``
+    and ``+/-`` do as well) or ``1700..1800``.
+
+    >>> speed_range("1797+-30"), speed_range("1700..1800")
+    ((1767.0, 1827.0), (1700.0, 1800.0))
+    """
+    low = high = math.nan
+    if match := _SPEED.fullmatch(text):
+        speed, width = float(match[1]), float(match[3] or 0)
+        width *= speed / 100 if match[4] else 1
+        low, high = speed - width, float(match[2] or speed + width)
+    if not (math.isfinite(high) and high > 0 and low <= high):
+        raise ArgumentTypeError(f"{text!r}, expected a speed such as 1797, 1797+-30 or 1700..1800")
+    return max(low, 0.0), high
 
 
 def bearing(text: str) -> str:
@@ -88,51 +96,45 @@ def add_source_arguments(parser: ArgumentParser, of: str) -> None:
     group = parser.add_argument_group(f"facts of {of}")
     option(group, "--pattern", "with named groups that state facts in a file's name", str, "REGEX")
     text = "name, position, or pattern such as *DE_time; several separated by ;, the output first"
-    option(group, "--channel", text, channel_names, "NAME")
+    option(group, "--channel", text, listing.channel_names, "NAME")
     option(group, "--sampling-rate", "if the files do not state it", positive_number, "HZ")
     text = "shaft speed of all, a channel of pulses as tacho:CHANNEL, or a csv log of speeds"
     option(group, "--rpm", text, speed_or_source, "RPM")
     option(group, "--pulses-per-turn", "of the tachometer; default: 1", positive_int)
     option(group, "--dtype", "samples of raw binary files, such as <i2", metavar="TYPE")
+    parser.set_defaults(rpm={})
 
 
 def refuse(args: Namespace, names: Iterable[str], why: str) -> None:
     """Raise an error if one of some options is given."""
     for name in names:
-        if vars(args)[name] not in (None, False):
+        if vars(args)[name]:
             raise UsageError(f"argument --{name.replace('_', '-')}: {why}")
 
 
 def stated(args: Namespace) -> dict[str, Any]:
-    """Return the keyword arguments of `list_files` and `list_recordings`."""
-    return {name: vars(args)[name] for name in FACTS if name not in ("rpm", "pulses_per_turn")}
+    """Return the facts in the arguments, as `list_files` and `list_recordings` take them."""
+    if not args.rpm.get("speed_source", "").startswith(TACHO):
+        refuse(args, ["pulses_per_turn"], f"belongs to --rpm {TACHO}CHANNEL")
+    facts = {name: vars(args)[name] for name in FACTS if name != "rpm"} | args.rpm
+    return {name: value for name, value in facts.items() if value is not None}
 
 
-def named_recordings(args: Namespace) -> list[ListedRecording]:
+def named_recordings(args: Namespace) -> list[listing.ListedRecording]:
     """List the recordings of RECORDING arguments, also files that do not exist."""
-    options, recordings = stated(args), []
+    facts, recordings = stated(args), []
     for path in args.recordings:
-        if os.path.exists(path) or is_file_source(path):
+        if os.path.exists(path) or listing.is_file_source(path):
             # Two folders may hold files of the same name.
-            found = list_files(path, **options)
+            found = listing.list_files(path, **facts)
             recordings += [replace(each, name=str(each.path)) for each in found]
         else:
-            recordings.append(ListedRecording(None, str(path), Path(path)))
-    return with_speed(recordings, args)
+            recordings.append(listing.ListedRecording(None, path, Path(path)))
+    return recordings
 
 
-def table_recordings(args: Namespace) -> list[ListedRecording]:
+def table_recordings(args: Namespace) -> list[listing.ListedRecording]:
     """List the recordings of a table, a folder or a glob."""
-    listed = list_recordings(args.table, **stated(args))
-    if not is_file_source(args.table):
-        refuse(args, ["rpm"], f"for a folder; {args.table} has a column for it")
-    return with_speed(listed, args)
-
-
-def with_speed(recordings: list[ListedRecording], args: Namespace) -> list[ListedRecording]:
-    """Return recordings with the speed, or the source of speeds, of the arguments."""
-    stated = args.rpm or {}
-    if not stated.get("speed_source", "").startswith(TACHO):
-        refuse(args, ["pulses_per_turn"], f"belongs to --rpm {TACHO}CHANNEL")
-    facts = {"rpm": None, "speed_source": None, "pulses_per_turn": args.pulses_per_turn or 1}
-    return [replace(each, **facts | stated) if stated else each for each in recordings]
+    if not listing.is_file_source(args.table):
+        refuse(args, FACTS, f"for a folder or a glob; the table {args.table} states its own")
+    return listing.list_recordings(args.table, **stated(args))

@@ -15,23 +15,18 @@ import argparse
 import signal
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from ..recordings.listing import positive
+from ..recordings.listing import channel_names, speed_facts
 from ..recordings.speeds import TACHO, read_texts
-from .arguments import channel_names, flag, option, positive_int, positive_number, refuse
+from .arguments import flag, option, positive_int, positive_number, refuse, speed_or_source
 from .messages import CommandError, as_command_error, say
 from .models import SavedModel, is_model_file
 from .watch_stream import SensorStream
 
 _NEEDED, _FURTHER = ["name", "source", "model"], ["channel", "rpm"]
-
-
-def _speed_or_tacho(text):
-    """Parse a shaft speed, or the channel of a tachometer."""
-    return text if text.startswith(TACHO) else positive_number(text)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     option(parser, "--channel", text, channel_names, "NAME")
     option(parser, "--sampling-rate", "default: the model's", positive_number, "HZ")
     speed = parser.add_mutually_exclusive_group()
-    option(speed, "--rpm", "shaft speed, or pulses as tacho:CHANNEL", _speed_or_tacho, "RPM")
+    option(speed, "--rpm", "shaft speed, or pulses as tacho:CHANNEL", speed_or_source, "RPM")
     option(speed, "--rpm-column", "csv column of shaft speeds", metavar="NAME")
     option(parser, "--pulses-per-turn", "of the tachometer; default: 1", positive_int)
     option(parser, "--time-column", "csv column of times; none: ignore times", metavar="NAME")
@@ -64,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         option(parser, name, text, positive_number, "SECONDS")
     option(parser, "--sensor", "stated in each line; default: name of SOURCE", metavar="NAME")
     flag(parser, "-v --verbose", "print one status line a second")
-    parser.set_defaults(half_life=10.0, false_alarm_interval=1000.0, poll=0.2, settle=2.0)
+    parser.set_defaults(half_life=10.0, false_alarm_interval=1000.0, poll=0.2, settle=2.0, rpm={})
 
 
 def run(args: argparse.Namespace) -> int:
@@ -73,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
         args.source = "-"
     with as_command_error():
         sensors = [args] if args.source is not None else _listed_sensors(args)
-    if not any(isinstance(each.rpm, str) for each in sensors):
+    if not any("speed_source" in each.rpm for each in sensors):
         refuse(args, ["pulses_per_turn"], f"belongs to --rpm {TACHO}CHANNEL")
     models = {path: SavedModel(path) for path in dict.fromkeys(each.model for each in sensors)}
     streams = [SensorStream(each, models[each.model]) for each in sensors]
@@ -114,7 +109,7 @@ def _listed_sensors(args):
         if row.get("channel"):
             own["channel"] = channel_names(row["channel"])
         if rpm := row.get("rpm"):
-            own["rpm"] = rpm if rpm.startswith(TACHO) else positive(where, "rpm", rpm)
+            own["rpm"] = speed_facts(where, rpm)
         own["state"] = args.state and args.state / f"{name}.json"
         sensors.append(argparse.Namespace(**vars(args) | own))
     return sensors
@@ -124,13 +119,11 @@ def _listed_sensors(args):
 def _stop_signals() -> Iterator[list[Any]]:
     """Collect SIGINT and SIGTERM, so that they end the command where it does no harm."""
     received: list[Any] = []
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = [signal.signal(number, lambda *caught: received.append(caught)) for number in numbers]
-    try:
+    with ExitStack() as at_end:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            before = signal.signal(number, lambda *caught: received.append(caught))
+            at_end.callback(signal.signal, number, before)
         yield received
-    finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
 
 
 def _follow(streams, args, signals):

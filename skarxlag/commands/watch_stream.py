@@ -15,8 +15,7 @@ from ..monitoring import ConditionMonitor, MonitorVerdict
 from ..persistence import load_monitor_state, save_monitor_state
 from ..recordings.listing import ListedRecording
 from ..recordings.live import from_folder, from_growing_file, from_stream
-from ..recordings.live_samples import RawSamples, TextSamples
-from ..recordings.live_times import StreamTimes
+from ..recordings.live_samples import RawSamples, StreamTimes, TextSamples
 from ..recordings.rates import rates_agree
 from ..recordings.speeds import TACHO, TachoStream
 from ..verdicts import HOLD
@@ -63,19 +62,19 @@ class SensorStream:
             raise UsageError(f"argument --sampling-rate: {stated}")
         path, is_stdin = Path(args.source), args.source == "-"
         self._is_folder = not is_stdin and path.is_dir()
-        is_stated = args.rpm is not None or args.rpm_column is not None or self._is_folder
-        if model.can.needs_rpm and not is_stated:
+        if model.can.needs_rpm and not (args.rpm or args.rpm_column or self._is_folder):
             fitted = f"{args.model} was fitted at {listed(model.train_rpm)} rpm"
             raise UsageError(f"argument --rpm: needed, {fitted}")
+        if self._is_folder or args.dtype is not None:
+            refuse(args, ["time_column", "rpm_column"], "belongs to csv lines")
+        self._pulses = args.pulses_per_turn or 1
         self._tacho, self._speed_column = None, args.rpm_column
-        if isinstance(args.rpm, str):
-            self._tacho = TachoStream(self._rate, args.pulses_per_turn or 1)
-            self._speed_column = args.rpm.removeprefix(TACHO)
-        self._facts = {name: vars(args)[name] for name in _READING} | {
-            "source": args.source if is_stdin else str(path.resolve()),
-            "model": model.identity,
-            "sampling_rate": self._rate,
-        }
+        if "speed_source" in args.rpm:
+            self._tacho = TachoStream(self._rate, self._pulses)
+            self._speed_column = args.rpm["speed_source"].removeprefix(TACHO)
+        source = args.source if is_stdin else str(path.resolve())
+        self._facts = {name: vars(args)[name] for name in _READING}
+        self._facts |= {"source": source, "model": model.identity, "sampling_rate": self._rate}
         sensor = args.sensor or (args.model if is_stdin else path).stem
         self._of_line = {"sensor": printable(sensor), "healthy": model.healthy}
         self._last = self._written = self._limits = None
@@ -83,15 +82,11 @@ class SensorStream:
         self._unread, self.is_at_place = Counter(), True
         model.check_order(args.source, args.channel)
         with as_command_error():
-            self._monitor = ConditionMonitor(
-                model.diagnoser,
-                self._rate,
-                conditions=None if model.healthy is None else model.conditions,
-                detector=model.detector,
-                window_length=model.window_length,
-                train_rpm=model.train_rpm,
-                **{name: vars(args)[name] for name in _SETTINGS},
-            )
+            settings = {name: vars(args)[name] for name in _SETTINGS}
+            settings["conditions"] = None if model.healthy is None else model.conditions
+            settings |= {"detector": model.detector, "train_rpm": model.train_rpm}
+            settings["window_length"] = model.window_length
+            self._monitor = ConditionMonitor(model.diagnoser, self._rate, **settings)
             self._place = self._restored()
             # A file that cannot be written is reported now, not in a minute.
             self.save()
@@ -126,23 +121,11 @@ class SensorStream:
             save_monitor_state(self._monitor, self._args.state, place=self._place, **self._facts)
 
     def _folder(self, path):
-        args, model = self._args, self._model
-        refuse(args, ["time_column", "rpm_column"], "belongs to csv lines, not to a folder")
-        facts = {name: vars(args)[name] for name in ("channel", "dtype")}
-        facts |= {"sampling_rate": self._rate, "rpm": args.rpm}
-        if self._tacho is not None:
-            pulses = args.pulses_per_turn or 1
-            facts |= {"rpm": None, "speed_source": args.rpm, "pulses_per_turn": pulses}
-        options = {
-            "recording": ListedRecording(None, "", Path(), **facts),
-            "n_channels": model.n_channels,
-            "window_length": model.window_length,
-            "settle": args.settle,
-            "has_times": args.timed_files,
-            "takes_rpm": model.takes_rpm,
-            "needs_rpm": model.can.needs_rpm,
-        }
-        return from_folder(path, options, self.say, self._place)
+        args, rows = self._args, self._model.can
+        facts = {"channel": args.channel, "dtype": args.dtype, "sampling_rate": self._rate}
+        facts |= {"pulses_per_turn": self._pulses} | args.rpm
+        files = ListedRecording(None, "", path, **facts)
+        return from_folder(files, rows, args.settle, args.timed_files, self.say, self._place)
 
     def _stream(self, path):
         args, length = self._args, self._model.window_length
@@ -151,7 +134,6 @@ class SensorStream:
             times = StreamTimes(args.time_column, self._rate, tolerance, length)
             parser = TextSamples(args.channel, times, self._speed_column)
         else:
-            refuse(args, ["time_column", "rpm_column"], "belongs to csv lines, not to raw samples")
             parser = RawSamples(args.dtype, args.channel, self._speed_column)
         self._unread = parser.unread
         if args.source == "-":
@@ -186,7 +168,7 @@ class SensorStream:
     def _take(self, block):
         # A later run would read twice what was read behind the place.
         self.is_at_place = False
-        samples, rpm = block.samples, block.rpm if self._is_folder else self._args.rpm
+        samples, rpm = block.samples, block.rpm if self._is_folder else self._args.rpm.get("rpm")
         if samples.size:
             if self._speed_column is not None and not self._is_folder:
                 samples, rpm = samples[:-1], samples[-1]

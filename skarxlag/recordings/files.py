@@ -16,12 +16,12 @@ from .formats._signals import describe_channels, signal_blocks
 from .speeds import SpeedProfile
 from .windows import block_length, cut_blocks
 
+Channels = str | int | Sequence[Any] | None
+StrPath = str | os.PathLike[str]
+
 
 def read_recording(
-    path: str | os.PathLike[str],
-    *,
-    channel: str | int | Sequence[Any] | None = None,
-    dtype: str | None = None,
+    path: StrPath, *, channel: Channels = None, dtype: str | None = None
 ) -> tuple[NDArray[Any], float | None]:
     """Read one or several channels of a recording.
 
@@ -105,11 +105,7 @@ def read_recording(
 
 
 def iter_windows(
-    path: str | os.PathLike[str],
-    window_length: int = 1200,
-    *,
-    channel: str | int | Sequence[Any] | None = None,
-    dtype: str | None = None,
+    path: StrPath, window_length: int = 1200, *, channel: Channels = None, dtype: str | None = None
 ) -> Iterator[NDArray[Any]]:
     """Cut a recording of any length into windows, block by block.
 
@@ -156,7 +152,7 @@ def iter_windows(
     yield from cut_blocks((signal for signal, _ in blocks), str(path), window_length)
 
 
-def list_channels(path: str | os.PathLike[str], *, dtype: str | None = None) -> pd.DataFrame:
+def list_channels(path: StrPath, *, dtype: str | None = None) -> pd.DataFrame:
     r"""List the channels of a recording and what the file states about them.
 
     Parameters

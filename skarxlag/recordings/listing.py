@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from ..speeds import pulse_speeds
 from .files import recording_blocks, recording_speed, recording_start
-from .formats import FORMATS
-from .formats.text import distinct
+from .formats import SUFFIXES
+from .formats.text import distinct, number
 from .rates import rates_agree
 from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, read_texts
 
@@ -137,10 +137,8 @@ class ListedRecording:
             read = recording_blocks(self.path, n_samples, channel=self.channel, dtype=self.dtype)
             for signal, known in read:
                 if not rates_agree(stated, known):
-                    raise ValueError(
-                        f"{self.path}: sampling_rate is {stated:g} Hz but the file states "
-                        f"{known:g} Hz"
-                    )
+                    found = f"sampling_rate is {stated:g} Hz but the file states {known:g} Hz"
+                    raise ValueError(f"{self.path}: {found}")
                 yield signal, known if stated is None else stated
 
     @contextmanager
@@ -194,10 +192,10 @@ def list_files(
     """
     try:
         expression = re.compile(pattern or "")
+        if pattern is not None and not expression.groupindex:
+            raise re.error("expected named groups such as (?P<condition>..)")
     except re.error as error:
-        raise ValueError(f"pattern is {pattern!r}, no regular expression ({error})") from error
-    if pattern is not None and not expression.groupindex:
-        raise ValueError(f"pattern is {pattern!r}, expected named groups such as (?P<condition>..)")
+        raise ValueError(f"pattern is {pattern!r}: {error}") from error
     listed = []
     for name, path in _found(source):
         match = expression.search(name)
@@ -211,20 +209,29 @@ def list_files(
 def _parsed(where, facts):
     """Convert texts, by the name of the fact, to the fields of `ListedRecording`."""
     known = {name: text for name, text in facts.items() if name in FACTS and text}
-    if is_speed_source(known.get("rpm", "")):
-        known["speed_source"] = known.pop("rpm")
-    for name in ("rpm", "pulses_per_turn", "sampling_rate"):
-        if name in known:
-            known[name] = positive(where, name, known[name])
+    for name in known.keys() & {"pulses_per_turn", "sampling_rate"}:
+        known[name] = _positive(where, name, known[name])
+    if "rpm" in known:
+        known |= speed_facts(where, known.pop("rpm"))
+    if "channel" in known:
+        known["channel"] = channel_names(known["channel"])
     return known | {"further": {name: text for name, text in facts.items() if name not in _COLUMNS}}
 
 
-def positive(where: str, name: str, text: str) -> float:
+def channel_names(text: str) -> str | list[str]:
+    """Parse the name of a channel, or several, separated by semicolons."""
+    return [name.strip() for name in text.split(";")] if ";" in text else text
+
+
+def speed_facts(where: str, text: str) -> dict[str, Any]:
+    """Parse a shaft speed, or a source of speeds, to fields of `ListedRecording`."""
+    is_source = is_speed_source(text)
+    return {"speed_source": text} if is_source else {"rpm": _positive(where, "rpm", text)}
+
+
+def _positive(where, name, text):
     """Return a positive number from a text, or raise an error that names the place."""
-    try:
-        value = float(text.replace(",", "."))
-    except ValueError:
-        value = 0.0
+    value = number(text)
     if not 0 < value < float("inf"):
         raise ValueError(f"{where}: {name} is {text!r}, expected a positive number")
     return value
@@ -244,14 +251,13 @@ def _found(source):
 
 def _files_below(folder):
     """Yield the files with a known suffix. Links are followed; each folder is visited once."""
-    suffixes = tuple(suffix for module in FORMATS for suffix in module.FORMAT.suffixes)
     seen = set()
     for parent, folders, names in os.walk(folder, followlinks=True):
         # A link may lead to a folder that is listed anyway, or back to one above it.
         is_new = (real := os.path.realpath(parent)) not in seen
         seen.add(real)
         folders[:] = sorted(folders, key=lambda name: Path(parent, name).is_symlink()) * is_new
-        paths = (Path(parent, name) for name in names if name.lower().endswith(suffixes))
+        paths = (Path(parent, name) for name in names if name.lower().endswith(SUFFIXES))
         yield from (path for path in paths if is_new and path.is_file())
 
 
@@ -290,9 +296,6 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
         source = facts.get("speed_source", TACHO)
         if not source.startswith(TACHO):
             facts["speed_source"] = str(path.parent / source)
-        names = [name.strip() for name in row["channel"].split(";")]
-        if len(names) > 1:
-            facts["channel"] = names
         name = f"{row['path']}:{row['channel']}" if repeated[line] else row["path"]
         listed.append(ListedRecording(where, name, path.parent / row["path"], **facts))
     return listed

@@ -11,6 +11,7 @@ import threading
 import time
 import zlib
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from .files import recording_start
+from .listing import ListedRecording
 from .live_samples import RawSamples, TextSamples
 from .windows import block_length
 
@@ -105,7 +107,7 @@ def from_growing_file(path: Path, parser: Parser, warn: Callable, place: Any = N
         while True:
             if data := file.read(_BYTES_AT_A_TIME):
                 parts = list(parser.parts(data))
-                after = _place(file, file.tell() - parser.n_pending)
+                after = _place(file, file.tell() - len(parser.rest))
                 for i, part in enumerate(parts, start=1):
                     yield Block(*part, place=after if i == len(parts) else None)
             elif is_replaced:
@@ -131,16 +133,23 @@ def _place(file, offset):
 
 def _is_replaced(path, file):
     """Whether a file got shorter, or its name belongs to another file."""
-    try:
-        now = path.stat()
-    except OSError:
+    now = _status(path)
+    if now is None:
         return False
-    is_other = not os.path.samestat(now, os.fstat(file.fileno()))
-    # A folder cannot be read, and opening a pipe would wait for ever.
-    return stat.S_ISREG(now.st_mode) and (now.st_size < file.tell() or is_other)
+    return now.st_size < file.tell() or not os.path.samestat(now, os.fstat(file.fileno()))
 
 
-def from_folder(folder: Path, options: dict[str, Any], warn: Callable, place: Any = None) -> Blocks:
+def _status(path):
+    """Return the status of a file; None if there is none."""
+    with suppress(OSError):
+        status = path.stat()
+        # A folder cannot be read, and opening a pipe would wait for ever.
+        return status if stat.S_ISREG(status.st_mode) else None
+
+
+def from_folder(
+    files: ListedRecording, rows: Any, settle: float, has_times: bool, warn: Callable, place: Any
+) -> Blocks:
     """Yield blocks from the files of a folder, in the order in which they were finished.
 
     A file is finished when its size and time have not changed for a while. A file that arrives late
@@ -149,20 +158,22 @@ def from_folder(folder: Path, options: dict[str, Any], warn: Callable, place: An
 
     Parameters
     ----------
-    folder : Path
-        The folder.
-    options : dict
-        ``recording``: a `ListedRecording` with the facts of all files; ``n_channels`` and
-        ``window_length``; ``settle``: seconds without a change after which a file is finished;
-        ``has_times``: whether its time of modification is the time of its last sample;
-        ``takes_rpm`` and ``needs_rpm``: whether the speed is read, and a file without is skipped.
+    files : ListedRecording
+        The folder as its path, and the facts of all files.
+    rows : Answers
+        Length and channels of windows; whether the speed is read, and a file without is skipped.
+    settle : float
+        Seconds without a change after which a file is finished.
+    has_times : bool
+        Whether files have times: the dates that they state, or else their times of modification,
+        which are those of their last samples.
     warn : callable
         Called with a message for each file that cannot be read.
-    place : sequence, default=None
+    place : sequence or None
         Time and name of the latest file that was read. Older files that exist at the start count as
         read.
     """
-    done = tuple(place or (-1, ""))
+    folder, done = files.path, tuple(place or (-1, ""))
     read = {state for state in _files(folder) if state[:2] <= done}
     seen = {}
     while True:
@@ -172,13 +183,17 @@ def from_folder(folder: Path, options: dict[str, Any], warn: Callable, place: An
         for state in sorted(seen):
             path = folder / state[1]
             # What changed since the folder was listed is read when it is finished again.
-            if moment - seen[state] < options["settle"] or _state(path) != state:
+            if moment - seen[state] < settle or _state(path) != state:
                 break
             read.add(state)
             if state[:2] < done:
                 warn(f"{path}: older than the file before, read nevertheless")
             done = max(done, state[:2])
-            yield from _blocks_of_file(path, state, options, warn, list(done))
+            entry = replace(files, name=path.name, path=path)
+            try:
+                yield from _blocks_of_file(entry, state, rows, has_times, list(done))
+            except (OSError, ValueError, ImportError, MemoryError) as error:
+                warn(f"skipped: {error}")
         yield None
 
 
@@ -189,38 +204,28 @@ def _files(folder):
 
 def _state(path):
     """Time of modification, name and size of a file; None if there is none."""
-    try:
-        status = path.stat()
-    except OSError:
-        # It has vanished, or is a link that leads nowhere.
-        return None
-    state = status.st_mtime_ns, path.name, status.st_size
-    return state if stat.S_ISREG(status.st_mode) else None
+    status = _status(path)
+    return None if status is None else (status.st_mtime_ns, path.name, status.st_size)
 
 
-def _blocks_of_file(path, state, options, warn, place):
-    entry = replace(options["recording"], name=path.name, path=path)
-    n_samples, start, n_read = block_length(options["window_length"]), None, 0
-    try:
-        # All of a file is read before any of it is used, so that no file is used in part.
-        shapes = [np.atleast_2d(signal).shape for signal, _ in entry.blocks(n_samples)]
-        if shapes[0][0] != options["n_channels"]:
-            raise ValueError(f"{path}: {shapes[0][0]} channels, expected {options['n_channels']}")
-        if options["takes_rpm"]:
-            entry = entry.with_speed()
-            if entry.rpm is None and options["needs_rpm"]:
-                raise ValueError(f"{path}: the speed is not stated; expected --rpm")
-        if options["has_times"]:
-            start = recording_start(path, channel=entry.channel, dtype=entry.dtype)
-            length = sum(shape[1] for shape in shapes)
-            start = state[0] * 1e-9 - length / entry.sampling_rate if start is None else start
-        for i, (signal, rate) in enumerate(entry.blocks(n_samples), start=1):
-            if _state(path) != state:
-                raise ValueError(f"{path}: changed while it was read, from block {i}")
-            samples, after = np.atleast_2d(signal), place if i == len(shapes) else None
-            rpm = entry.speeds([n_read], samples.shape[1], rate)
-            rpm = rpm[0] if np.ndim(rpm) else rpm
-            yield Block(samples, start, rpm, path.name, after)
-            start, n_read = None, n_read + samples.shape[1]
-    except (OSError, ValueError, ImportError, MemoryError) as error:
-        warn(f"skipped: {error}")
+def _blocks_of_file(entry, state, rows, has_times, place):
+    path, n_samples, start, n_read = entry.path, block_length(rows.window_length), None, 0
+    # All of a file is read before any of it is used, so that no file is used in part.
+    shapes = [np.atleast_2d(signal).shape for signal, _ in entry.blocks(n_samples)]
+    if shapes[0][0] != rows.n_channels:
+        raise ValueError(f"{path}: {shapes[0][0]} channels, expected {rows.n_channels}")
+    if rows.takes_rpm:
+        entry = entry.with_speed()
+        if entry.rpm is None and rows.needs_rpm:
+            raise ValueError(f"{path}: the speed is not stated; expected --rpm")
+    if has_times:
+        start = recording_start(path, channel=entry.channel, dtype=entry.dtype)
+        length = sum(shape[1] for shape in shapes)
+        start = state[0] * 1e-9 - length / entry.sampling_rate if start is None else start
+    for i, (signal, rate) in enumerate(entry.blocks(n_samples), start=1):
+        if _state(path) != state:
+            raise ValueError(f"{path}: changed while it was read, from block {i}")
+        samples, after = np.atleast_2d(signal), place if i == len(shapes) else None
+        rpm = np.atleast_1d(entry.speeds([n_read], samples.shape[1], rate))[0]
+        yield Block(samples, start, rpm, path.name, after)
+        start, n_read = None, n_read + samples.shape[1]

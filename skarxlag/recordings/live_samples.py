@@ -1,19 +1,21 @@
-"""From the bytes of a running source to samples."""
+"""From the bytes of a running source to samples, and their times if it is text."""
 
 import codecs
 import csv
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .formats._contents import ContentError, choose_channel, choose_channels
-from .formats._facts import names_speed, names_times
+from .formats._facts import SECONDS, names_speed, names_times, seconds_of_dates
 from .formats.raw import frame_type
-from .formats.text import is_number, number, text_layout
-from .live_times import StreamTimes
+from .formats.text import TextLayout, is_number, number, text_layout
 
 #: Lines from which the layout of a text is inferred: names, units, and two of samples.
 _HEAD_LINES = 4
@@ -23,6 +25,16 @@ _BAD_LINES, _BAD_TIMES = "lines that are no numbers", "times that could not be r
 _LONGEST_LINE = 2**20
 #: Some loggers end each line with a separator.
 _AT_LINE_END = re.compile(rb"[;,][ \t\r]*(\n|$)")
+#: Name that stands for no column.
+NO_TIMES = "none"
+#: Larger numbers of seconds are not times, and their sums might overflow.
+_LARGEST = 1e15
+#: Seconds of samples after which a time is stated again, and on which the rate is measured.
+_STATED_EVERY, _MEASURED_FOR = 1.0, 10.0
+#: Share by which the rate of the times may differ from the stated one, apart from rounding.
+_RATE_TOLERANCE = 0.01
+#: So many wrong steps in a row come from another sampling rate, not from a gap.
+_WRONG_STEPS = 10
 
 #: Names, positions or patterns of channels.
 Channels = str | Sequence[str] | None
@@ -49,12 +61,11 @@ def chosen_channels(names: list[str], channel: Channels, speed: str | None = Non
     >>> chosen_channels(["key", "acc"], None, "k*")
     ['acc', 'key']
     """
-    if channel is not None:
-        chosen = choose_channels(names, [channel] if isinstance(channel, str) else channel)
-    elif len(names) > 1:
-        chosen = [name for name in names if not names_times(name) and not names_speed(name)]
+    if channel is None:
+        signals = [name for name in names if not names_times(name) and not names_speed(name)]
+        chosen = signals or names
     else:
-        chosen = names
+        chosen = choose_channels(names, channel)
     if speed is None:
         return chosen
     speed = choose_channel(names, speed)
@@ -62,7 +73,13 @@ def chosen_channels(names: list[str], channel: Channels, speed: str | None = Non
 
 
 class _Samples:
-    """Parser of the bytes of a source, of which the last may wait for their rest."""
+    """Parser of the bytes of a source.
+
+    Attributes
+    ----------
+    rest : bytes
+        A sample or line that has not arrived in whole.
+    """
 
     def __init__(self) -> None:
         self.unread: Counter[str] = Counter()
@@ -76,12 +93,7 @@ class _Samples:
         head : bytes
             The beginning of the source, if parsing starts after it.
         """
-        self._rest = b""
-
-    @property
-    def n_pending(self) -> int:
-        """Bytes of a sample or line that has not arrived in whole."""
-        return len(self._rest)
+        self.rest: bytes = b""
 
 
 class RawSamples(_Samples):
@@ -104,20 +116,156 @@ class RawSamples(_Samples):
 
     def __init__(self, dtype: str, channel: Channels = None, speed: str | None = None) -> None:
         self._frame = frame_type(dtype)
-        if any(self._frame[name].kind == "c" for name in self._frame.names):
-            raise ContentError(f"dtype is {dtype!r}, expected real numbers such as '<f4'")
         self._names = chosen_channels(list(self._frame.names), channel, speed)
         super().__init__()
 
     def parts(self, data: bytes, *, is_end: bool = False) -> Iterator[tuple[Any, float | None]]:
         """Yield samples of shape (n_channels, n_samples), and None for their time."""
-        data = self._rest + data
+        data = self.rest + data
         n_whole = len(data) // self._frame.itemsize * self._frame.itemsize
-        self._rest = data[n_whole:]
-        self.unread["bytes of a sample that is not whole"] = len(self._rest) if is_end else 0
+        self.rest = data[n_whole:]
+        self.unread["bytes of a sample that is not whole"] = len(self.rest) if is_end else 0
         frames = np.frombuffer(data[:n_whole], self._frame)
         with np.errstate(invalid="ignore"):
             yield np.stack([frames[name].astype(np.float64) for name in self._names]), None
+
+
+class StreamTimes:
+    """Parser of the column of times of a stream.
+
+    Parameters
+    ----------
+    column : str or None
+        Name, position or pattern of the column. None takes the first with a name such as ``time``
+        whose values are seconds or dates; `NO_TIMES` takes none.
+    sampling_rate : float
+        In Hz, that of the samples.
+    tolerance : float
+        Seconds by which the step from one time to the next may be wrong.
+    shortest : int
+        Samples before which the sampling rate of the times is not checked.
+    """
+
+    def __init__(self, column: str | None, sampling_rate: float, tolerance: float, shortest: int):
+        self._column, self._rate, self._tolerance = column, sampling_rate, tolerance
+        self._shortest = shortest
+        # A clock drifts against the sampling rate, by less than the tolerance until it is stated.
+        self._every = sampling_rate * min(_STATED_EVERY, tolerance / (2 * _RATE_TOLERANCE))
+
+    def find(self, layout: TextLayout, rows: list[dict[str, str]], taken: list[str]) -> str | None:
+        """Prepare for a source, and return the name of its column of times, None without one.
+
+        Parameters
+        ----------
+        layout : TextLayout
+            Columns of the source, and their units.
+        rows : list of dict of str to str
+            Fields of the first lines of samples, by column.
+        taken : list of str
+            Columns that hold the signal.
+
+        Raises
+        ------
+        ContentError
+            If the chosen column does not exist or has an unknown unit.
+        """
+        # Place and time of the last sample of known time, and of that from which the rate is
+        # measured. Places count from the first sample of the source.
+        self._last = self._origin = None
+        self._stated = self._n_samples = self._n_wrong = 0
+        self._largest_step = 0.0
+        if self._column is None:
+            name = next((n for n in layout.names if names_times(n) and n not in taken), None)
+        else:
+            name = None if self._column == NO_TIMES else choose_channel(layout.names, self._column)
+        if name is None:
+            return None
+        unit, values = layout.units.get(name, "").lower(), [number(row[name]) for row in rows]
+        # Dates have no unit, whatever the header states.
+        is_date = len(values) > 0 and np.isnan(values).all()
+        self._scale = SECONDS.get("s" if is_date else unit or "s")
+        # As in files: whole numbers without a unit may count samples.
+        is_counter = not unit and all(value.is_integer() for value in values)
+        if self._column is None and (self._scale is None or is_counter):
+            return None
+        if self._scale is None:
+            raise ContentError(f"column {name!r} is in {unit!r}, expected one of {[*SECONDS]}")
+        return name
+
+    def seconds(self, text: str) -> float:
+        """Return a field of the column in seconds, NaN if it is not a time."""
+        value = number(text) * self._scale
+        value = float(seconds_of_dates([text])[0]) if math.isnan(value) else value
+        return value if abs(value) < _LARGEST else math.nan
+
+    def cut(self, samples: NDArray[Any], times: NDArray[Any]) -> Iterator[tuple[Any, float | None]]:
+        """Yield parts of a block that begin at a known time, as `TextSamples.parts` does.
+
+        The parts do not depend on how the stream is divided into blocks.
+
+        Parameters
+        ----------
+        samples : ndarray of shape (n_channels, n_samples)
+            The block.
+        times : ndarray of shape (n_samples,)
+            In seconds, NaN if unknown.
+
+        Yields
+        ------
+        samples : ndarray of shape (n_channels, n_samples)
+            The part.
+        time : float or None
+            Of its first sample; None if it follows the sample before.
+
+        Raises
+        ------
+        ContentError
+            If the times are those of another sampling rate.
+        """
+        cuts = {0: None}
+        for i, time in enumerate(times.tolist()):
+            is_first = self._last is None
+            if math.isfinite(time) and self._must_be_stated(self._n_samples + i, time):
+                # Unknown times before the first known one follow from it.
+                cuts |= {0: time - i / self._rate} if is_first else {i: time}
+        self._n_samples += len(times)
+        for start, end in pairwise([*cuts, len(times)]):
+            yield samples[:, start:end], cuts[start]
+
+    def _must_be_stated(self, place, time):
+        """Return whether a known time is the first, follows a leap, or is due after a pause."""
+        before, last = self._last or (place, math.nan)
+        # A time that is equal to the one before was rounded.
+        if time == last:
+            return False
+        n_samples, seconds = place - before, time - last
+        is_leap = not abs(seconds - n_samples / self._rate) <= self._tolerance
+        if is_leap:
+            self._n_wrong += self._last is not None
+            if self._n_wrong >= _WRONG_STEPS:
+                self._refuse(n_samples, seconds)
+            self._origin, self._largest_step = (place, time), 0.0
+        else:
+            self._largest_step, self._n_wrong = max(self._largest_step, abs(seconds)), 0
+            self._check_rate(place, time)
+        self._last = place, time
+        is_stated = is_leap or place - self._stated >= self._every
+        self._stated = place if is_stated else self._stated
+        return is_stated
+
+    def _check_rate(self, place, time):
+        n_samples, seconds = place - self._origin[0], time - self._origin[1]
+        allowed = _RATE_TOLERANCE * n_samples / self._rate + 2 * self._largest_step
+        if n_samples >= self._shortest and abs(seconds - n_samples / self._rate) > allowed:
+            self._refuse(n_samples, seconds)
+        if n_samples >= _MEASURED_FOR * self._rate:
+            self._origin, self._largest_step = (place, time), 0.0
+
+    def _refuse(self, n_samples, seconds):
+        expected = f"{n_samples / self._rate:g} at {self._rate:g} Hz"
+        found = f"{n_samples} samples take {seconds:g} s by their times, expected {expected}"
+        advice = "a unit is missing as in 'time (ms)', or use --time-column none"
+        raise ContentError(f"{found}: another sampling rate, lines are missing, {advice}")
 
 
 class TextSamples(_Samples):
@@ -182,23 +330,19 @@ class TextSamples(_Samples):
             return
         rows = [row for row in rows if row]
         values = np.array(rows, dtype=np.float64).reshape(-1, len(self._chosen) + 1)
-        samples, times = values[:, :-1].T, values[:, -1]
-        if self._time is None:
-            yield samples, None
-        else:
-            yield from self._times.cut(samples, times)
+        yield from self._times.cut(values[:, :-1].T, values[:, -1])
 
     def _lines(self, data, is_end):
         """Whole lines after the header; none as long as the layout is unknown."""
-        lines, self._rest = [], self._rest + data
-        if self._layout is None and self._learn(self._rest, is_end):
-            self._rest = self._rest.split(b"\n", self._layout.n_head_lines)[-1]
+        lines, self.rest = [], self.rest + data
+        if self._layout is None and self._learn(self.rest, is_end):
+            self.rest = self.rest.split(b"\n", self._layout.n_head_lines)[-1]
         if self._layout is not None:
-            *lines, self._rest = self._rest.split(b"\n")
+            *lines, self.rest = self.rest.split(b"\n")
             if is_end:
-                lines, self._rest = [*lines, self._rest], b""
-        if len(self._rest) > _LONGEST_LINE:
-            raise _no_numbers(f"{len(self._rest)} bytes without a line of numbers")
+                lines, self.rest = [*lines, self.rest], b""
+        if len(self.rest) > _LONGEST_LINE:
+            raise _no_numbers(f"{len(self.rest)} bytes without a line of numbers")
         return lines
 
     def _learn(self, head, is_end=False):
@@ -242,8 +386,7 @@ class TextSamples(_Samples):
         return dict(zip(self._names, fields, strict=True)) if is_whole else {}
 
     def _fields(self, line):
-        text, separator = line.decode("utf-8", "replace").strip(), self._layout.separator
-        text = text.removeprefix("\ufeff")
+        text, separator = line.decode("utf-8-sig", "replace").strip(), self._layout.separator
         fields = text.split(None if separator == r"\s+" else separator) if text else []
         if len(fields) == len(self._names) + 1 and not fields[-1].strip():
             fields.pop()

@@ -134,9 +134,8 @@ def read_recording_table(
     >>> table.further["load"].tolist()
     ['low', 'high']
     """
-    listed = list_recordings(
-        path, pattern=pattern, channel=channel, sampling_rate=sampling_rate, dtype=dtype
-    )
+    facts = {"pattern": pattern, "channel": channel, "sampling_rate": sampling_rate, "dtype": dtype}
+    listed = list_recordings(path, **facts)
     reader, recordings = _Reader(resample), []
     for entry in listed:
         recordings.append(np.concatenate(list(reader.blocks(entry, None)), axis=-1))
@@ -235,9 +234,8 @@ def load_recordings(
     >>> rig.data.shape, rig.target, rig.start
     ((2, 2), array(['good', 'good'], dtype='<U4'), array([0, 2]))
     """
-    listed = list_recordings(
-        path, pattern=pattern, channel=channel, sampling_rate=sampling_rate, dtype=dtype
-    )
+    facts = {"pattern": pattern, "channel": channel, "sampling_rate": sampling_rate, "dtype": dtype}
+    listed = list_recordings(path, **facts)
     return cut_recordings(
         listed, path, window_length, hop, max_windows, healthy, resample, memory_map
     )

@@ -1,7 +1,6 @@
-"""Shaft speeds of recordings: ranges, and speeds over time that a tachometer or a log states."""
+"""Shaft speeds of recordings over time, that a tachometer or a log states."""
 
 import os
-import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -20,37 +19,6 @@ TACHO = "tacho:"
 _TACHO_SECONDS = 4.0
 #: Even times over which a mean is computed.
 _N_MEAN = 1000
-_NUMBER = r"\s*(\d+(?:\.\d+)?)\s*"
-_SPEED = re.compile(rf"{_NUMBER}(?:\.\.{_NUMBER}|(?:\+-|\+/-|±){_NUMBER}(%?)\s*)?")
-
-
-def speed_range(text: str) -> tuple[float, float]:
-    """Return the ends of a range of shaft speeds, which belong to it.
-
-    Parameters
-    ----------
-    text : str
-        ``1797`` (this speed alone), ``1797+-30`` or ``1797+-2%`` (with a tolerance; ``±`` and
-        ``+/-`` do as well) or ``1700..1800``.
-
-    Raises
-    ------
-    ValueError
-        If the text is nothing of this, or the range is empty or holds no speed above 0.
-
-    Examples
-    --------
-    >>> speed_range("1797+-30"), speed_range("1700..1800")
-    ((1767.0, 1827.0), (1700.0, 1800.0))
-    """
-    low = high = np.nan
-    if match := _SPEED.fullmatch(text):
-        speed, width = float(match[1]), float(match[3] or 0)
-        width *= speed / 100 if match[4] else 1
-        low, high = speed - width, float(match[2] or speed + width)
-    if not (np.isfinite(high) and high > 0 and low <= high):
-        raise ValueError(f"{text!r}, expected a speed such as 1797, 1797+-30 or 1700..1800")
-    return max(low, 0.0), high
 
 
 def is_speed_source(text: str) -> bool:

@@ -66,10 +66,9 @@ def make_windows(
     signal = check_array(recording, dtype=types, ensure_2d=False, input_name="recording")
     n_samples = signal.shape[-1]
     if n_samples < window_length:
-        raise ValueError(
-            f"recording has {n_samples} samples, fewer than window_length={window_length}; "
-            f"its shape is {signal.shape}, expected (n_samples,) or (n_channels, n_samples)"
-        )
+        found = f"recording has {n_samples} samples, fewer than window_length={window_length}"
+        expected = "expected (n_samples,) or (n_channels, n_samples)"
+        raise ValueError(f"{found}; its shape is {signal.shape}, {expected}")
     windows = np.lib.stride_tricks.sliding_window_view(signal, window_length, axis=-1)
     # Without the copy, the windows would be a read-only view of the recording.
     return np.moveaxis(windows[..., ::hop, :], -2, 0).copy(order="C")
@@ -139,10 +138,8 @@ def cut_blocks(
         # Without the copy, a few samples would keep the whole block in memory.
         rest = signal[..., n_fitting * hop :].copy()
     if n_windows == 0:
-        raise ValueError(
-            f"{name}: recording has {rest.shape[-1]} samples, fewer than "
-            f"window_length={window_length}; choose a shorter window (--window-length)"
-        )
+        expected = f"window_length={window_length}; choose a shorter window (--window-length)"
+        raise ValueError(f"{name}: recording has {rest.shape[-1]} samples, fewer than {expected}")
 
 
 def thin_windows(parts: Iterable[Any], max_windows: int) -> tuple[NDArray[Any], NDArray[Any], int]:

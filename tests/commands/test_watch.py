@@ -4,7 +4,6 @@ import signal
 import sys
 import threading
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from skarxlag import (
     make_windows,
     save_diagnoser,
 )
+from skarxlag._answers import Answers
 from skarxlag.commands import main
 from skarxlag.recordings.listing import ListedRecording
 from skarxlag.recordings.live import from_folder, from_growing_file
@@ -35,16 +35,11 @@ from tests.commands.watching import (
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 
-#: How files in a folder are read.
-FOLDER = {
-    "recording": ListedRecording(None, "", Path(), sampling_rate=1.0),
-    "takes_rpm": False,
-    "needs_rpm": False,
-    "n_channels": 1,
-    "window_length": 5,
-    "settle": 1e-6,
-    "has_times": False,
-}
+
+def blocks_of(folder, warn, place=None, settle=1e-6):
+    """Blocks from the files of a folder, in windows of 5 samples."""
+    files = ListedRecording(None, "", folder, sampling_rate=1.0)
+    return from_folder(files, Answers(window_length=5), settle, False, warn, place)
 
 
 def test_csv_lines_on_standard_input(run, models, fitted, piped):
@@ -161,7 +156,7 @@ def test_a_file_that_still_changes_is_left_for_later(tmp_path):
         if look == 0:
             np.save(path, np.zeros(20))
 
-    blocks = drained(from_folder(tmp_path, FOLDER, None), write)
+    blocks = drained(blocks_of(tmp_path, None), write)
     assert [block.samples.shape for block in blocks] == [(1, 20)]
     assert sizes[0] < sizes[-1]
 
@@ -179,7 +174,7 @@ def test_a_file_that_was_written_some_time_ago_may_still_grow(tmp_path):
         if look == 1:
             path.write_bytes(whole)
 
-    source = from_folder(tmp_path, FOLDER | {"settle": 0.08}, told.append)
+    source = blocks_of(tmp_path, told.append, settle=0.08)
     blocks = drained(source, write, n_looks=9)
     assert [block.samples.shape for block in blocks] == [(1, 20)] and told == []
 
@@ -196,7 +191,7 @@ def test_files_after_a_clock_was_set_back_are_read_and_told(tmp_path):
             os.utime(tmp_path / "b.npy", (950.0, 950.0))
 
     # What lay there when an earlier run had read up to 900 s counts as read.
-    source = from_folder(tmp_path, FOLDER, told.append, [900 * 10**9, "old.npy"])
+    source = blocks_of(tmp_path, told.append, [900 * 10**9, "old.npy"])
     blocks = drained(source, write)
     assert [block.source for block in blocks] == ["a.npy", "b.npy"]
     assert told == [f"{tmp_path / 'b.npy'}: older than the file before, read nevertheless"]
@@ -333,10 +328,10 @@ def test_lines_come_in_any_pieces():
     np.testing.assert_array_equal(np.concatenate([p for p in parts if p.size], axis=1), whole)
     unfinished = text_samples("1")
     assert parsed(unfinished, b"1 2\n3 4\n5 6\n7 8\n9 1").tolist() == [[2.0, 4.0, 6.0, 8.0]]
-    assert unfinished.n_pending == 3
+    assert len(unfinished.rest) == 3
     assert parsed(unfinished, b"", is_end=True).tolist() == [[1.0]]
     few = text_samples()
-    assert parsed(few, b"1,2,\n3,4,\n").size == 0 and few.n_pending == 10
+    assert parsed(few, b"1,2,\n3,4,\n").size == 0 and len(few.rest) == 10
     assert parsed(few, b"", is_end=True).tolist() == [[1.0, 3.0], [2.0, 4.0]]
 
 
@@ -348,7 +343,7 @@ def test_lines_come_in_any_pieces():
         (("-", "--channel", "1", "--dtype", "<i2"), 1, "no channel '1'; available: '0'"),
         (("-", "--sampling-rate", 999), 0, "2 samples"),
         (("-", "--sampling-rate", 900), 2, "--sampling-rate: 900.0, but"),
-        (("-", "--dtype", "text"), 1, "dtype is 'text', expected a type such as"),
+        (("-", "--dtype", "text"), 1, "dtype is 'text', expected real numbers such as"),
         (("-", "--hop", 0), 1, "hop == 0, must be >= 1"),
         (("-", "--half-life", 0), 2, "argument --half-life: '0', expected a number above 0"),
     ],

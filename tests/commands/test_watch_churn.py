@@ -10,8 +10,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from skarxlag.recordings.live import from_folder
-from tests.commands.test_watch import FOLDER
+from tests.commands.test_watch import blocks_of
 from tests.commands.watching import WINDOW, drained, sound
 
 N_WINDOWS = 5
@@ -37,7 +36,7 @@ def source(tmp_path, monkeypatch):
         np.save(tmp_path / f"{name}.npy", np.full(10, number))
         os.utime(tmp_path / f"{name}.npy", (number, number))
     warnings = []
-    blocks = from_folder(tmp_path, FOLDER, warnings.append)
+    blocks = blocks_of(tmp_path, warnings.append)
     while next(blocks) is None:
         pass
     # The first half of a.npy was read.

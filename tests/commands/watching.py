@@ -6,8 +6,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from skarxlag import ConditionMonitor
-from skarxlag.recordings.live_samples import TextSamples
-from skarxlag.recordings.live_times import StreamTimes
+from skarxlag.recordings.live_samples import StreamTimes, TextSamples
 
 WINDOW, RATE = 200, 1000.0
 COLOURS = {"good": [1.0, -0.9], "worn": [1.0, 0.9]}

@@ -201,16 +201,6 @@ def test_texts_that_unpack_to_gigabytes(tmp_path, monkeypatch, n_samples):
             pass
 
 
-@pytest.mark.slow
-def test_the_end_of_a_packed_text_is_read_before_it_is_unpacked(tmp_path, monkeypatch):
-    with gzip.open(tmp_path / "run.csv.gz", "wb") as file:
-        for _ in range(300):
-            file.write(b"0\n" * 2**19)
-    monkeypatch.setattr("gzip.open", None)
-    with pytest.raises(ValueError, match=r"run.csv.gz: .* bytes would unpack to 314572800"):
-        read_recording(tmp_path / "run.csv.gz")
-
-
 def test_members_of_a_packed_text_are_counted_while_they_are_unpacked(tmp_path, monkeypatch):
     """The end of the file states the length of its last member alone."""
     monkeypatch.setattr("skarxlag.recordings.formats._contents._ALWAYS_ALLOWED", 2**20)

@@ -63,8 +63,8 @@ def test_one_file_is_listed_and_its_rate_may_be_unknown(folder):
 @pytest.mark.parametrize(
     ("source", "options", "message"),
     [
-        ("", {"pattern": "("}, r"pattern is '\(', no regular expression"),
-        ("", {"pattern": "x"}, r"pattern is 'x', expected named groups"),
+        ("", {"pattern": "("}, r"pattern is '\(': missing \)"),
+        ("", {"pattern": "x"}, r"pattern is 'x': expected named groups"),
         ("", {"pattern": "(?P<rpm>x)"}, r"OR_900_a.npy: does not fit the pattern"),
         ("", {"pattern": "(?P<rpm>[A-Z]+)"}, r"OR_900_a.npy: rpm is 'OR', expected a positive"),
         ("*.mat", {}, r"\*.mat: no such file, expected a recording"),

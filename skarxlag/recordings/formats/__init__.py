@@ -21,6 +21,8 @@ from ._contents import ContentError
 
 #: All formats, in the order in which the documentation lists them.
 FORMATS = (matlab, npy, npz, text, wav, audio, arrow, hdf5, tdms, uff, vallen, raw)
+#: Ends of the names of their files, in lower case.
+SUFFIXES: tuple[str, ...] = sum((module.FORMAT.suffixes for module in FORMATS), ())
 
 
 def find_format(path: Path, dtype: str | None = None) -> ModuleType:
@@ -43,7 +45,7 @@ def find_format(path: Path, dtype: str | None = None) -> ModuleType:
     for module in FORMATS:
         if path.name.lower().endswith(module.FORMAT.suffixes):
             return module
-    known = ", ".join(suffix for module in FORMATS for suffix in module.FORMAT.suffixes)
+    known = ", ".join(SUFFIXES)
     raise ValueError(f"{path}: unknown suffix {path.suffix!r}; expected one of {known}")
 
 
@@ -74,8 +76,5 @@ def read_file(
         if isinstance(error, MemoryError):
             reason = "needs more memory than a file of its size may, damaged?"
         elif "pickle" in str(error) or "Python objects" in str(error):
-            reason = (
-                "holds pickled objects, which are refused because they can run code, or "
-                "is damaged; expected plain numeric arrays"
-            )
+            reason = "holds pickled objects, which are refused, or is damaged; expected numbers"
         raise ValueError(f"{path}: {reason}") from error

@@ -69,10 +69,8 @@ class NamedArrays:
             return
         long = [axis for axis, size in enumerate(shape) if size != 1]
         if len(long) > 2 or (len(long) == 2 and shape[long[0]] == shape[long[1]]):
-            self.refused[name] = (
-                f"array {name!r} of shape {tuple(shape)}: expected a vector, or a matrix that is "
-                "longer in time than in channels"
-            )
+            expected = "a vector, or a matrix that is longer in time than in channels"
+            self.refused[name] = f"array {name!r} of shape {tuple(shape)}: expected {expected}"
             return
         time = shape.index(0) if 0 in shape else max(long, key=lambda axis: shape[axis], default=0)
         across = [axis for axis in long if axis != time and 0 not in shape]

@@ -117,8 +117,9 @@ def choose_channel(names: list[str], channel: str | int) -> str:
     return matching[0]
 
 
-def choose_channels(names: list[str], channels: Iterable[Any]) -> list[str]:
-    """Return the names of several channels, each as in `choose_channel` and chosen once."""
+def choose_channels(names: list[str], channels: Any) -> list[str]:
+    """Return the names of one or several channels, each as in `choose_channel`, chosen once."""
+    channels = [channels] if isinstance(channels, str | Integral) else channels
     chosen = [choose_channel(names, each) for each in channels]
     if repeated := [name for name in names if chosen.count(name) > 1]:
         raise ContentError(f"channel {repeated[0]!r} is chosen more than once")
@@ -157,7 +158,5 @@ def check_unpacked(n_packed: int, n_unpacked: int) -> None:
         If it holds more than 256 MiB and more than 100 times the size of the file.
     """
     if n_unpacked > max(_ALWAYS_ALLOWED, _RATIO * n_packed):
-        raise ContentError(
-            f"{n_packed} bytes would unpack to {n_unpacked}, which is refused: expected at most "
-            f"{_ALWAYS_ALLOWED} bytes or {_RATIO} times the size of the file, damaged?"
-        )
+        expected = f"at most {_ALWAYS_ALLOWED} bytes or {_RATIO} times its size"
+        raise ContentError(f"{n_packed} bytes would unpack to {n_unpacked}, expected {expected}")

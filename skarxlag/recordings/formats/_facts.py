@@ -12,22 +12,15 @@ from numpy.typing import NDArray
 from ._contents import Channel, ContentError, Contents
 
 #: Letters of a name in lower case, with the unit at the end.
-_RATE_NAME = re.compile(
-    r"(?:fs|sr|fsampl(?:e|ing)|sampl(?:e|ing)(?:rate|freq|frequency))(hz|inhz|khz)?"
-)
-_STEP_NAME = re.compile(
-    r"(?:dt|deltat|timestep|wfincrement|sampl(?:e|ing)(?:interval|period))(s|ins|ms|us)?"
-)
-_HZ = {"khz": 1e3}
+_SAMPLE = "sampl(?:e|ing)"
+_RATE_NAME = re.compile(rf"(?:fs|sr|f{_SAMPLE}|{_SAMPLE}(?:rate|freq|frequency))(hz|inhz|khz)?")
+_STEPS = rf"dt|deltat|timestep|wfincrement|{_SAMPLE}(?:interval|period)"
+_STEP_NAME = re.compile(rf"(?:{_STEPS})(s|ins|ms|us)?")
 _TIME_NAME = re.compile(r"times?|t|zeit|seconds|sec|timestamps?|datetime|date|datum|zeitstempel")
 _SPEED_NAME = re.compile(r"(.*?)[ _(\[]*(?:rpm|drehzahl)[ )\]]*", re.IGNORECASE)
 _SPEED_UNITS = {"rpm", "rev/min", "r/min", "1/min", "min-1", "u/min"}
-SECONDS = {
-    **dict.fromkeys(("s", "sec", "second", "seconds"), 1.0),
-    **dict.fromkeys(("us", "µs", "μs"), 1e-6),
-    "ms": 1e-3,
-    "ns": 1e-9,
-}
+SECONDS = {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0}
+SECONDS |= {"us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ms": 1e-3, "ns": 1e-9}
 _UNIT_NAMES = ("unitstring", "unit", "units", "niunitdescription")
 #: Times from which the sampling rate is computed, and more if they are too coarse.
 _N_PROBED, _N_COARSE = 10_000, 1_000_000
@@ -133,7 +126,7 @@ def _nearest(place, by_place, separator):
 def _rate_of(name, number):
     plain = "".join(c for c in name.lower() if c.isalpha())
     if match := _RATE_NAME.fullmatch(plain):
-        return number * _HZ.get(match[1], 1.0)
+        return number * (1e3 if match[1] == "khz" else 1.0)
     if match := _STEP_NAME.fullmatch(plain):
         rate = 1 / (number * SECONDS.get(match[1], 1.0))
         return rounded(rate, 1e-9) if is_rate(rate) else None
@@ -226,10 +219,9 @@ class TimeAxis:
         steps = np.diff(times, prepend=self._last if start else times[0])
         bad = np.flatnonzero(~((steps >= 0) & (steps <= self.largest)))
         if bad.size:
-            raise ContentError(
-                f"channel {self.name!r} is not evenly spaced: {steps[bad[0]]:g} s before sample "
-                f"{start + bad[0]}, expected {1 / self.sampling_rate:g} s"
-            )
+            found = f"{steps[bad[0]]:g} s before sample {start + bad[0]}"
+            expected = f"{1 / self.sampling_rate:g} s"
+            raise ContentError(f"{self.name!r} is not evenly spaced: {found}, expected {expected}")
         self._last = times[-1]
 
 

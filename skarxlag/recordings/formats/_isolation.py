@@ -79,14 +79,12 @@ def isolated(function: Callable[..., Iterable[Any]], path: Path, *arguments: Any
 
 
 def _started():
-    return subprocess.Popen(
-        [sys.executable, "-P", "-c", _PATHS + _PROGRAM, json.dumps(sys.path)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        env=os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
-        creationflags=subprocess.CREATE_NO_WINDOW if sys.platform == "win32" else 0,
-    )
+    command = [sys.executable, "-P", "-c", _PATHS + _PROGRAM, json.dumps(sys.path)]
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    options = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    if sys.platform == "win32":
+        options["creationflags"] = subprocess.CREATE_NO_WINDOW
+    return subprocess.Popen(command, env=environment, **options)
 
 
 def _received(process, path, patience):

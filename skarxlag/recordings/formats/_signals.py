@@ -64,8 +64,7 @@ def describe_channels(contents: Contents, channel: Any = None) -> Iterator[dict[
     """Yield the facts of every channel, and whether it is chosen first; None chooses all."""
     axis, names = find_time_axis(contents), list(contents.channels)
     if channel is not None:
-        first = channel if isinstance(channel, str | Integral) else channel[0]
-        names = choose_channels(names, [first])
+        names = choose_channels(names, channel)[:1]
     for name, found in contents.channels.items():
         row = {"channel": name, "is_chosen": name in names} | asdict(found)
         if axis is not None and axis.covers(found):
@@ -85,11 +84,10 @@ def _chosen_names(contents, channel, axis):
         raise ContentError(contents.refused[channel])
     names = list(contents.channels)
     if channel is not None:
-        is_single = isinstance(channel, str | Integral)
-        chosen = choose_channels(names, [channel] if is_single else channel)
+        chosen = choose_channels(names, channel)
         if not chosen:
             raise ContentError(f"channel is an empty sequence; available: {listed(names)}")
-        return chosen, is_single
+        return chosen, isinstance(channel, str | Integral)
     signals = [name for name in names if axis is None or not names_times(name)]
     if len(signals) > 1:
         signals = [name for name in signals if not names_speed(name, contents.channels[name].unit)]
@@ -112,7 +110,6 @@ def _as_signal(name, values, start):
         signal = np.array(values, dtype=np.float64)
     bad = np.flatnonzero(~np.isfinite(signal))
     if bad.size:
-        raise ContentError(
-            f"{where} has missing, NaN or infinite values, the first at sample {start + bad[0]}"
-        )
+        first = f"the first at sample {start + bad[0]}"
+        raise ContentError(f"{where} has missing, NaN or infinite values, {first}")
     return signal

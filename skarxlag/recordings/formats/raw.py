@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ._arrays import NamedArrays
-from ._contents import ContentError, Contents, Format, is_numeric
+from ._contents import ContentError, Contents, Format
 
 FORMAT = Format((".bin", ".raw"))
 
@@ -31,9 +31,8 @@ def contents(path: Path, dtype: str | None = None) -> Iterator[Contents]:
     frame = frame_type(dtype)
     n_bytes = path.stat().st_size
     if n_bytes % frame.itemsize:
-        raise ContentError(
-            f"{n_bytes} bytes are no multiple of the {frame.itemsize} bytes of dtype {dtype!r}"
-        )
+        expected = f"the {frame.itemsize} bytes of dtype {dtype!r}"
+        raise ContentError(f"{n_bytes} bytes are no multiple of {expected}")
 
     def mapped(name):
         # Called for each block, as in npy. An empty file cannot be mapped.
@@ -47,9 +46,8 @@ def contents(path: Path, dtype: str | None = None) -> Iterator[Contents]:
 
 def frame_type(text: str) -> np.dtype[Any]:
     """Structured type of one sample of all channels, from what the user states."""
-    message = (
-        f"dtype is {text!r}, expected a type such as '<i2', of at most {_MOST_CHANNELS} channels"
-    )
+    expected = f"real numbers such as '<i2', of at most {_MOST_CHANNELS} channels"
+    message = f"dtype is {text!r}, expected {expected}"
     try:
         dtype = np.dtype(text)
     except (TypeError, ValueError, SyntaxError) as error:
@@ -58,6 +56,6 @@ def frame_type(text: str) -> np.dtype[Any]:
         n_channels = int(np.prod(dtype.shape, dtype=int))
         dtype = np.dtype([(str(i), dtype.base) for i in range(n_channels)])
     kinds = [field for field, *_ in (dtype.fields or {}).values()]
-    if not kinds or not all(is_numeric(kind) and kind.itemsize for kind in kinds):
+    if not kinds or not all(kind.kind in "fiu" for kind in kinds):
         raise ContentError(message)
     return dtype

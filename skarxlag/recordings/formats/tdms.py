@@ -43,14 +43,8 @@ def contents(path: Path) -> Iterator[Contents]:
 
 
 def _by_name(file):
-    channels = [
-        channel
-        for group in file.groups()
-        for channel in group.channels()
-        if channel.dtype is not None and is_numeric(channel.dtype)
-    ]
-    counts = Counter(channel.name for channel in channels)
-    return {
-        each.name if counts[each.name] == 1 else f"{each.group_name}/{each.name}": each
-        for each in channels
-    }
+    channels = [channel for group in file.groups() for channel in group.channels()]
+    channels = [each for each in channels if each.dtype is not None and is_numeric(each.dtype)]
+    counts = Counter(each.name for each in channels)
+    whole = {f"{each.group_name}/{each.name}": each for each in channels}
+    return {each.name if counts[each.name] == 1 else name: each for name, each in whole.items()}

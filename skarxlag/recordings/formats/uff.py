@@ -31,15 +31,11 @@ def contents(path: Path) -> Iterator[Contents]:
     arrays = NamedArrays(cache(lambda number: _read(path, [number])[0]["data"]))
     for name, (number, head) in zip(names, sets, strict=True):
         step, unit = head["abscissa_inc"], head["ordinate_axis_units_lab"].strip()
-        # The file has six digits of the step.
-        is_even = head["abscissa_spacing"] == 1 and is_rate(step)
-        arrays.add(
-            name,
-            (head["num_pts"],),
-            key=number,
-            sampling_rate=rounded(1 / step, 5e-6) if is_even else None,
-            unit=None if unit in ("", "NONE") else unit,
-        )
+        facts = {"unit": None if unit in ("", "NONE") else unit}
+        if head["abscissa_spacing"] == 1 and is_rate(step):
+            # The file has six digits of the step.
+            facts["sampling_rate"] = rounded(1 / step, 5e-6)
+        arrays.add(name, (head["num_pts"],), key=number, **facts)
     yield arrays.contents()
 
 

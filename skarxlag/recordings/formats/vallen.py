@@ -27,10 +27,8 @@ def contents(path: Path) -> Iterator[Contents]:
 
         def read(names, n_samples):
             n_samples = n_samples or max(channels[names[0]].length, 1)
-            streams = [
-                _rechunked(_records(database, name, channels[name].sampling_rate), n_samples)
-                for name in names
-            ]
+            found = [_records(database, name, channels[name].sampling_rate) for name in names]
+            streams = [_rechunked(records, n_samples) for records in found]
             yield from map(list, zip(*streams, strict=True))
 
         yield Contents(channels, read)
@@ -62,9 +60,7 @@ def _records(database, name, rate):
         start = record.time - record.pretrigger / rate
         # Times are counted in ticks of 0.1 microseconds or so.
         if end is not None and abs(start - end) > 1.5 / rate + 2e-7:
-            raise ContentError(
-                f"channel {name!r} holds single transients: {start - end:g} s lie between sample "
-                f"{n_read - 1} and the next; expected a recording without a gap"
-            )
+            gap = f"a gap of {start - end:g} s after sample {n_read - 1}; expected none"
+            raise ContentError(f"channel {name!r} holds single transients: {gap}")
         end, n_read = start + record.samples / rate, n_read + record.samples
         yield record.data

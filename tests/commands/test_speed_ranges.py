@@ -1,6 +1,8 @@
+from argparse import ArgumentTypeError
+
 import pytest
 
-from skarxlag.recordings.speeds import speed_range
+from skarxlag.commands.arguments import speed_range
 
 
 @pytest.mark.parametrize(
@@ -21,5 +23,7 @@ def test_ends_of_a_range(text, low, high):
 
 @pytest.mark.parametrize("text", ["", "fast", "0", "-5", "1800..1700", "nan", "1..2..3", "5+-"])
 def test_what_is_no_range(text):
-    with pytest.raises(ValueError, match=r"expected a speed such as 1797, 1797\+-30 or 1700\.\."):
+    with pytest.raises(
+        ArgumentTypeError, match=r"expected a speed such as 1797, 1797\+-30 or 1700\.\."
+    ):
         speed_range(text)
