@@ -28,7 +28,6 @@ from .diagnosis import diagnose_all
 from .journal import Journal
 from .messages import UsageError, add_progress_arguments, as_command_error
 from .models import BearingModel, SavedModel, is_model_file
-from .report import html_report, template
 
 _ALARM = 3
 #: Recordings that are listed before a remark.
@@ -68,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
         rows = results.recording_rows(recordings, diagnoses, model.healthy)
         if _is_report(args):
             faults = None if args.bearing is None else bearing_orders(args.bearing)
-            page = html_report(model, recordings, diagnoses, rows, args.resample, faults)
+            page = results.html_report(model, recordings, diagnoses, rows, args.resample, faults)
             write_atomically(args.output, page.encode())
         elif args.output is not None:
             windows = results.window_rows(recordings, diagnoses)
@@ -131,7 +130,7 @@ def _listed(args):
         results.check_output(path, inputs, results.is_result_file, args.force, results.SUFFIXES)
     if _is_report(args):
         # Without jinja2 this fails, before the recordings are read.
-        template()
+        results.template()
     return recordings
 
 

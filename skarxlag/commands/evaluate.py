@@ -40,7 +40,7 @@ from . import arguments, messages
 from .arguments import option, positive_int, refuse
 from .messages import UsageError, as_command_error, listed
 from .models import DIAGNOSERS, of_outputs
-from .report import why_no_figures
+from .results import why_no_figures
 
 TITLES = {"simulated": "Simulated rig"} | {name: f"{name.upper()} rig" for name in FETCHERS}
 #: The simulated rig: samples of a recording, crack sizes, and the speed of the calibration.
@@ -170,10 +170,9 @@ def _own_case(args):
         rig.rpm = np.exp(known).round(1)[at]
     splits = list(_own_splits(rig, errors == ""))
     if not splits or len(rig.target_names) < 2:
-        raise UsageError(
-            f"{args.table}: {len(rig.target_names)} conditions at {len(np.unique(rig.rpm))} "
-            "speeds; expected at least two of each, and that a speed or campaign can be left out"
-        )
+        found = f"{len(rig.target_names)} conditions at {len(np.unique(rig.rpm))} speeds"
+        expected = "two of each, and that a speed or campaign can be left out"
+        raise UsageError(f"{args.table}: {found}; expected at least {expected}")
     diagnoser = make_diagnoser(sampling_rate=float(rig.sampling_rate))
     methods = {
         "make_diagnoser": of_outputs(args, diagnoser),
@@ -271,12 +270,10 @@ def _at_other_speeds(verdicts):
 
 
 def _heading(case):
-    names, length = case.target_names, case.data.shape[-1]
-    speeds, rate = listed(np.unique(case.rpm)), case.sampling_rate
-    return (
-        f"{case.title}: {len(names)} conditions ({', '.join(names)}) at {speeds} rpm, windows of "
-        f"{length} samples at {rate:g} Hz.{case.note}\n"
-    )
+    names, speeds = case.target_names, listed(np.unique(case.rpm))
+    conditions = f"{len(names)} conditions ({', '.join(names)}) at {speeds} rpm"
+    windows = f"windows of {case.data.shape[-1]} samples at {case.sampling_rate:g} Hz"
+    return f"{case.title}: {conditions}, {windows}.{case.note}\n"
 
 
 def _block(case, title, table):

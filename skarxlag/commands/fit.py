@@ -140,22 +140,20 @@ def _training_rows(args, listed):
         del rig["data"]
         return _cut(args, listed, n_windows * length), "stretches"
     if kind == "stretches":
-        raise CommandError(
-            f"{args.table}: the shortest recording is too short for two stretches of a second, or "
-            "of ten turns; use --diagnoser diagnoser"
-        )
+        problem = "the shortest recording is too short for two stretches"
+        raise CommandError(f"{args.table}: {problem}; use --diagnoser diagnoser")
     return rig if kind != "detector" else _cut(args, listed, _DETECTOR_LENGTH), "windows"
 
 
 def _cut(args, listed, window_length):
     most = max(MOST_SAMPLES // (window_length * np.size(listed[0].channel) * len(listed)), 2)
-    options = {"hop": args.hop, "max_windows": args.max_windows or most}
+    most = args.max_windows or most
     progress = messages.Progress(len(listed), args)
 
     def note(entry, n_windows):
         progress.step(f"{entry.name}: read", f"{n_windows} windows of {window_length} samples")
 
-    options |= {"resample": args.resample_to, "note": note}
+    options = {"hop": args.hop, "max_windows": most, "resample": args.resample_to, "note": note}
     with as_command_error():
         return cut_recordings(listed, args.table, window_length, **options)
 
@@ -198,10 +196,8 @@ def _roles(recording, n_outputs):
     yield f"Outputs: {', '.join(outputs)}. Inputs: {', '.join(inputs) or 'none'}"
     unit = units[outputs[0]]
     if alike := [name for name in inputs if unit is not None and units[name] == unit]:
-        yield (
-            f"Note: {', '.join([outputs[0], *alike])} have the unit {unit}. If the inputs among "
-            "them are sensors on the machine, use --outputs."
-        )
+        names = ", ".join([outputs[0], *alike])
+        yield f"Note: {names} have the unit {unit}. If the inputs are sensors, use --outputs."
 
 
 def _check_options(args, recordings):
@@ -289,10 +285,8 @@ def _healthy_condition(args, kind, rig, chosen):
         raise CommandError(f"{args.table}: no speed is stated; expected a column rpm, or --rpm")
     present = [n for n in rig.target_names if n in rig.target[chosen]]
     if len(present) < 2 and kind != "detector" and args.bearing is None:
-        raise CommandError(
-            f"{args.table}: conditions {present}; --diagnoser {kind} needs two or more in a column "
-            "condition. With healthy recordings only, use --diagnoser detector"
-        )
+        expected = f"--diagnoser {kind} needs two or more; healthy alone, use --diagnoser detector"
+        raise CommandError(f"{args.table}: conditions {present}; {expected}")
     if rig.target is None:
         rig.target, present = np.full(len(rig.recording), HEALTHY), [HEALTHY]
     named = list(filter(_is_healthy, present))

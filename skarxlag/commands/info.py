@@ -8,10 +8,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from sklearn.pipeline import Pipeline
-
 from .._answers import answers, unfolded_steps
-from .._state import estimators_within
 from ..detection import few_rows
 from ..fault_classifier import FaultOrderClassifier
 from ..fusion import SensorFusion
@@ -45,7 +42,8 @@ def run(args: argparse.Namespace) -> int:
     else:
         model = SavedModel(path)
         limited = model.detector or model.diagnoser
-        further = {"steps": _steps(model.diagnoser)}
+        steps = (type(step).__name__ for step in unfolded_steps(model.diagnoser))
+        further = {"steps": " -> ".join(steps)}
         if model.healthy is not None and answers(limited).alarm:
             further["healthy_limits"] = limits_basis(limited, model.rows)
         sentences = limits(model)
@@ -68,13 +66,10 @@ def limits(model: SavedModel) -> list[str]:
     facts, can, names_faults = model.facts, model.can, model.can.conditions is not None
     cases = {
         "It distinguishes healthy from faulty and names no fault.": not names_faults,
-        "It names the most similar of its conditions. A fault that it was not trained on gets one "
-        "of these names, too.": names_faults,
-        "It can recognise conditions at other speeds than those of the training. Its confidence "
-        "and its detection threshold hold at these speeds only.": model.train_rpm and names_faults,
+        "It names the most similar of its conditions, also for any other fault.": names_faults,
+        "Its detection threshold holds at its training speeds.": model.train_rpm and names_faults,
         "It has no detection threshold, so it raises no alarm.": names_faults and not can.alarm,
-        "It was calibrated at one speed, or without speeds: at other speeds, healthy windows may "
-        "raise alarms.": not names_faults and len(can.speeds) < 2,
+        "At other speeds, it may raise false alarms.": len(can.speeds) < 2 and not names_faults,
         "The sampling rate of recordings cannot be checked.": model.sampling_rate is None,
     }
     found = [sentence for sentence, holds in cases.items() if holds]
@@ -99,11 +94,3 @@ def limits_basis(model: Any, rows: str) -> str:
     listed = ", ".join(f"{share:.1%} at {speed:g} rpm" for speed, share in shares)
     left_out = f"; false alarms at speeds that were left out: {listed}" if listed else ""
     return f"{decide.n_rows_} healthy {rows}{left_out}"
-
-
-def _steps(diagnoser):
-    steps = unfolded_steps(diagnoser)
-    text = " -> ".join(type(step).__name__ for step in steps)
-    # A CalibratedClassifierCV holds the pipelines of its folds, which have the same steps.
-    inner = [part for part in estimators_within(steps[-1]) if isinstance(part, Pipeline)]
-    return f"{text} of {_steps(inner[0])}" if inner else text

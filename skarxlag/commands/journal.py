@@ -35,9 +35,8 @@ class Journal:
 
     def __enter__(self) -> Self:
         """Read the results of an earlier run if it had the same model and settings."""
-        refusal = CommandError(
-            f"{self.path}: exists and is no journal of this command; move it away"
-        )
+        problem = "exists and is no journal of this command; move it away"
+        refusal = CommandError(f"{self.path}: {problem}")
         if self.path.is_symlink() or (self.path.exists() and not self.path.is_file()):
             raise refusal
         self._file = open(self.path, "r+b", 0, opener=lambda path, _: os.open(path, _FLAGS, 0o600))
@@ -118,6 +117,5 @@ def _lock(file):
 
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
-        raise CommandError(
-            f"{file.name}: another run is writing these results; wait for it, or choose another -o"
-        ) from error
+        problem = "another run is writing these results; wait for it, or choose another -o"
+        raise CommandError(f"{file.name}: {problem}") from error

@@ -35,10 +35,8 @@ DIAGNOSERS = {
 #: Advice on verdicts that are no condition.
 _ADVICE = {
     NO_SIGNAL: "No window carries a signal. Check the sensor, its cable and the logger.",
-    NONE_OF_THESE: "None of these: the recording resembles no condition of the model. Check the "
-    "sensor, the unit and the stated speed; if they are right, the condition is new to it.",
-    CHANGED: "Changed: the healthy limits are exceeded, but no condition can be named. Another "
-    "load, mounting or sensor can be the reason.",
+    NONE_OF_THESE: "None of these: check sensor, unit and speed; else the condition is new.",
+    CHANGED: "Changed: another load, mounting or sensor can exceed the healthy limits, too.",
 }
 
 
@@ -104,11 +102,10 @@ class SavedModel:
         speeds = f" at {listed(self.train_rpm)} rpm" if self.train_rpm else ""
         rate = self.sampling_rate
         seconds = f", {self.window_length / rate:.3g} s at {rate:g} Hz" if rate else ""
-        return (
-            f"{self.path}: {self.facts['diagnoser']} calibrated on "
-            f"{', '.join(map(str, self.conditions))}{speeds}, {self.rows} of "
-            f"{self.window_length} samples{seconds}. Healthy: {self.healthy or 'not known'}"
-        )
+        conditions, healthy = ", ".join(map(str, self.conditions)), self.healthy or "not known"
+        calibration = f"{self.facts['diagnoser']} calibrated on {conditions}{speeds}"
+        rows = f"{self.rows} of {self.window_length} samples{seconds}"
+        return f"{self.path}: {calibration}, {rows}. Healthy: {healthy}"
 
     def diagnose(self, recording: ListedRecording, resample: bool = False) -> Diagnosis:
         """Diagnose a recording, block by block."""
@@ -146,17 +143,14 @@ class SavedModel:
             blocks = resampled_blocks(blocks, self.sampling_rate, note=note)
         first, rate = next(blocks, (np.empty(0), None))
         n_channels, fitted = len(np.atleast_2d(first)), f"but {self.path} was fitted"
+        name, expected = recording.name, self.sampling_rate
         if n_channels != self.n_channels:
-            raise CommandError(
-                f"{recording.name}: {n_channels} channels, {fitted} on {self.n_channels}"
-            )
-        if not rates_agree(rate, self.sampling_rate):
-            raise CommandError(
-                f"{recording.name}: sampled at {rate:g} Hz, {fitted} at {self.sampling_rate:g} Hz; "
-                "--resample brings it to that"
-            )
+            raise CommandError(f"{name}: {n_channels} channels, {fitted} on {self.n_channels}")
+        if not rates_agree(rate, expected):
+            found = f"sampled at {rate:g} Hz, {fitted} at {expected:g} Hz"
+            raise CommandError(f"{name}: {found}; --resample brings it to that")
         signals = chain([first], (signal for signal, _ in blocks))
-        return cut_blocks(signals, recording.name, self.window_length), rate
+        return cut_blocks(signals, name, self.window_length), rate
 
     def check_order(self, name: str, channels: str | list[str] | None) -> None:
         """Refuse the channels of the model in another order."""
@@ -184,10 +178,8 @@ class BearingModel:
         self.summary = {"bearing": bearing, "conditions": self.conditions, "healthy": HEALTHY}
         self.load = partial(BearingModel, bearing)
         self.identity = f"bearing {bearing}"
-        self.heading = (
-            f"No model: places of faults by the orders of bearing {bearing}. {HEALTHY} means that "
-            "no comb exceeds the limit of healthy recordings of other machines."
-        )
+        limit = f"{HEALTHY} means that no comb exceeds the limit of other healthy machines."
+        self.heading = f"No model: places of faults by the orders of bearing {bearing}. {limit}"
 
     def fitted(self, row: NDArray[Any], sampling_rate: float | None) -> Any:
         """Return a classifier, fitted on the row."""

@@ -296,7 +296,7 @@ def test_an_input_in_the_unit_of_the_output_is_noted(run, workshop):
     code, out, err = run("fit", table, *options)
     assert code == 0, err
     assert "Outputs: acc_x. Inputs: torque, acc_y\n" in out
-    assert "Note: acc_x, acc_y have the unit g. If the inputs among them are sensors" in out
+    assert "Note: acc_x, acc_y have the unit g. If the inputs are sensors" in out
 
 
 def test_another_sampling_rate_is_refused(run, model, workshop):

@@ -10,8 +10,8 @@ from scipy.signal import lfilter
 
 from skarxlag import __version__, make_diagnoser, make_windows, save_diagnoser
 from skarxlag.commands import main
-from skarxlag.commands import report as report_module
-from skarxlag.commands.report import _accuracy
+from skarxlag.commands import results as report_module
+from skarxlag.commands.results import _accuracy
 
 WINDOW, RATE = 400, 8_000.0
 

@@ -50,7 +50,7 @@ def test_one_verdict_and_that_of_each_output(run, workshop, model):
     code, out, err = run("diagnose", model, file, "--channel", "y;x;torque", *facts[2:])
     assert code == 1 and "in this order" in err
     code, out, _ = run("info", model)
-    assert "SensorFusion of ARXLaguerre -> LogSpectra" in out
+    assert "SensorFusion" in out
     assert "20 healthy windows are too few to hold the rate 0.005" in " ".join(out.split())
 
 
