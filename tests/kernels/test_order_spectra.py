@@ -160,6 +160,15 @@ def test_order_tracking_gathers_what_a_run_up_smears():
     assert log_power.max() > smeared.max() + 1
 
 
+def test_an_envelope_that_follows_the_angle_of_the_middle_of_each_frame_is_a_line(rng):
+    turn = rng.uniform(20, 60, 50)
+    # Frames of 7 samples, 4 samples apart: the middle of the first is the fourth sample.
+    angle = [sum(1 / each for each in turn[: middle + 1]) for middle in range(3, 47, 4)]
+    tracked, step = equal_angles(np.array([angle]), turn, 7, 4)
+    np.testing.assert_allclose(tracked[0], angle[0] + step * np.arange(len(angle)))
+    assert step == pytest.approx((angle[-1] - angle[0]) / 10)
+
+
 def test_steps_between_two_frames_are_the_whole_way():
     tracked, step = equal_angles(np.array([[1.0, 3.0]]), np.full(8, 8.0), 2, 2)
     assert step == 0.25
@@ -215,6 +224,7 @@ def test_a_constant_envelope_is_90_db_below_one():
 def test_segments_hold_so_many_turns_as_far_as_there_are_values(rng, n_turns, n_segment):
     envelopes = 1 + 0.1 * rng.normal(size=(2, 100))
     log_power, cell = order_spectrum(envelopes, 0.2, n_turns)
+    assert cell == pytest.approx(1 / (4 * n_segment * 0.2))
     expected, step = order_spectrum(envelopes, 1.0, n_segment)
     np.testing.assert_array_equal(log_power, expected)
     assert cell == pytest.approx(step / 0.2)
