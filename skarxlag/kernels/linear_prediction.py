@@ -16,11 +16,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft
 
 from .compiled import compiled
 
 _EPS = np.finfo(np.float64).eps
+#: Entries of a row that are worked on together: rows are filled up with zeros to a multiple, since
+#: a loop over the entries that remain would take half as long as all others.
+_LANES = 16
+#: Samples whose products are added up in one pass over the lags.
+_TOGETHER = 8
 
 
 def predictors(signals: NDArray[Any], order: int, alpha: float) -> NDArray[Any]:
@@ -45,19 +49,16 @@ def predictors(signals: NDArray[Any], order: int, alpha: float) -> NDArray[Any]:
     >>> predictors(0.5 ** np.arange(20.0)[np.newaxis], 1, 1e-12).round(6)
     array([[0.5]])
     """
-    n = fft.next_fast_len(signals.shape[1] + order, real=True)
-    spectra = fft.rfft(signals, n)
-    products = fft.irfft(spectra.real**2 + spectra.imag**2, n)[:, : order + 1].copy()
-    entering, leaving = np.zeros((2, len(signals), order + 1))
-    entering[:, 1:], leaving[:, 1:] = signals[:, -order:], signals[:, :order]
-    v, factor = np.empty(order + 1), np.empty((order + 1, order + 1))
-    solutions = np.zeros((len(signals), order))
-    _fill_solutions(products, entering, leaving, alpha, v, factor, solutions)
-    return solutions[:, ::-1]
+    width = -(-(order + 1) // _LANES) * _LANES
+    padded = np.zeros((2, signals.shape[1] + width + _TOGETHER))
+    generators, factor = np.zeros((4, width + _LANES)), np.empty((order, width))
+    solutions = np.zeros((len(signals), order + _LANES))
+    _fill_solutions(signals, alpha, padded, generators, factor, solutions)
+    return solutions[:, order - 1 :: -1]
 
 
 @compiled
-def _fill_solutions(products, entering, leaving, alpha, v, factor, solutions):
+def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
     r"""Solve :math:`\sum_b (R(a, b) + \rho\,\delta_{ab})\,c_b = R(a, p)`, a, b = 0 .. p - 1.
 
     The difference between R and R shifted by one place along its diagonal is
@@ -68,38 +69,49 @@ def _fill_solutions(products, entering, leaving, alpha, v, factor, solutions):
 
     Parameters
     ----------
-    products : ndarray of shape (n_signals, order + 1)
-        Sum of s(m) s(m + b) over all m. It is overwritten by the first row of R.
-    entering, leaving : ndarray of shape (n_signals, order + 1)
-        e and l, with 0 in front. They are overwritten.
+    signals : ndarray of shape (n_signals, n_samples)
+        The signals.
     alpha : float
         The ridge, relative to the power of the signal.
-    v, factor : ndarray of shape (order + 1,) and (order + 1, order + 1)
-        Working memory. The last row of the factor is u at first.
-    solutions : ndarray of shape (n_signals, order)
-        Receives the solutions.
+    padded : ndarray of shape (2, n_samples + width + _TOGETHER)
+        Working memory for the first factors s(m) and for the signal; zero on entry.
+    generators, factor : ndarray of shape (4, width + _LANES) and (order, width)
+        Working memory for u, e, v and l, and for the rows of the factor, from the diagonal on.
+    solutions : ndarray of shape (n_signals, order + _LANES)
+        Receives the solutions; zero on entry.
     """
-    n_signals, order = solutions.shape
+    n_signals, n_samples = signals.shape
+    order, width = factor.shape
+    n_products = n_samples - order
+    first_row, sums = generators[0], generators[0]
     for w in range(n_signals):
-        first_row, enters, leaves = products[w], entering[w], leaving[w]
-        for m in range(1, order + 1):
-            for b in range(order + 1 - m):
-                first_row[b] -= enters[m] * enters[m + b]
+        padded[0, :n_products], padded[1, :n_samples] = signals[w, :n_products], signals[w]
+        first_row[:] = 0.0
+        for m in range(0, n_products, _TOGETHER):
+            r, s = padded[0, m:], padded[1, m:]
+            r0, r1, r2, r3, r4, r5, r6, r7 = r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7]
+            for b in range(width):
+                lower = r0 * s[b] + r1 * s[b + 1] + r2 * s[b + 2] + r3 * s[b + 3]
+                upper = r4 * s[b + 4] + r5 * s[b + 5] + r6 * s[b + 6] + r7 * s[b + 7]
+                first_row[b] += lower + upper
         diagonal = power = first_row[0]
         for a in range(1, order + 1):
-            diagonal += enters[a] * enters[a] - leaves[a] * leaves[a]
+            enters, leaves = signals[w, n_products - 1 + a], signals[w, a - 1]
+            generators[1, a], generators[3, a] = enters, leaves
+            diagonal += enters * enters - leaves * leaves
             power += diagonal
         ridge = alpha * power / (order + 1)
         if ridge == 0:
             continue
         scale = 1 / np.sqrt(first_row[0] + ridge)
-        for b in range(order + 1):
-            factor[order, b] = v[b] = first_row[b] * scale
-        factor[order, 0], v[0] = 1 / scale, 0.0
-        plus = factor[order]
+        first_row *= scale
+        generators[2] = first_row
+        generators[:, 0], generators[:, order + 1 :] = 0.0, 0.0
+        first_row[0] = 1 / scale
+        plus = first_row
         for a in range(order):
-            enters, minus, leaves = entering[w, a:], v[a:], leaving[w, a:]
-            factor_row = factor[a, a:]
+            enters, minus, leaves = generators[1, a:], generators[2, a:], generators[3, a:]
+            factor_row = factor[a]
             gain = np.sqrt(plus[0] * plus[0] + enters[0] * enters[0])
             loss = np.sqrt(minus[0] * minus[0] + leaves[0] * leaves[0])
             cos_plus, sin_plus = plus[0] / gain, enters[0] / gain
@@ -107,26 +119,25 @@ def _fill_solutions(products, entering, leaving, alpha, v, factor, solutions):
             tanh = loss / gain
             # Above 0 by the ridge, but for rounding.
             sech = np.sqrt(max((1 - tanh) * (1 + tanh), _EPS))
-            cosh = 1 / sech
-            for j in range(order + 1 - a):
+            of_plus, of_enters, of_minus = cos_plus / sech, sin_plus / sech, tanh / sech
+            for j in range(_LANES * ((order - a) // _LANES + 1)):
                 p, q, r, s = plus[j], enters[j], minus[j], leaves[j]
                 enters[j] = cos_plus * q - sin_plus * p
                 leaves[j] = cos_minus * s - sin_minus * r
                 r = cos_minus * r + sin_minus * s
-                p = (cos_plus * p + sin_plus * q - tanh * r) * cosh
+                p = of_plus * p + of_enters * q - of_minus * r
                 minus[j] = sech * r - tanh * p
                 factor_row[j] = p
             plus = factor_row
-        # The last column of the factor has been through forward substitution. Backward, two
-        # unknowns at a time share what is read from a row.
-        solution = solutions[w]
-        for a in range(order):
-            solution[a] = factor[a, order]
-        for b in range(order - 1, 0, -2):
-            last = solution[b] / factor[b, b]
-            before = (solution[b - 1] - factor[b - 1, b] * last) / factor[b - 1, b - 1]
-            solution[b], solution[b - 1] = last, before
-            for a in range(b - 1):
-                solution[a] -= factor[a, b - 1] * before + factor[a, b] * last
-        if order % 2 == 1:
-            solution[0] /= factor[0, 0]
+        # The last column of the factor has been through forward substitution.
+        for a in range(order - 1, -1, -1):
+            factor_row, known = factor[a], solutions[w, a:]
+            sums[:_LANES] = 0.0
+            for first in range(0, order - a, _LANES):
+                row, values = factor_row[first:], known[first:]
+                for lane in range(_LANES):
+                    sums[lane] += row[lane] * values[lane]
+            total = 0.0
+            for lane in range(_LANES // 4):
+                total += (sums[lane] + sums[lane + 4]) + (sums[lane + 8] + sums[lane + 12])
+            known[0] = (factor_row[order - a] - total) / factor_row[0]

@@ -18,7 +18,7 @@ def literal_predictor(samples, order, alpha):
     return np.linalg.solve(sums[1:, 1:] + ridge, sums[1:, 0])
 
 
-@pytest.mark.parametrize("order", [1, 2, 7, 64, 128])
+@pytest.mark.parametrize("order", [1, 2, 7, 15, 16, 64, 128])
 @pytest.mark.parametrize("n_samples", [513, 1200, 1201, 1202, 1203])
 def test_predictors_are_those_of_the_literal_normal_equations(order, n_samples):
     for samples in (ar2(1, n_samples)[0], np.random.default_rng(1).normal(size=n_samples)):
