@@ -18,7 +18,7 @@ from ._parallel import map_batches
 from ._state import INNOVATIONS, Values, expect, uses_fitted
 from ._validation import ABOVE_0, UP_TO_1, WITHIN_1, check_real, validate_innovations
 from .kernels import observer, residual_levels, spectra
-from .kernels.observer_bank import bank_levels, centre_frequencies, member_gains
+from .kernels.observer_bank import bank_levels, member_gains
 
 #: Exponent of the cepstral norm, half-way between the plain norm (0) and Martin's metric (1).
 _QUEFRENCY_EXPONENT = 0.5
@@ -516,7 +516,7 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
     @property
     def frequencies_(self) -> NDArray[Any]:
         """Frequency that each member is tuned to, in radians per sample."""
-        return centre_frequencies(len(self.kp_))
+        return spectra.frequency_grid(len(self.kp_))
 
     def _group_names(self):
         return ["power", "switching_gain", "steadiness"]

@@ -72,8 +72,7 @@ def _sum_driven_states(windows, weights, orders, poles, n_transient, driven, fir
     for w in range(n_windows):
         for k in range(n_samples):
             if k == n_transient:
-                for n in range(n_states):
-                    first[w, n] = last[w, n]
+                first[w] = last[w]
             if k >= n_transient:
                 for channel in range(n_channels):
                     sample = weights[w] * windows[w, channel, k]
@@ -155,17 +154,12 @@ def innovations(
     # Coefficients of zero for models and states that are not there fill the last pass.
     padded = np.zeros((-(-n_models // _MODELS) * _MODELS, -(-n_states // _STATES) * _STATES))
     padded[:n_models, :n_states] = coef
-    # Whatever comes in, the kernel is compiled for one kind of array only.
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
-    direct = out.dtype == np.float64 and out.flags.c_contiguous
-    errors = out if direct else np.empty(out.shape)
     histories = np.zeros((padded.shape[1], (TILE + 1) * LANES))
     signals, block = (np.zeros((n, TILE * LANES)) for n in (windows.shape[1], len(padded)))
     _subtract_predictions(
-        windows, orders, poles, padded, n_transient, errors, histories, signals, block
+        windows, orders, poles, padded, n_transient, out, histories, signals, block
     )
-    if not direct:
-        out[...] = errors
     return out
 
 
@@ -182,9 +176,7 @@ def _subtract_predictions(
     n_windows, n_channels, n_samples = windows.shape
     n_models = errors.shape[1]
     for w in range(0, n_windows, LANES):
-        for n in range(coef.shape[1]):
-            for lane in range(LANES):
-                histories[n, lane] = 0.0
+        histories[:, :LANES] = 0.0
         for start in range(0, n_samples, TILE):
             length = min(TILE, n_samples - start)
             first = 0

@@ -46,7 +46,7 @@ def own_model(signals: NDArray[Any], segment: int, order: int) -> dict[str, Any]
     bands = max(segment // 2 - 1, 1)
     cells = -(-_LEAST_CELLS // bands)
     fine = autoregressive_log_spectrum(signals, order, bands * cells)
-    return {"colour": fine.reshape(len(fine), bands, cells).mean(axis=2)}
+    return {"colour": sum(fine[:, cell::cells] for cell in range(cells)) / cells}
 
 
 def short_time(signals: NDArray[Any], segment: int, order: Any) -> dict[str, Any]:
@@ -78,12 +78,8 @@ def short_time(signals: NDArray[Any], segment: int, order: Any) -> dict[str, Any
 
 
 #: The function that takes each measure.
-MEASURES: dict[str, Any] = {
-    "colour": own_model,
-    "power": short_time,
-    "floor": short_time,
-    "steadiness": short_time,
-}
+MEASURES: dict[str, Any] = {"colour": own_model}
+MEASURES |= dict.fromkeys(("power", "floor", "steadiness"), short_time)
 
 
 def measure(signals: NDArray[Any], names: Sequence[str], segment: int, order: int) -> NDArray[Any]:

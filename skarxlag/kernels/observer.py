@@ -70,9 +70,7 @@ def _record_trajectories(innovations, loop, histories, error, fault_estimate):
 @inlined
 def start_loop(histories: Any) -> None:
     """Set the state before the first sample to zero."""
-    for row in range(CORRECTION, ESTIMATE + 1):
-        for lane in range(LANES):
-            histories[row, lane] = 0.0
+    histories[CORRECTION:, :LANES] = 0.0
 
 
 @inlined

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import compiled, inlined
+from .spectra import frequency_grid
 
 #: Members that are worked on together. Two vectors of them are under way at the same time, since
 #: each has to wait for its own sample before.
@@ -19,27 +20,6 @@ _TOGETHER = 32
 #: Share of the innovations' power by which the square of every estimate is raised: an estimate that
 #: is nothing but rounding is steady.
 _FLOOR = 1e-12
-
-
-def centre_frequencies(n_members: int) -> NDArray[Any]:
-    """Return the frequencies of the members, which are the midpoints of equal cells on (0, pi).
-
-    Parameters
-    ----------
-    n_members : int
-        Number of members.
-
-    Returns
-    -------
-    ndarray of shape (n_members,)
-        Frequencies in radians per sample.
-
-    Examples
-    --------
-    >>> centre_frequencies(2) / np.pi
-    array([0.25, 0.75])
-    """
-    return (np.arange(n_members) + 0.5) * np.pi / n_members
 
 
 def member_gains(
@@ -78,7 +58,7 @@ def member_gains(
     array([1., 1.])
     """
     radius = np.exp(-bandwidth * np.pi / (2 * n_members))
-    kp = 1 + pole - 2 * radius * np.cos(centre_frequencies(n_members))
+    kp = 1 + pole - 2 * radius * np.cos(frequency_grid(n_members))
     return kp, radius**2 - pole + kp
 
 
@@ -132,11 +112,11 @@ def bank_levels(
     gains = np.zeros((4, n_blocks * _TOGETHER), dtype=np.float32)
     gains[:, : len(kp)] = pole - kp, kp, ki, bound
     gains = gains.reshape(4, n_blocks, _TOGETHER).transpose(1, 0, 2).reshape(n_blocks, -1)
-    levels = np.empty((2, n_windows, n_blocks * _TOGETHER))
+    levels = np.empty((2, n_windows, n_blocks, _TOGETHER))
     ratios = np.exp([2 * step, -2 * step]).astype(np.float32)
     squares, state = (np.empty(n * _TOGETHER, dtype=np.float32) for n in (n_samples, 4))
     _fill_levels(signals, unit, np.ascontiguousarray(gains), ratios, squares, state, levels)
-    power, steps = levels[..., : len(kp)]
+    power, steps = levels.reshape(2, n_windows, -1)[..., : len(kp)]
     power = np.log(power)
     return power, power + 2 * step * steps
 
@@ -148,21 +128,16 @@ def _fill_levels(signals, unit, gains, ratios, squares, state, levels):
     inverse = np.float32(1.0 / n_samples)
     for w in range(n_windows):
         for block in range(len(gains)):
-            for i in range(4 * _TOGETHER):
-                state[i] = np.float32(0.0)
+            state[:] = 0.0
             _estimate(signals[w], unit[w], gains[block], squares, state)
-            for i in range(_TOGETHER):
-                mean = state[i + 3 * _TOGETHER] * inverse
-                levels[0, w, block * _TOGETHER + i] = mean
-                state[i] = mean
-                state[i + _TOGETHER] = np.float32(0.0)
+            state[:_TOGETHER] = state[3 * _TOGETHER :] * inverse
+            state[_TOGETHER : 2 * _TOGETHER] = 0.0
+            levels[0, w, block] = state[:_TOGETHER]
             # The steps of the settling pass count for where the second one begins.
             for _ in range(2):
-                for i in range(_TOGETHER):
-                    state[i + 2 * _TOGETHER] = np.float32(0.0)
+                state[2 * _TOGETHER : 3 * _TOGETHER] = 0.0
                 _vote(squares, ratios, state)
-            for i in range(_TOGETHER):
-                levels[1, w, block * _TOGETHER + i] = state[i + 2 * _TOGETHER] * inverse
+            levels[1, w, block] = state[2 * _TOGETHER : 3 * _TOGETHER] * inverse
 
 
 @inlined

@@ -130,8 +130,7 @@ def _fill_power_levels(innovations, loop, histories, squares, levels):
     for w in range(0, n_windows, LANES):
         for c in range(n_models):
             start_loop(histories)
-            for lane in range(LANES):
-                squares[lane] = 0.0
+            squares[:LANES] = 0.0
             for start in range(0, n_samples, TILE):
                 observe_block(innovations, w, c, start, loop, histories)
                 for i in range(TILE * LANES):

@@ -17,7 +17,7 @@ from .compiled import compiled, inlined
 LENGTH = 128
 _HALF = LENGTH // 2
 #: Segments that are transformed together.
-_LANES = 80
+_LANES = 72
 #: Distances in a block of complex numbers: real to imaginary parts, and a quarter of either.
 _IMAGINARY, _STEP = _HALF * _LANES, _HALF // 4 * _LANES
 _TURNS = np.exp(-2j * np.pi * np.arange(_HALF) / LENGTH)
@@ -101,9 +101,8 @@ def _fill_levels(signals, window, floor, turns, phases, blocks, rows, levels):
     for w in range(len(signals)):
         # Row k of the phases holds the samples k, k + hop, k + 2 hop ...
         for k in range(hop):
-            phase, samples = phases[k], signals[w, k::hop]
-            for column in range(len(samples)):
-                phase[column] = samples[column]
+            samples = signals[w, k::hop]
+            phases[k, : len(samples)] = samples
         for first in range(0, n_segments, _LANES):
             # Even samples are real parts, and odd ones are imaginary parts.
             for k in range(LENGTH):
@@ -119,9 +118,7 @@ def _fill_levels(signals, window, floor, turns, phases, blocks, rows, levels):
                 stride //= 4
             _fill_power(source, turns, floor[w], target)
             for lane in range(min(_LANES, n_segments - first)):
-                row = rows[first + lane]
-                for band in range(_HALF):
-                    row[band] = target[band * _LANES + lane]
+                rows[first + lane] = target[lane:_IMAGINARY:_LANES]
         mean, median = levels[0, w], levels[1, w]
         mean[:] = np.float32(0.0)
         for s in range(n_segments):

@@ -66,18 +66,10 @@ def autoregressive_log_spectrum(
 
 def _midpoint_power(coefficients, n):
     """Compute the power of the transform of real rows at the midpoints of n cells on (0, pi)."""
-    n_coefficients = coefficients.shape[1]
-    # Half a cell further, coefficients that are n places apart meet at every second midpoint. The
-    # midpoints between are the mirror images of those above pi.
-    turned = np.zeros((len(coefficients), -(-n_coefficients // n) * n), dtype=np.complex128)
-    turns = np.exp(-0.5j * np.pi / n * np.arange(n_coefficients))
-    np.multiply(coefficients, turns, out=turned[:, :n_coefficients])
-    response = fft.fft(turned.reshape(len(turned), -1, n).sum(axis=1))
-    every_second = response.real**2 + response.imag**2
-    power = np.empty((len(response), n))
-    power[:, ::2] = every_second[:, : (n + 1) // 2]
-    power[:, 1::2] = every_second[:, : (n - 1) // 2 : -1]
-    return power
+    # The midpoints are the odd multiples of a quarter of a cell's turn.
+    step = -(-coefficients.shape[1] // (4 * n))
+    response = fft.rfft(coefficients, 4 * n * step)[:, step :: 2 * step]
+    return response.real**2 + response.imag**2
 
 
 def short_time_log_spectra(

@@ -3,6 +3,7 @@ import pytest
 from scipy.signal import freqz
 
 from skarxlag.kernels import observer, observer_bank
+from skarxlag.kernels.spectra import frequency_grid
 
 POLE, STEP = 0.3, 0.05
 
@@ -67,7 +68,7 @@ def test_a_member_is_the_observer_of_a_single_frequency():
 def test_gains_place_the_closed_loop_poles(pole, bandwidth):
     n_members = 16
     kp, ki = observer_bank.member_gains(pole, n_members, bandwidth)
-    for m, frequency in enumerate(observer_bank.centre_frequencies(n_members)):
+    for m, frequency in enumerate(frequency_grid(n_members)):
         poles = np.linalg.eigvals(observer.loop_matrix(pole, kp[m], ki[m]))
         radius = np.exp(-bandwidth * np.pi / (2 * n_members))
         np.testing.assert_allclose(np.abs(poles), radius, rtol=1e-7)
