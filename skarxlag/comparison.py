@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._base import StretchTransformer
-from ._parallel import map_batches, one_thread
+from ._parallel import one_thread
 from ._state import SPEEDS, WINDOWS, Labels, Values, as_fitted, expect
 from ._validation import ABOVE_0, check_real, validate_signals
 from .kernels import drift, speed_references
@@ -267,30 +267,32 @@ class SpectralDistance(StretchTransformer):
             speeds, place = np.unique(log_speeds(rpm, len(X)), return_inverse=True)
             parts, places = self._parts_at(speeds, rpm), place[np.newaxis]
 
-        def of_batch(batch):
-            cepstra = cepstrum(X[batch].astype(np.float64))
-            residuals = np.ones((len(places), len(cepstra), len(self.classes_)))
-            for chosen, axes, references, variances, weight in parts:
-                rows = drift.along_axes(_joined(cepstra[:, chosen]), axes)[:, np.newaxis]
-                for residual, at in zip(residuals, places[:, batch], strict=True):
-                    squares = (rows - references[at]) ** 2 / variances[at]
-                    residual *= (squares.sum(axis=-1) / max(len(axes), 1) + _LEAST) ** (weight / 2)
-            return residuals.min(axis=0)
+        product = 1.0
+        for chosen, *of_part, weight in parts:
+            rows = X[:, chosen].astype(np.float64).reshape(len(X), len(of_part[0]))
+            product *= (drift.squared_distances(rows, *of_part, places) + _LEAST) ** (weight / 2)
+        return product.min(axis=0)
 
-        return np.concatenate(map_batches(of_batch, len(X), n_jobs=None))
-
+    # These stay with the copy that `as_fitted` keeps, so that a single row need not wait for them.
     @cached_property
     def _at_any_speed(self):
-        # It stays with the copy that `as_fitted` keeps, so that a single row need not wait for it.
         return self._parts_at(speed_references.speeds_to_try(self._known_log_speeds()), None)
 
     def _parts_at(self, log_speed, rpm):
-        """Return what `_parts` yields, with references and variances at speeds."""
+        """Return what `_parts` yields, for log spectra, with references and variances at speeds."""
         (weights, factor), found = self._at(log_speed, rpm), []
-        for chosen, axes, variances, references, weight in self._parts():
+        parts = zip(self._parts(), self._axes_of_spectra, strict=True)
+        for (chosen, _, variances, references, weight), axes in parts:
             expected = np.einsum("skc,kcf->scf", weights, references)
-            found.append((chosen, axes, expected, (variances + factor)[:, np.newaxis], weight))
+            found.append((chosen, axes, expected, 1 / (variances + factor), weight))
         return found
+
+    @cached_property
+    @one_thread
+    def _axes_of_spectra(self):
+        """The axes times the cosines that make coefficients of log spectra."""
+        cosines = cepstrum(np.eye(self._n_coefficients() + 1))
+        return [np.kron(np.eye(len(chosen)), cosines) @ axes for chosen, axes, *_ in self._parts()]
 
     def _at(self, log_speed, rpm):
         """Return weights of the references at speeds, and the factor on the drift, a column."""

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from .compiled import compiled
 from .healthy_rows import N_COEFFICIENTS, log_spectra_cepstra
 
 #: What a change of speed by the unit distance does to cepstra of healthy rows: `smooth_variance` in
@@ -166,3 +167,49 @@ def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
     """
     # In the other layout, sums are rounded in another way.
     return (rows[:, np.newaxis] @ np.ascontiguousarray(axes))[:, 0]
+
+
+@compiled
+def squared_distances(
+    rows: Any, axes: Any, references: Any, precisions: Any, places: Any
+) -> NDArray[Any]:
+    r"""Compute the mean of :math:`p_k (V^T x - m)_k^2` over the axes k for each row x.
+
+    Parameters
+    ----------
+    rows : ndarray of shape (n_rows, n_features)
+        Rows.
+    axes : ndarray of shape (n_features, n_axes)
+        The matrix V.
+    references, precisions : ndarray of shape (n_places, n_classes, n_axes) and (n_places, n_axes)
+        The references m and the reciprocal variances p, for example at several speeds.
+    places : ndarray of int of shape (n_tried, n_rows)
+        Places that each row is compared with.
+
+    Returns
+    -------
+    ndarray of shape (n_tried, n_rows, n_classes)
+        The means; 0 without axes.
+
+    Examples
+    --------
+    >>> rows, references, place = np.array([[3.0, 5.0]]), np.ones((1, 1, 2)), np.zeros((1, 1), int)
+    >>> squared_distances(rows, np.eye(2), references, np.array([[1.0, 0.5]]), place)
+    array([[[6.]]])
+    """
+    n_features, n_axes = axes.shape
+    squares = np.zeros((len(places), len(rows), references.shape[1]))
+    along = np.empty(n_axes)
+    for w in range(len(rows)):
+        along[:] = 0.0
+        for f in range(n_features):
+            for k in range(n_axes):
+                along[k] += rows[w, f] * axes[f, k]
+        for tried in range(len(places)):
+            place = places[tried, w]
+            for c in range(references.shape[1]):
+                total = 0.0
+                for k in range(n_axes):
+                    total += precisions[place, k] * (along[k] - references[place, c, k]) ** 2
+                squares[tried, w, c] = total / max(n_axes, 1)
+    return squares

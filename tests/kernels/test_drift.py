@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.spatial.distance import mahalanobis
 
 from skarxlag.kernels import drift
 from skarxlag.kernels.drift import (
@@ -8,6 +9,7 @@ from skarxlag.kernels.drift import (
     joint_axes,
     raised_noise,
     scaled_frequency,
+    squared_distances,
 )
 from skarxlag.kernels.spectra import frequency_grid
 
@@ -67,6 +69,22 @@ def test_product_does_not_depend_on_the_number_of_rows():
     np.testing.assert_allclose(product, rows @ axes, rtol=1e-10)
     np.testing.assert_array_equal(along_axes(rows[7:8], axes)[0], product[7])
     np.testing.assert_array_equal(along_axes(np.asfortranarray(rows), axes), product)
+
+
+def test_squared_distances_are_mahalanobis_distances_at_the_place_of_each_row():
+    rng = np.random.default_rng(0)
+    rows, axes = rng.normal(size=(5, 6)), rng.normal(size=(6, 4))
+    references, precisions = rng.normal(size=(3, 2, 4)), rng.uniform(0.5, 2, size=(3, 4))
+    places = rng.integers(3, size=(2, 5))
+    found = squared_distances(rows, axes, references, precisions, places)
+    assert found.shape == (2, 5, 2)
+    for (tried, w, c), value in np.ndenumerate(found):
+        place = places[tried, w]
+        weight = np.diag(precisions[place])
+        expected = mahalanobis(rows[w] @ axes, references[place, c], weight) ** 2 / 4
+        assert value == pytest.approx(expected, rel=1e-12)
+    alone = squared_distances(rows[3:4], axes, references, precisions, places[:, 3:4])
+    np.testing.assert_array_equal(alone, found[:, 3:4])
 
 
 def test_drift_of_flat_spectra_is_smooth_and_rough_drift_alone(monkeypatch):
