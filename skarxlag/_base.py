@@ -224,33 +224,25 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         remember_parameters(self)
         return self
 
-    def fit_transform(
-        self,
-        X: ArrayLike,
-        y: ArrayLike,
-        rpm: ArrayLike | None = None,
-        sample_weight: ArrayLike | None = None,
-    ) -> NDArray[Any]:
-        """Fit, and compute the residuals of the same stretches.
+    def fit_transform(self, X: ArrayLike, y: ArrayLike, **params: Any) -> NDArray[Any]:
+        """Fit, and compute the residuals of the same rows.
 
         Parameters
         ----------
-        X : array-like of shape (n_stretches, n_models, n_samples) or (n_stretches, n_samples)
+        X : array-like of shape (n_rows, n_models, n_samples) or (n_rows, n_samples)
             As in `fit`.
-        y : array-like of shape (n_stretches,)
-            Condition of each stretch.
-        rpm : float, array-like of shape (n_stretches,) or (n_stretches, n_samples), default=None
+        y : array-like of shape (n_rows,)
             As in `fit`.
-        sample_weight : array-like of shape (n_stretches,) or None, default=None
-            As in `fit`. Stretches of weight 0 get residuals, too.
+        **params : dict of str to object
+            ``rpm`` and ``sample_weight``, as in `fit`. Rows of weight 0 get residuals, too.
 
         Returns
         -------
-        ndarray of shape (n_stretches, n_classes)
+        ndarray of shape (n_rows, n_classes)
             As `transform` returns them.
         """
         # The method of scikit-learn's mixin does not pass rpm to transform.
-        return self.fit(X, y, rpm=rpm, sample_weight=sample_weight).transform(X, rpm=rpm)
+        return self.fit(X, y, **params).transform(X, rpm=params.get("rpm"))
 
     @uses_fitted
     def transform(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:

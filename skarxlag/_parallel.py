@@ -96,8 +96,9 @@ def map_batches(
     batches = [slice(start, min(start + batch_size, n_windows)) for start in starts]
     with one_thread:
         check_scalar(n_jobs, "n_jobs", (Integral, type(None)))
-        n_threads = min(effective_n_jobs(n_jobs), len(batches))
-        if n_threads < 2:
+        # joblib takes longer to find out what None stands for than one window takes.
+        n_threads = 1 if n_jobs is None and len(batches) < 2 else effective_n_jobs(n_jobs)
+        if min(n_threads, len(batches)) < 2:
             return [function(batch) for batch in batches]
         # scikit-learn's settings belong to a thread.
         settings = get_config()

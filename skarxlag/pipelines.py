@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import nullcontext
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, Self
 
 import numpy as np
@@ -21,7 +21,7 @@ from ._answers import offers, unfolded_steps
 from ._base import DocumentedEstimator, InnovationsTransformer
 from ._on_demand import on_demand
 from ._parallel import map_batches, one_thread
-from ._state import expect
+from ._state import CheckedEstimator, expect
 from .detection import RowOutlierDetector
 from .kernels.lanes import LANES
 
@@ -39,8 +39,6 @@ _LAZY = (
 )
 #: Steps that take innovations batch by batch, in `fit`, too.
 _OF_BATCHES = (InnovationsTransformer, RowOutlierDetector)
-#: Methods that scikit-learn's routing does not know get the metadata that `predict` requests.
-_ROUTED_AS = {"score_samples": "predict", "p_values": "predict"}
 
 
 def _if_last_step_offers(name):
@@ -272,13 +270,21 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             found.alarm = last.detect(levels, **routed)
         return found
 
-    def _before_last_step(self, X, params, method="predict"):
-        """Return the input of the last step, and the metadata that its method requests."""
-        routed = process_routing(self, method, **params)
-        for name, step in self.steps[:-1]:
-            if step not in (None, "passthrough"):
-                X = step.transform(X, **routed[name]["transform"])
-        return X, routed[self.steps[-1][0]][method]
+    def _before_last_step(self, X, params):
+        """Return the input of the last step, and the metadata that its `predict` requests."""
+        steps = [each for each in self.steps if each[1] not in (None, "passthrough")]
+        given = ((name, None if value is None else name) for name, value in params.items())
+        requests = (vars(step).get("_metadata_request") for _, step in steps)
+        # Estimators of other packages may hold some whose requests have changed.
+        is_ours = all(isinstance(step, CheckedEstimator) for _, step in steps)
+        route = _requested if is_ours else _requested.__wrapped__
+        *before, last = [
+            {name: params[given] for name, given in names.items()}
+            for names in route(self, tuple(given), tuple(steps), tuple(requests))
+        ]
+        for (_, step), requested in zip(steps, before, strict=False):
+            X = step.transform(X, **requested)
+        return X, last
 
     @_if_last_step_offers("score_samples")
     def score_samples(self, X: ArrayLike, **params: Any) -> NDArray[Any]:
@@ -299,7 +305,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         return self._in_batches(partial(self._of_last_step, "score_samples"), X, params)
 
     def _of_last_step(self, method, X, **params):
-        levels, routed = self._before_last_step(X, params, _ROUTED_AS.get(method, method))
+        levels, routed = self._before_last_step(X, params)
         return getattr(self.steps[-1][1], method)(levels, **routed)
 
     @_if_last_step_offers("p_values")
@@ -351,13 +357,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         return next((i for i, (_, step) in enumerate(self.steps) if offers(step, method)), None)
 
     @_if_last_step_offers("score")
-    def score(
-        self,
-        X: ArrayLike,
-        y: ArrayLike | None = None,
-        sample_weight: ArrayLike | None = None,
-        **params: Any,
-    ) -> float:
+    def score(self, X: ArrayLike, y: ArrayLike | None = None, **params: Any) -> float:
         """Compute the score of the last step: the accuracy if it is a classifier.
 
         Parameters
@@ -366,18 +366,17 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             Windows.
         y : array-like of shape (n_windows,) or None, default=None
             Condition of each window.
-        sample_weight : array-like of shape (n_windows,) or None, default=None
-            As in `sklearn.pipeline.Pipeline`.
         **params : dict of str to object
-            Metadata, as in `predict`.
+            Metadata, as in `fit`. ``sample_weight`` alone is given to the last step, as in
+            `sklearn.pipeline.Pipeline`.
 
         Returns
         -------
         float
             The score.
         """
-        with _routing(params):
-            return super().score(X, y, sample_weight, **params)
+        with _routing(params.keys() - {"sample_weight"}):
+            return super().score(X, y, **params)
 
     def _in_batches(self, method, X, params):
         if type(X).__module__.partition(".")[0] == "dask":
@@ -397,12 +396,13 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
         def of_batch(batch):
             some = {name: value[batch] for name, value in of_windows.items()}
-            return method(rows[batch], **params | some)
+            return method(X if n_windows <= batch_size else rows[batch], **params | some)
 
         with _routing(params), one_thread:
-            if n_windows <= batch_size:
-                return map_batches(lambda _: method(X, **params | of_windows), 1, self.n_jobs)[0]
-            parts = map_batches(of_batch, n_windows, self.n_jobs, batch_size)
+            # Also without windows, which the steps refuse.
+            parts = map_batches(of_batch, max(n_windows, 1), self.n_jobs, batch_size)
+        if len(parts) == 1:
+            return parts[0]
         if isinstance(parts[0], Bunch):
             return Bunch(**{name: np.concatenate([p[name] for p in parts]) for name in parts[0]})
         return np.concatenate(parts)
@@ -433,3 +433,13 @@ def _routing(params):
     if params and not any("__" in name for name in params):
         return config_context(enable_metadata_routing=True)
     return nullcontext()
+
+
+# scikit-learn's routing takes ten times as long as the diagnosis of a row. The last argument is
+# what the steps were set to request.
+@lru_cache(maxsize=8)
+def _requested(pipeline, given, steps, _):
+    """Return for each step the names of the metadata that it requests: its own, and ours."""
+    routed = process_routing(pipeline, "predict", **dict(given))
+    before = [routed[name]["transform"] for name, _ in steps[:-1]]
+    return [*before, routed[steps[-1][0]]["predict"]]

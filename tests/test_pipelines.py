@@ -385,6 +385,23 @@ def test_speeds_reach_the_steps_with_routing_on_or_off(speed_aware, enabled):
         assert not sklearn.get_config()["enable_metadata_routing"] or enabled
 
 
+def test_a_request_that_changes_after_a_prediction_counts():
+    rng = np.random.default_rng(0)
+    X, y, rpm = rng.normal(size=(20, 400)), np.repeat(["a", "b"], 10), np.tile([600.0, 900.0], 10)
+    diagnoser = make_diagnoser().fit(X, y, rpm=rpm)
+    stated, unknown = diagnoser.decision_function(X, rpm=rpm), diagnoser.decision_function(X)
+    assert np.any(stated != unknown)
+    with sklearn.config_context(enable_metadata_routing=True):
+        compare = diagnoser["compare"].set_transform_request(rpm="speed")
+    np.testing.assert_array_equal(diagnoser.decision_function(X, speed=rpm), stated)
+    np.testing.assert_array_equal(diagnoser.decision_function(X, speed=None), unknown)
+    with pytest.raises(TypeError, match="rpm"):
+        diagnoser.decision_function(X, rpm=rpm)
+    with sklearn.config_context(enable_metadata_routing=True):
+        compare.set_transform_request(rpm=True)
+    np.testing.assert_array_equal(diagnoser.decision_function(X, rpm=rpm), stated)
+
+
 @pytest.mark.parametrize("n_jobs", [None, 2])
 def test_batches_cut_metadata(speed_aware, n_jobs):
     pipe, X, y, rpm = speed_aware
