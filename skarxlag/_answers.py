@@ -5,8 +5,6 @@ estimator of this package describes itself by a method ``_answers()``, which ret
 `Answers` by name. All other estimators are described by scikit-learn's own means.
 """
 
-from __future__ import annotations
-
 from collections import ChainMap
 from dataclasses import dataclass
 from typing import Any

@@ -10,7 +10,7 @@ from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
 from ._parallel import map_batches
-from ._state import INNOVATIONS, CheckedEstimator, remember_parameters, uses_fitted
+from ._state import INNOVATIONS, CheckedEstimator, finish_fit, uses_fitted
 from ._validation import check_input_names, validate_innovations, weighted_windows
 from .kernels.speed_references import group_speeds
 from .speeds import log_speeds, speeds_of_rows, with_plausible_speeds
@@ -93,8 +93,7 @@ class InnovationsTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         validate_innovations(self, X, reset=True)
         self._check_parameters()
         self._certify()
-        remember_parameters(self)
-        return self
+        return finish_fit(self)
 
     def _certify(self):
         """Set what follows from the parameters, or raise a ValueError."""
@@ -221,8 +220,7 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
             self.speeds_ = np.exp(group_speeds(log_speed[rows])[0])
             rpm = speeds_of_rows(rpm, len(X))[rows]
         self._learn(X if len(rows) == len(X) else X[rows], target, weights, rpm)
-        remember_parameters(self)
-        return self
+        return finish_fit(self)
 
     def fit_transform(self, X: ArrayLike, y: ArrayLike, **params: Any) -> NDArray[Any]:
         """Fit, and compute the residuals of the same rows.

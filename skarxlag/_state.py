@@ -6,8 +6,6 @@ memory. Each estimator declares the shapes and ranges of its fitted attributes i
 an attribute was replaced.
 """
 
-from __future__ import annotations
-
 import contextlib
 import copy
 import functools
@@ -174,14 +172,15 @@ def check_state(estimator: CheckedEstimator) -> None:
         raise ValueError(str(error)) from error
 
 
-def remember_parameters(estimator: Any) -> None:
-    """Store the parameters at the end of `fit`; `as_fitted` returns to them."""
+def finish_fit(estimator: Any) -> Any:
+    """Store the parameters, to which `as_fitted` returns, and return the estimator."""
     estimator._fitted_parameters = {
         name: copy.deepcopy(value)
         for name, value in estimator.get_params(deep=False).items()
         # Prediction uses the fitted copies of other estimators, never the parameter.
         if name not in _FREE_PARAMETERS and not isinstance(value, BaseEstimator)
     }
+    return estimator
 
 
 def as_fitted(estimator: Any) -> Any:

@@ -1,7 +1,5 @@
 """Checks of input and of parameters."""
 
-from __future__ import annotations
-
 import inspect
 import math
 import warnings

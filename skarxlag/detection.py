@@ -13,16 +13,7 @@ from sklearn.utils import check_scalar
 
 from ._base import SignalEstimator
 from ._parallel import BATCH, map_batches, one_thread
-from ._state import (
-    INNOVATIONS,
-    SPEEDS,
-    Labels,
-    Values,
-    as_fitted,
-    expect,
-    remember_parameters,
-    uses_fitted,
-)
+from ._state import INNOVATIONS, SPEEDS, Labels, Values, as_fitted, expect, finish_fit, uses_fitted
 from ._validation import check_rate, of_one_model, validate_innovations, warn_user, weighted_windows
 from .kernels import healthy_limits
 from .kernels.healthy_rows import Rows, measure_rows, number_of_cepstra
@@ -110,7 +101,7 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
         rows, y, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         X = X if len(rows) == len(X) else X[rows]
         sentences = self._learn(X, y, log_speed[rows], weights)
-        remember_parameters(self)
+        finish_fit(self)
         for sentence in sentences:
             warn_user(sentence)
         return self
@@ -613,7 +604,7 @@ class KnownConditions(RowOutlierDetector):
             detector._learn(X[own], None, log_speed[own], weights[own])
             if len(detector.speeds_) < 2:
                 detector.drift_scale_ = _DRIFT_OF_FAULTS
-            remember_parameters(detector)
+            finish_fit(detector)
             self.detectors_.append(detector)
         name = f"n_samples = {len(X)}: largest number of rows of one condition and speed"
         expect(len(self.detectors_) > 0, name, 1, "at least 2")

@@ -1,7 +1,5 @@
 """Evidence of several windows that depend on each other."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -19,23 +19,8 @@ from . import fault_places
 from ._answers import answers
 from ._base import SignalEstimator
 from ._parallel import map_batches
-from ._state import (
-    INNOVATIONS,
-    FittedOn,
-    Labels,
-    Values,
-    expect,
-    remember_parameters,
-    uses_fitted,
-)
-from ._validation import (
-    ABOVE_0,
-    check_rate,
-    check_real,
-    of_one_model,
-    validate_innovations,
-    weighted_windows,
-)
+from ._state import INNOVATIONS, FittedOn, Labels, Values, expect, finish_fit, uses_fitted
+from ._validation import ABOVE_0, check_real, of_one_model, validate_innovations, weighted_windows
 from .bearings import BearingLike, bearing_orders, listed
 from .envelope_spectra import LEAST_TURNS, best_combs, turns_of_rows
 from .evidence import COMB_CORRELATION, effective_number
@@ -245,8 +230,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         classes, index = np.unique(labels, return_index=True)
         self.classes_: NDArray[Any] = classes
         self.class_places_: NDArray[Any] = np.asarray(places)[index]
-        remember_parameters(self)
-        return self
+        return finish_fit(self)
 
     def _learn(self, X, y, rpm, sample_weight):
         """Learn limits and spectra from labelled rows, and return classes and their places."""
@@ -600,7 +584,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     def _check_parameters(self):
         for name in ("sampling_rate", "gear_ratio", "slip"):
             check_real(getattr(self, name), name, **ABOVE_0)
-        check_rate(self.false_alarm_rate, "false_alarm_rate")
+        check_real(self.false_alarm_rate, "false_alarm_rate", max_val=1, **ABOVE_0)
         check_real(self.wrong_name_rate, "wrong_name_rate", max_val=0.5, **ABOVE_0)
         check_real(self.speed_tolerance, "speed_tolerance", min_val=0, max_val=0.3)
         if self.speed_range is not None:

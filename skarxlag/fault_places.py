@@ -1,7 +1,5 @@
 """Places of faults: their names, and how far scores of combs are to be trusted."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

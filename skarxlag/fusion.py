@@ -17,7 +17,7 @@ from sklearn.utils.metaestimators import available_if
 
 from ._answers import answers
 from ._base import SignalEstimator
-from ._state import WINDOWS, expect, is_fitted, remember_parameters, uses_fitted
+from ._state import WINDOWS, expect, finish_fit, is_fitted, uses_fitted
 from ._validation import validate_signals
 from .evidence import SMALLEST_PROBABILITY
 from .pipelines import in_one_pass
@@ -141,8 +141,7 @@ class SensorFusion(SignalEstimator, BaseEstimator):
             clone(self.estimator).set_params(**rates).fit(_channels(X, s, n), y, **params)
             for s in range(n)
         ]
-        remember_parameters(self)
-        return self
+        return finish_fit(self)
 
     def _asked(self, method, X, params):
         """Return the results of a method of all outputs."""
@@ -322,11 +321,10 @@ class SensorFusion(SignalEstimator, BaseEstimator):
 
     def _check_relations(self):
         found, (n_channels, length) = vars(self).get("estimators_"), [1, *self.window_shape_][-2:]
-        is_right = isinstance(found, list) and 0 < len(found) <= n_channels
-        is_right = is_right and self.n_outputs in (None, len(found))
-        expect(is_right, "estimators_", found, "one for each output")
-        is_right = all(isinstance(each, BaseEstimator) and is_fitted(each) for each in found)
-        expect(is_right, "estimators_", found, "fitted ones")
+        fits = isinstance(found, list) and 0 < len(found) <= n_channels
+        fits = fits and self.n_outputs in (None, len(found))
+        fits = fits and all(isinstance(each, BaseEstimator) and is_fitted(each) for each in found)
+        expect(fits, "estimators_", found, "a fitted estimator for each output")
         described = [answers(each) for each in found]
         rows = [(each.conditions, each.n_channels, each.window_length) for each in described]
         wanted = [(rows[0][0], n_channels - len(found) + 1, length)] * len(found)

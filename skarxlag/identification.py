@@ -14,7 +14,7 @@ from sklearn.utils import Bunch, check_scalar
 from ._base import ArrayTransformer, SignalEstimator
 from ._on_demand import rows_computed_by
 from ._parallel import map_batches
-from ._state import WINDOWS, Labels, Values, expect, remember_parameters, uses_fitted
+from ._state import WINDOWS, Labels, Values, expect, finish_fit, uses_fitted
 from ._validation import (
     UP_TO_1,
     check_flag,
@@ -255,8 +255,7 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         self.coef_: NDArray[Any] = np.array(coef)
         n_counted = np.where(self.weights_ > 0, self.weights_, 1.0)
         self.noise_level_: NDArray[Any] = np.sqrt(np.array(error) / n_counted)
-        remember_parameters(self)
-        return self
+        return finish_fit(self)
 
     def _check_parameters(self):
         check_flag(self.bank, "bank")

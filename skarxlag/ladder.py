@@ -13,7 +13,7 @@ from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import validate_data
 
 from ._base import DocumentedEstimator
-from ._state import TABLE, CheckedEstimator, Labels, Values, remember_parameters, uses_fitted
+from ._state import TABLE, CheckedEstimator, Labels, Values, expect, finish_fit, uses_fitted
 from ._validation import ABOVE_0, check_labels, check_rate, check_real, is_plain, weighted_windows
 from .kernels import ladder
 from .kernels.scaling import root_mean_square
@@ -162,8 +162,7 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         self.rungs_: NDArray[Any] = classes[order]
         names = classes.tolist()
         healthy = names[order[0]] if self.healthy is None else self.healthy
-        if healthy not in names:
-            raise ValueError(f"healthy={healthy!r} is not among the conditions in y: {names}.")
+        expect(healthy in names, "healthy", healthy, f"one of the conditions in y: {names}")
         self.healthy_index_: int = names.index(healthy)
         own, rate = of_class[self.healthy_index_], self.false_alarm_rate
         levels = self._healthy_level(X)[own]
@@ -186,8 +185,7 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
             has_speeds = log_speed is not None and len(group_speeds(log_speed)[0]) > 1
             scale = np.broadcast_to(self.confidence_scale, 2)[int(has_speeds)]
         self.confidence_scale_: float = float(scale)
-        remember_parameters(self)
-        return self
+        return finish_fit(self)
 
     def _is_bank(self):
         return len(self.classes_) == self.n_features_in_ > 1
@@ -308,16 +306,15 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         check_rate(self.false_alarm_rate, "false_alarm_rate")
         scale = self.confidence_scale
         scales = scale if isinstance(scale, tuple | list) else [scale] * 2
-        if len(scales) != 2:
-            raise ValueError(f"confidence_scale={scale!r}, expected a number above 0, or two.")
+        expect(len(scales) == 2, "confidence_scale", scale, "a number above 0, or two")
         for each in () if scale is None else scales:
             check_real(each, "confidence_scale", **ABOVE_0)
 
     def _check_relations(self):
         rungs = self.rungs_
         is_array = isinstance(rungs, np.ndarray) and rungs.shape == self.classes_.shape
-        if not is_array or sorted(map(str, rungs)) != sorted(map(str, self.classes_)):
-            raise ValueError(f"rungs_ == {rungs!r}, expected the conditions in classes_.")
+        fits = is_array and sorted(map(str, rungs)) == sorted(map(str, self.classes_))
+        expect(fits, "rungs_", rungs, "the conditions in classes_")
 
     def __sklearn_tags__(self) -> Any:
         tags = super().__sklearn_tags__()

@@ -68,11 +68,8 @@ def _whiteness(innovations, fitted):
 def _small_signal_response(fitted, frequency):
     """Compute the response of the error to the innovations for small faults."""
     pole, kp, ki_a, _, gain, _, _ = fitted._loop()
-    ki = ki_a * gain
     z = np.exp(1j * frequency)
-    if ki == 0:
-        return (z - pole) / (z - pole + kp)
-    return (z - pole) * (z - 1) / ((z - pole + kp) * (z - 1) + ki)
+    return (z - pole) * (z - 1) / ((z - pole + kp) * (z - 1) + ki_a * gain)
 
 
 RESIDUAL_EVALUATIONS = {

@@ -1,7 +1,5 @@
 """Measures of windows: groups of log spectra on common frequency bands."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Integral

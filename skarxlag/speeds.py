@@ -93,17 +93,16 @@ def speed_errors(rpm: ArrayLike, n_rows: int, train_rpm: Sequence[float] = ()) -
     if len(train_rpm) > 0:
         lowest, highest = min(train_rpm) / SPEED_FACTOR, max(train_rpm) * SPEED_FACTOR
     speeds = speeds.reshape(n_rows, -1)
-    is_speed = np.isfinite(speeds) & (speeds > 0)
-    is_plausible = is_speed & (speeds >= lowest) & (speeds <= highest)
-    errors = np.full(n_rows, "", dtype=object)
-    for row in np.flatnonzero(~is_plausible.all(axis=1)):
-        place = is_plausible[row].argmin()
-        limits = f"outside {lowest:g} to {highest:g} rpm"
-        reason = limits if is_speed[row, place] else "not a number above 0"
-        errors[row] = f"speed {speeds[row, place]:g} rpm is {reason}"
+    is_plausible = (speeds >= lowest) & (speeds <= highest)
     lows, highs = speeds.min(axis=1), speeds.max(axis=1)
-    for row in np.flatnonzero((errors == "") & (highs > SPEED_FACTOR * lows)):
-        errors[row] = f"speed varies from {lows[row]:g} to {highs[row]:g} rpm within the row"
+    errors = np.full(n_rows, "", dtype=object)
+    for row in np.flatnonzero(~is_plausible.all(axis=1) | (highs > SPEED_FACTOR * lows)):
+        speed = speeds[row, is_plausible[row].argmin()]
+        errors[row] = f"speed {speed:g} rpm is outside {lowest:g} to {highest:g} rpm"
+        if not 0 < speed < np.inf:
+            errors[row] = f"speed {speed:g} rpm is not a number above 0"
+        elif is_plausible[row].all():
+            errors[row] = f"speed varies from {lows[row]:g} to {highs[row]:g} rpm within the row"
     return errors
 
 
@@ -189,12 +188,8 @@ def samples_a_turn(
     turns = float(n_samples * mean.min() / (60 * sampling_rate))
     needed = np.ceil(least_turns * 60 * sampling_rate / mean.min())
     name = f"Turns in {n_samples} samples at {mean.min():g} rpm and {sampling_rate:g} Hz"
-    expect(
-        turns >= least_turns,
-        name,
-        round(turns, 3),
-        f"at least {least_turns}, or {needed:g} samples",
-    )
+    wanted = f"at least {least_turns}, or {needed:g} samples"
+    expect(turns >= least_turns, name, round(turns, 3), wanted)
     return 60 * sampling_rate / speeds
 
 

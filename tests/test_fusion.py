@@ -168,9 +168,9 @@ def test_saved_and_loaded(fused, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda each: each[:0], "expected one for each output"),
-        (lambda each: each + each, "expected one for each output"),
-        (lambda each: [each[0], make_diagnoser()], "expected fitted ones"),
+        (lambda each: each[:0], "expected a fitted estimator for each output"),
+        (lambda each: each + each, "expected a fitted estimator for each output"),
+        (lambda each: [each[0], make_diagnoser()], "expected a fitted estimator for each output"),
         (
             lambda each: [each[0], make_diagnoser().fit(rows(2)[:, 0], np.repeat(["a", "b"], 30))],
             "by window_shape_",

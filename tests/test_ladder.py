@@ -219,7 +219,7 @@ def test_bad_parameters_are_named():
         for value in values:
             with pytest.raises(ValueError, match=name):
                 ThresholdLadder(**{name: value}).fit(X, y)
-    with pytest.raises(ValueError, match=r"healthy='absent'.*\['ball', 'inner', 'normal'\]"):
+    with pytest.raises(ValueError, match=r"healthy == 'absent'.*\['ball', 'inner', 'normal'\]"):
         ThresholdLadder(healthy="absent").fit(X, y)
 
 

@@ -38,13 +38,6 @@ def _positive_numbers(name, values):
     return array.tolist()
 
 
-def _check_conditions(conditions):
-    chosen = list(CONDITIONS) if conditions is None else np.atleast_1d(conditions).tolist()
-    fits = 0 < len(chosen) == len({*chosen} & {*CONDITIONS})
-    expect(fits, "conditions", conditions, f"different names out of {list(CONDITIONS)}")
-    return [name for name in CONDITIONS if name in chosen]
-
-
 def _generator(entropy, key, stream):
     """Return the generator of one stream of one recording or defect, independent of all others."""
     words = np.array(key, dtype=np.float64).view(np.uint32).tolist()
@@ -175,7 +168,10 @@ def simulate_rig(
     """
     speeds = _positive_numbers("rpm", rpm)
     cracks = _positive_numbers("crack_mm", crack_mm)
-    names = _check_conditions(conditions)
+    chosen = list(CONDITIONS) if conditions is None else np.atleast_1d(conditions).tolist()
+    fits = 0 < len(chosen) == len({*chosen} & {*CONDITIONS})
+    expect(fits, "conditions", conditions, f"different names out of {list(CONDITIONS)}")
+    names = [name for name in CONDITIONS if name in chosen]
     check_scalar(window_length, "window_length", (int, np.integer), min_val=1)
     check_scalar(n_samples, "n_samples", (int, np.integer), min_val=1)
     is_whole = n_samples % window_length == 0

@@ -1,7 +1,5 @@
 """Contrast of envelope spectra over orders of the shaft, and combs of faults in it."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -45,9 +45,7 @@ def laguerre_matrices(order: int, pole: float) -> tuple[NDArray[Any], NDArray[An
     """
     powers = (-pole) ** np.arange(order)
     column = np.concatenate(([pole], (1 - pole**2) * powers[: order - 1]))
-    row = np.zeros(order)
-    row[0] = pole
-    return toeplitz(column, row), math.sqrt(1 - pole**2) * powers
+    return toeplitz(column, pole * np.eye(order)[0]), math.sqrt(1 - pole**2) * powers
 
 
 def network_matrices(orders: Sequence[int], poles: Any) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -1,7 +1,5 @@
 """Conditions and models that the displays read from a fitted diagnoser."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -3,8 +3,6 @@
 matplotlib is imported only when a figure is drawn.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Self
 

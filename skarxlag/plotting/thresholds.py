@@ -83,9 +83,8 @@ class ResidualDisplay(ThresholdDisplay):
     detection_threshold : float or None, default=None
         Detection threshold :math:`\Gamma`.
     isolation_thresholds : dict of label to float or None, default=None
-        Isolation threshold :math:`\Delta` of each condition. If `level` is given, only the next
-        threshold below it and the next one above it are drawn, because these two decide the
-        verdict. A threshold that is infinite, or that equals :math:`\Gamma`, is not drawn.
+        Isolation threshold :math:`\Delta` of each condition. A threshold that is infinite, or that
+        equals :math:`\Gamma`, is not drawn.
     model : label or None, default=None
         Condition of the model that produced the residual.
     condition : label or None, default=None
@@ -213,7 +212,7 @@ class ResidualDisplay(ThresholdDisplay):
             self.level_line_ = on_both_sides(self.level, **style)
         self.threshold_lines_: dict[str, Any] = {}
         reach = 1.08 * np.abs(self.residual).max()
-        for _, value, style in self._shown_thresholds():
+        for _, value, style in self._thresholds():
             line = on_both_sides(value, linewidth=1.4, **style)
             self.threshold_lines_[style["label"]] = line
             reach = max(reach, 1.08 * value)
@@ -223,16 +222,6 @@ class ResidualDisplay(ThresholdDisplay):
         level = [] if self.level_line_ is None else [self.level_line_]
         legend_beside(ax, [*level, *self.threshold_lines_.values()])
         ax.set_title(self.line_.get_label(), fontsize="medium", loc="left")
-
-    def _shown_thresholds(self):
-        """Return the thresholds to draw: of the isolation thresholds, those next to the level."""
-        every = list(self._thresholds())
-        if self.level is None:
-            return every
-        deltas = [value for name, value, _ in every if name is not None]
-        above = int(np.searchsorted(deltas, self.level))
-        drawn = deltas[max(above - 1, 0) : above + 1]
-        return [each for each in every if each[0] is None or each[1] in drawn]
 
 
 @dataclass(repr=False, eq=False)
@@ -367,8 +356,7 @@ class ThresholdLadderDisplay(ThresholdDisplay):
 
     def _draw(self, ax):
         ax.set_yscale("log")
-        ax.yaxis.set_major_formatter(_plain_decimals())
-        ax.yaxis.set_minor_formatter(_plain_decimals())
+        ax.yaxis.set_major_formatter("{x:g}")
         styles = condition_styles(self.conditions)
         shown = [name for name in self.conditions if name in self.y]
         # Windows stand side by side, with a gap between two conditions.
@@ -408,17 +396,6 @@ class ThresholdLadderDisplay(ThresholdDisplay):
             lower = upper
         ax.set_ylim(bottom, top)
         return bands
-
-
-def _plain_decimals():
-    """Return a formatter that writes 0.9 at those ticks of a log axis that are labelled."""
-    from matplotlib.ticker import LogFormatter
-
-    class Decimals(LogFormatter):
-        def __call__(self, x, pos=None):
-            return f"{x:g}" if super().__call__(x, pos) else ""
-
-    return Decimals()
 
 
 def _own_and_rival(levels, y, classes):

@@ -36,17 +36,12 @@ def test_rungs_are_bands_and_verdicts_can_be_read_off(ladder, rig, ax):
     assert verdict == decide.predict(levels[:, np.newaxis]).tolist()
 
 
-@pytest.mark.parametrize(
-    ("levels", "shown"), [([0.85, 1.3], {"0.9", "1"}), ([0.02, 50.0], {"0.1", "1", "10"})]
-)
-def test_levels_are_labelled_with_plain_decimals(levels, shown, ax):
-    display = ThresholdLadderDisplay(["good", "worn"], levels, detection_threshold=1.0)
+def test_powers_of_ten_are_labelled_with_plain_decimals(ax):
+    display = ThresholdLadderDisplay(["good", "worn"], [0.02, 50.0], detection_threshold=1.0)
     display.plot(ax=ax)
     ax.figure.canvas.draw()
-    labels = [label.get_text() for label in ax.yaxis.get_ticklabels(which="both")]
-    assert set(labels) >= shown
-    assert all(float(label) > 0 for label in labels if label)
-    assert len([label for label in labels if label]) < 20
+    labels = [label.get_text() for label in ax.yaxis.get_ticklabels()]
+    assert set(labels) >= {"0.1", "1", "10"}
 
 
 def test_detection_shows_the_healthy_residual_and_gamma(bank, ladder, detector, rig, ax):
