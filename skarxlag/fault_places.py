@@ -99,10 +99,7 @@ def least_margin(wrong_name_rate: float) -> float:
 
 
 def comb_evidence(
-    scores: NDArray[Any],
-    class_places: NDArray[Any],
-    odds: float = ODDS,
-    visible: float = VISIBLE,
+    scores: NDArray[Any], class_places: NDArray[Any], odds: float = ODDS, visible: float = VISIBLE
 ) -> NDArray[Any]:
     r"""Compute the log probability of the place of each class, given the scores of combs.
 

@@ -225,16 +225,12 @@ class SpeedSplit(BaseCrossValidator):
         wanted = "a row for each window with its speed, its recording and its first sample's index"
         expect(fits, "groups.shape", table.shape, wanted)
         table = table.set_axis(["rpm", "recording", "start"][: table.shape[1]], axis=1)
-        try:
-            log_speed = log_speeds(table["rpm"], len(table))
-        except ValueError as error:
-            raise ValueError(f"groups: {error}") from error
         start = table.get("start")
         if start is not None:
             given, start = start, pd.to_numeric(start, errors="coerce")
-            for value in given[start % 1 != 0]:
-                raise ValueError(f"groups: a start is {value!r}, expected a whole number.")
-        return log_speed, table.get("recording"), start
+            is_whole = start % 1 == 0
+            expect(is_whole, "Starts in groups", given[~is_whole].tolist(), "whole numbers")
+        return log_speeds(table["rpm"], len(table)), table.get("recording"), start
 
 
 def cross_speed_predict(

@@ -214,8 +214,8 @@ def test_a_group_of_speeds_begins_at_its_lowest():
         (SpeedSplit(), None, r"groups.shape == \(0, 0\)"),
         (SpeedSplit(), SPEED[:5], "groups.shape =="),
         (SpeedSplit(), np.ones((60, 4)), "groups.shape =="),
-        (SpeedSplit(), ["fast"] * 60, "groups: rpm must hold numbers"),
-        (SpeedSplit(), SPEED - 300, "groups: rpm of row 0 == 0.0, expected .* above 0"),
+        (SpeedSplit(), ["fast"] * 60, "rpm must hold numbers"),
+        (SpeedSplit(), SPEED - 300, "rpm of row 0 == 0.0, expected .* above 0"),
         (SpeedSplit(), np.ones(60), "Speeds in groups == .* at least two"),
         (SpeedSplit(leave_out=True), np.ones(60), "Speeds in groups == .* at least two"),
         (
@@ -235,11 +235,11 @@ def test_a_group_of_speeds_begins_at_its_lowest():
         ),
         (SpeedSplit(train_rpm=-5), SPEED, "train_rpm == -5, must be > 0"),
         (SpeedSplit(train_rpm=np.nan), SPEED, "train_rpm == nan, must be finite"),
-        (SpeedSplit(window_length=1), GROUPS.assign(start=0.5), "groups: a start is 0.5"),
-        (SpeedSplit(window_length=1), GROUPS.assign(start=np.nan), "groups: a start is nan"),
-        (SpeedSplit(window_length=1), GROUPS.assign(start="a"), "groups: a start is 'a'"),
+        (SpeedSplit(window_length=1), GROUPS.assign(start=0.5), r"Starts in groups == \[0.5"),
+        (SpeedSplit(window_length=1), GROUPS.assign(start=np.nan), r"Starts in groups == \[nan"),
+        (SpeedSplit(window_length=1), GROUPS.assign(start="a"), r"Starts in groups == \['a'"),
         (SpeedSplit(same_speed=True), SPEED, "same_speed == True, .* second column"),
-        (SpeedSplit(), np.where(SPEED > 400, np.nan, SPEED), "groups: rpm of row 40 == nan"),
+        (SpeedSplit(), np.where(SPEED > 400, np.nan, SPEED), "rpm of row 40 == nan"),
     ],
 )
 def test_splitter_says_what_is_wrong(splitter, groups, message):
