@@ -82,9 +82,8 @@ def _parser(argv):
     text = "Model-based fault diagnosis of bearings across shaft speeds."
     parser = argparse.ArgumentParser("skarxlag", description=text)
     parser.add_argument("--version", action="version", version=f"skarxlag {__version__}")
-    commands = parser.add_subparsers(
-        dest="command", required=True, metavar="COMMAND", parser_class=_CommandParser
-    )
+    options = {"dest": "command", "required": True, "metavar": "COMMAND"}
+    commands = parser.add_subparsers(parser_class=_CommandParser, **options)
     for name, summary in _COMMANDS.items():
         command = commands.add_parser(name, help=summary)
         # Importing a command imports all that it computes with, which takes seconds.

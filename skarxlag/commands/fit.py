@@ -146,8 +146,8 @@ def _training_rows(args, listed):
 
 
 def _cut(args, listed, window_length):
-    most = max(MOST_SAMPLES // (window_length * np.size(listed[0].channel) * len(listed)), 2)
-    most = args.max_windows or most
+    n_values = window_length * np.size(listed[0].channel) * len(listed)
+    most = args.max_windows or max(MOST_SAMPLES // n_values, 2)
     progress = messages.Progress(len(listed), args)
 
     def note(entry, n_windows):

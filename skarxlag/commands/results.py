@@ -31,7 +31,7 @@ MARK = "skarxlag results 1"
 SUFFIXES = (".csv", ".json", ".parquet", ".html")
 _HEADS = (b"recording,verdict,probability,alarm,", b"recording,start,verdict,alarm,")
 _FIRST = ["recording", "verdict", "probability", "alarm", "p-value", "windows", "no signal"]
-_FIRST_OF_WINDOWS = ["recording", "start", "verdict", "alarm", "quality"]
+_FIRST_OF_WINDOWS = ["start", "verdict", "alarm", "quality"]
 #: First characters of a text that a spreadsheet would run as a formula, also in full width.
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 #: Recordings with figures, the worst first.
@@ -111,8 +111,7 @@ def agreement(rows: pd.DataFrame, model: Any) -> tuple[int, int]:
 def window_rows(recordings: list[ListedRecording], diagnoses: list[Diagnosis]) -> pd.DataFrame:
     """Return a row for each window; the index is the position of its recording."""
     frames = {n: each.windows for n, each in enumerate(diagnoses) if each.windows is not None}
-    if not frames:
-        return machine_names(pd.DataFrame(columns=_FIRST_OF_WINDOWS))
+    frames = frames or {0: pd.DataFrame(columns=_FIRST_OF_WINDOWS)}
     windows, names = pd.concat(frames).droplevel(1), [printable(each.name) for each in recordings]
     windows.insert(0, "recording", [names[place] for place in windows.index])
     return machine_names(windows)

@@ -107,7 +107,7 @@ def from_growing_file(path: Path, parser: Parser, warn: Callable, place: Any = N
         while True:
             if data := file.read(_BYTES_AT_A_TIME):
                 parts = list(parser.parts(data))
-                after = _place(file, file.tell() - len(parser.rest))
+                after = _place(file, file.tell() - parser.n_pending)
                 for i, part in enumerate(parts, start=1):
                     yield Block(*part, place=after if i == len(parts) else None)
             elif is_replaced:

@@ -73,13 +73,7 @@ def chosen_channels(names: list[str], channel: Channels, speed: str | None = Non
 
 
 class _Samples:
-    """Parser of the bytes of a source.
-
-    Attributes
-    ----------
-    rest : bytes
-        A sample or line that has not arrived in whole.
-    """
+    """Parser of the bytes of a source, of which the last may wait for their rest."""
 
     def __init__(self) -> None:
         self.unread: Counter[str] = Counter()
@@ -93,7 +87,12 @@ class _Samples:
         head : bytes
             The beginning of the source, if parsing starts after it.
         """
-        self.rest: bytes = b""
+        self._rest = b""
+
+    @property
+    def n_pending(self) -> int:
+        """Bytes of a sample or line that has not arrived in whole."""
+        return len(self._rest)
 
 
 class RawSamples(_Samples):
@@ -121,10 +120,10 @@ class RawSamples(_Samples):
 
     def parts(self, data: bytes, *, is_end: bool = False) -> Iterator[tuple[Any, float | None]]:
         """Yield samples of shape (n_channels, n_samples), and None for their time."""
-        data = self.rest + data
+        data = self._rest + data
         n_whole = len(data) // self._frame.itemsize * self._frame.itemsize
-        self.rest = data[n_whole:]
-        self.unread["bytes of a sample that is not whole"] = len(self.rest) if is_end else 0
+        self._rest = data[n_whole:]
+        self.unread["bytes of a sample that is not whole"] = len(self._rest) if is_end else 0
         frames = np.frombuffer(data[:n_whole], self._frame)
         with np.errstate(invalid="ignore"):
             yield np.stack([frames[name].astype(np.float64) for name in self._names]), None
@@ -334,15 +333,15 @@ class TextSamples(_Samples):
 
     def _lines(self, data, is_end):
         """Whole lines after the header; none as long as the layout is unknown."""
-        lines, self.rest = [], self.rest + data
-        if self._layout is None and self._learn(self.rest, is_end):
-            self.rest = self.rest.split(b"\n", self._layout.n_head_lines)[-1]
+        lines, self._rest = [], self._rest + data
+        if self._layout is None and self._learn(self._rest, is_end):
+            self._rest = self._rest.split(b"\n", self._layout.n_head_lines)[-1]
         if self._layout is not None:
-            *lines, self.rest = self.rest.split(b"\n")
+            *lines, self._rest = self._rest.split(b"\n")
             if is_end:
-                lines, self.rest = [*lines, self.rest], b""
-        if len(self.rest) > _LONGEST_LINE:
-            raise _no_numbers(f"{len(self.rest)} bytes without a line of numbers")
+                lines, self._rest = [*lines, self._rest], b""
+        if len(self._rest) > _LONGEST_LINE:
+            raise _no_numbers(f"{len(self._rest)} bytes without a line of numbers")
         return lines
 
     def _learn(self, head, is_end=False):

@@ -328,10 +328,10 @@ def test_lines_come_in_any_pieces():
     np.testing.assert_array_equal(np.concatenate([p for p in parts if p.size], axis=1), whole)
     unfinished = text_samples("1")
     assert parsed(unfinished, b"1 2\n3 4\n5 6\n7 8\n9 1").tolist() == [[2.0, 4.0, 6.0, 8.0]]
-    assert len(unfinished.rest) == 3
+    assert unfinished.n_pending == 3
     assert parsed(unfinished, b"", is_end=True).tolist() == [[1.0]]
     few = text_samples()
-    assert parsed(few, b"1,2,\n3,4,\n").size == 0 and len(few.rest) == 10
+    assert parsed(few, b"1,2,\n3,4,\n").size == 0 and few.n_pending == 10
     assert parsed(few, b"", is_end=True).tolist() == [[1.0, 3.0], [2.0, 4.0]]
 
 
