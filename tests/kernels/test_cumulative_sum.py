@@ -87,9 +87,13 @@ def test_step_from_the_steps_of_the_likelihood_ratio(healthy):
 
 
 def test_the_largest_limit_is_still_tried(monkeypatch):
-    # A random walk that is held at 0 takes h (h + 1) steps to h, which is above 2**16 here.
-    with pytest.raises(ValueError, match="allow no alarm"):
-        alarm_limit(66000 * 66001, 2, 0.5, 0.5)
+    # A random walk that is held at 0 takes h (h + 1) steps to h.
+    assert mean_run_length(9, 2, 0.5, 0.5) == pytest.approx(90)
+    with monkeypatch.context() as patch:
+        patch.setattr(cumulative_sum, "mean_run_length", lambda limit, *_: limit * (limit + 1))
+        assert alarm_limit(2**16 * (2**16 + 1), 2, 0.5, 0.5) == 2**16
+        with pytest.raises(ValueError, match="allow no alarm"):
+            alarm_limit(2**16 * (2**16 + 1) + 1, 2, 0.5, 0.5)
     monkeypatch.setattr(cumulative_sum, "_LARGEST_LIMIT", 8)
     just = mean_run_length(8, 6, 0.01, 0.05)
     assert alarm_limit(just, 6, 0.01, 0.05) == 8
