@@ -12,17 +12,13 @@ from sklearn.utils import check_array
 from ._state import expect
 from ._validation import ABOVE_0, check_real
 from .kernels.comb import comb_frequency
-from .kernels.fault_orders import (
-    CAGE_TURNS,
-    CAGE_WEIGHT,
-    PLACES,
-    fault_comb,
-    squared_envelope_spectrum,
-)
+from .kernels.fault_orders import CAGE_WEIGHT, PLACES, fault_comb, squared_envelope_spectrum
 from .speeds import check_speeds, with_plausible_speeds
 
 #: Turns of the bearing's shaft that a row must have.
 LEAST_TURNS = 2
+#: Turns of the cage from which on its comb counts: lines at its order are apart then.
+_CAGE_TURNS = 2
 
 
 def best_combs(
@@ -46,7 +42,7 @@ def best_combs(
     dict of str to ndarray of shape (3,)
         "scores", "factors" and "bearings".
     """
-    weights = np.where(n_turns * orders[:, 0] < CAGE_TURNS, 0.0, CAGE_WEIGHT)
+    weights = np.where(n_turns * orders[:, 0] < _CAGE_TURNS, 0.0, CAGE_WEIGHT)
     combs = [
         fault_comb(contrast, of_bearing, tolerance, slip, weight)
         for of_bearing, weight in zip(orders, weights, strict=True)

@@ -297,8 +297,8 @@ def test_the_cage_counts_in_rows_that_resolve_it(healthy):
     contrast = np.zeros(4001)
     contrast[[round(100 * k * ORDERS["cage"]) for k in (1, 2, 3, 4)]] = 2.0
     scores = [
-        best_combs(contrast, n_turns, fitted.orders_, 0.0, 0.03)["scores"][0]
-        for n_turns in (15.0, 3.0)
+        best_combs(contrast, n_turns / ORDERS["cage"], fitted.orders_, 0.0, 0.03)["scores"][0]
+        for n_turns in (2.01, 1.99)
     ]
     assert scores[0] > 0.5 > scores[1] == 0
 

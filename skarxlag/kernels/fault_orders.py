@@ -37,9 +37,8 @@ FACTOR_STEP = 0.002
 _LEAST_POWER = 1e-12
 #: Multiples of each part of a fault's comb.
 RACE_MULTIPLES, SPIN_MULTIPLES, CAGE_MULTIPLES = 3, 4, 4
-#: Weight of the cage's comb in the score of a ball, if the row has so many turns of the cage: lines
-#: at its order are apart then.
-CAGE_WEIGHT, CAGE_TURNS = 0.6, 2
+#: Weight of the cage's comb in the score of a ball.
+CAGE_WEIGHT = 0.6
 #: Most of the cage's comb that counts, in nepers. Strong faults of a race show the cage, too.
 MOST_OF_CAGE = 1.0
 #: Places in the order of the scores.

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from scipy.ndimage import maximum_filter1d, median_filter
-from scipy.signal import hilbert
+from scipy.signal import hilbert, resample
 
 from skarxlag.kernels import fault_orders as kernel
 
@@ -40,15 +40,31 @@ def test_contrast_is_the_log_spectrum_over_its_running_median(n_values, width):
         np.testing.assert_allclose(row[middle], interpolated[middle], atol=1e-6)
 
 
-def test_prewhitened_envelope_is_that_of_the_analytic_signal():
+@pytest.mark.parametrize("noise", [1.0, 5e-6])
+def test_spectra_of_few_values_are_compared_up_to_order_41(noise):
+    # The faint noise has about the least power that counts, 1e-12 of that of the envelope.
+    envelope = 3 + noise * np.random.default_rng(1).normal(size=(1, 100))
+    cell, window = 1 / (400 * 0.0101), np.hanning(102)[1:-1]
+    power = np.abs(np.fft.rfft((envelope[0] - envelope.mean()) * window, 400)) ** 2
+    power = power[: int(41 / cell) + 2] + 1e-12 * np.mean(envelope**2) * 100
+    # 12 cells of the plain spectrum, of which each is 4 cells wide
+    median = median_filter(np.log(power), size=2 * 24 + 1, mode="nearest")
+    above = np.log(power) - median + np.log(np.log(2))
+    expected = maximum_filter1d(np.maximum(above, 0), 3)
+    at = np.interp(np.arange(4001) * 0.01, np.arange(len(expected)) * cell, expected)
+    np.testing.assert_allclose(kernel.mean_contrast(envelope, 0.0101), at, atol=1e-6)
+
+
+@pytest.mark.parametrize(("turn", "block"), [(1000.0, 10), (50.0, 1)])
+def test_prewhitened_envelope_is_that_of_the_analytic_signal(turn, block):
     signal = np.random.default_rng(2).normal(size=4000)
     spectrum = np.fft.rfft(signal - signal.mean())
     spectrum[1:] /= np.abs(spectrum[1:])
     spectrum[0] = 0
     squared = np.abs(hilbert(np.fft.irfft(spectrum, 4000))) ** 2
-    found, step = kernel.prewhitened_envelope(signal, 1000.0)
-    assert step == 10 / 1000
-    expected = squared.reshape(400, 10).mean(axis=1)
+    found, step = kernel.prewhitened_envelope(signal, turn)
+    assert step == block / turn
+    expected = squared.reshape(-1, block).mean(axis=1)
     assert np.corrcoef(found[0], expected)[0, 1] > 0.999
 
 
@@ -85,9 +101,9 @@ def test_a_ball_shows_spin_and_some_of_the_cage(height, counts):
     assert scores[0] == pytest.approx(1 + 0.6 * counts)
 
 
-@pytest.mark.parametrize(("turn", "counts"), [(3000.0, False), (400.0, True)])
+@pytest.mark.parametrize(("turn", "counts"), [(3000.0, False), (638.0, False), (400.0, True)])
 def test_frequencies_above_the_highest_do_not_count(turn, counts):
-    # 6.4 kHz, or 80 times the 128 turns in a second
+    # 6.4 kHz, or 80 times the turns in a second: 17, 80 and 128
     rate, rng = 51_200.0, np.random.default_rng(9)
     signal, spectrum = rng.normal(size=51_200), np.zeros(25_601, complex)
     spectrum[6500:10_000] = 1e4 * np.exp(2j * np.pi * rng.random(3500))
@@ -97,6 +113,15 @@ def test_frequencies_above_the_highest_do_not_count(turn, counts):
     # The same for a speed of each sample.
     tracked = kernel.order_contrast(loud, np.full(51_200, turn), rate)
     assert np.abs(tracked - found)[100:900].max() < 0.05
+
+
+def test_a_signal_is_resampled_to_twice_the_highest_frequency():
+    signal = np.random.default_rng(9).normal(size=1001)
+    found, turn, rate = kernel._without_high_frequencies(signal, 3000.0, 51_200.0)
+    # 12.8 kHz or a little more
+    expected = resample(signal - signal.mean(), 251)
+    np.testing.assert_allclose(found / found.std(), expected / expected.std(), atol=1e-9)
+    np.testing.assert_allclose([turn / 3000, rate / 51_200], 251 / 1001)
 
 
 def test_a_varying_speed_is_followed():
@@ -201,6 +226,15 @@ def test_a_neper_of_power_is_4_34_decibel():
     assert pytest.approx(10 * np.log10(np.e)) == kernel.NEPER_IN_DB
 
 
+@pytest.mark.parametrize(("n_samples", "turn", "n_bands"), [(3000, 100.0, 8), (100, 10.0, 5)])
+def test_bands_are_eight_or_as_many_as_a_frame_has(n_samples, turn, n_bands):
+    samples = np.random.default_rng(6).normal(size=n_samples)
+    # 2.5 ms are 42.5 samples, of which the nearest power of two on a log scale is 32.
+    banded = kernel.envelopes_over_angle(samples, turn, 32, n_bands, 40)
+    found = kernel.contrast_parts(samples, turn, 17_000.0)[0]
+    np.testing.assert_array_equal(found, kernel.mean_contrast(*banded))
+
+
 def test_contrast_weighs_long_segments_less():
     signal = impacts(5.4, n_samples=110_000)
     banded, short, long = kernel.contrast_parts(signal, 2000.0, 20_000.0)
@@ -215,6 +249,9 @@ def test_factors_at_the_end_of_the_tolerance_are_tried():
     comb = kernel.fault_comb(contrast, ORDERS * [1, 1, np.exp(-0.03), 1], 0.03, 0.06)
     assert comb.factors[1] == pytest.approx(np.exp(0.03))
     assert comb.scores[1] == pytest.approx(2 - 0.15 / 4)
+    # A factor beyond the tolerance is not.
+    comb = kernel.fault_comb(contrast, ORDERS * [1, 1, np.exp(-0.03), 1], 0.028, 0.06)
+    assert comb.scores[1] == 0
 
 
 def test_the_factor_of_a_ball_is_that_of_its_better_comb():
@@ -225,13 +262,19 @@ def test_the_factor_of_a_ball_is_that_of_its_better_comb():
     contrast[[236, 708]] = 1.0
     comb = kernel.fault_comb(contrast, ORDERS * [1, np.exp(0.01), 1, 1], 0.03, 0.1)
     np.testing.assert_allclose(comb.factors[:2], [np.exp(-0.01), 1])
+    # Of two combs at different factors, that of the spin is the better one.
+    contrast[:] = 0
+    contrast[[236, 472, 708, 944]], contrast[[500, 1000, 1500]] = 1.0, 0.9
+    comb = kernel.fault_comb(contrast, ORDERS, 0.07, 1.0)
+    assert comb.factors[0] == 1
 
 
 def test_the_last_orders_count():
     contrast = np.zeros(4001)
     contrast[3999] = 3.0
-    comb = kernel.fault_comb(contrast, np.array([0.4, 2.36, 13.33, 3.6]), 0.0, 0.03)
-    assert comb.scores[1] == pytest.approx(1)
+    for order, score in ((13.33, 1), (13.34, 0)):
+        comb = kernel.fault_comb(contrast, np.array([0.4, 2.36, order, 3.6]), 0.0, 0.03)
+        assert comb.scores[1] == pytest.approx(score)
 
 
 def test_eight_values_have_a_contrast_and_seven_have_none():
@@ -250,9 +293,10 @@ def test_frequencies_outside_the_band_do_not_count():
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
-def test_the_bins_at_the_ends_of_the_band_count_and_their_neighbours_do_not():
-    angle = 2 * np.pi * np.arange(1000) / 1000
-    for ends, beats in (((100, 400), True), ((99, 400), False), ((100, 401), False)):
+@pytest.mark.parametrize(("n_samples", "first"), [(1000, 100), (1001, 101)])
+def test_the_bins_at_the_ends_of_the_band_count_and_their_neighbours_do_not(n_samples, first):
+    angle = 2 * np.pi * np.arange(n_samples) / n_samples
+    for ends, beats in (((first, 400), True), ((first - 1, 400), False), ((first, 401), False)):
         signal = np.cos(ends[0] * angle) + np.cos(ends[1] * angle)
         found = kernel.squared_envelope_spectrum(signal, (0.1, 0.4), False)
         assert (found[ends[1] - ends[0]] > 1e-3) == beats
