@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     option(parser, "--channel", text, channel_names, "NAME")
     option(parser, "--sampling-rate", "default: the model's", positive_number, "HZ")
     speed = parser.add_mutually_exclusive_group()
-    option(speed, "--rpm", "shaft speed, or pulses as tacho:CHANNEL", speed_or_source, "RPM")
+    option(speed, "--rpm", "or pulses as tacho:CHANNEL, or a csv log", speed_or_source, "RPM")
     option(speed, "--rpm-column", "csv column of shaft speeds", metavar="NAME")
     option(parser, "--pulses-per-turn", "of the tachometer; default: 1", positive_int)
     option(parser, "--time-column", "csv column of times; none: ignore times", metavar="NAME")

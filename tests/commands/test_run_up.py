@@ -114,6 +114,10 @@ def test_watch_of_a_folder_takes_the_speed_of_each_file(run, model, folder, tmp_
     assert found[0]["rpm"] < 1000 < 1400 < found[len(found) // 2 - 1]["rpm"]
     code, out, err = run(*watch)
     assert code == 0 and out == "" and err.count("the speed is not stated; expected --rpm") == 2
+    log = tmp_path / ".speeds.csv"
+    log.write_text("recording,rpm\n1,1200\n2,1300\n")
+    code, out, err = run(*watch, "--rpm", log)
+    assert code == 0 and {json.loads(line)["rpm"] for line in out.splitlines()} == {1200, 1300}, err
 
 
 def test_evaluate_leaves_recordings_out_by_their_mean_speed(run, tmp_path):
@@ -137,3 +141,5 @@ def test_pulses_per_turn_belong_to_a_tachometer(run, model, piped):
     assert code == 2 and "--pulses-per-turn: belongs to --rpm tacho:CHANNEL" in err
     code, _, err = run("watch", model, "-", "--rpm", "fast")
     assert code == 2 and "'fast', expected a number above 0" in err
+    code, _, err = run("watch", model, "-", "--rpm", "speeds.csv")
+    assert code == 1 and "no channel 'speeds.csv'" in err
