@@ -437,10 +437,9 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         sentences = [self._sentence(found, i, *row) for i, row in enumerate(rows)]
         judged.evidence = np.array(sentences, dtype=object)
         if spectra is None:
-            classes = np.column_stack([above, limits])[:, self.class_places_]
-            scores = np.where(
-                np.isnan(found.rpm)[:, np.newaxis], 0.0, fault_places.CONFIDENCE * classes
-            )
+            beyond, shown = above - limits[:, np.newaxis], fault_places.VISIBLE_ALONE
+            scores = fault_places.comb_evidence(beyond, self.class_places_, visible=shown)
+            scores[np.isnan(found.rpm)] = 0.0
         else:
             scores, judged.comb = self._joint_scores(found, spectra, gain)
             is_close = False
@@ -511,8 +510,9 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         Returns
         -------
         ndarray of shape (n_rows, n_classes)
-            Of combs alone, the softmax of five times the scores, a factor that was fitted on
-            recordings of six rigs. Rows sum to 1.
+            Of combs alone, those of :func:`skarxlag.fault_places.comb_evidence` for scores above
+            the limit, and faults that show their comb with the probability .6. The probability of
+            healthy is thus at most .45 if all places are classes. Rows sum to 1.
         """
         return self.diagnose(X, rpm).probability
 

@@ -69,6 +69,8 @@ def test_places_without_any_recording_of_a_fault(rows):
     probability = fitted.predict_proba(rows, rpm=900)
     np.testing.assert_allclose(probability.sum(axis=1), 1)
     assert fitted.classes_[probability.argmax(axis=1)].tolist() == NAMES
+    # Of three equally likely places, each shows no comb with the probability .4.
+    assert 0.4 < probability[0, 1] <= 1 / (1 + 3 * 0.4) and probability[1:].max(axis=1).min() > 0.9
     p_values = fitted.p_values(rows, rpm=900)
     assert p_values[0] > 0.02 > p_values[1:].max()
 
