@@ -75,7 +75,8 @@ class _CommandParser(argparse.ArgumentParser):
     def parse_known_args(self, args=None, namespace=None):
         # The method below calls this one again.
         self.parse_known_args = super().parse_known_args
-        return self.parse_known_intermixed_args(args, namespace)
+        # Without an error here, the usage of all commands would be shown.
+        return self.parse_intermixed_args(args, namespace), []
 
 
 def _parser(argv):
