@@ -274,7 +274,8 @@ def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidua
     ValueError
         If no step compares order spectra.
     """
-    steps = [step for _, step in diagnoser.steps]
+    is_pipeline = isinstance(diagnoser, Pipeline)
+    steps = [step for _, step in diagnoser.steps] if is_pipeline else [diagnoser]
     # A FaultOrderClassifier may have learned conditions.
     learned = vars(steps[-1]).get("conditions_")
     if learned is not None:
@@ -286,7 +287,7 @@ def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidua
             return diagnoser[:place] if place > 0 else None, residual
     raise ValueError(
         "No step compares order spectra; expected a StretchResidual or an OrderResidual among "
-        f"{[type(step).__name__ for _, step in diagnoser.steps]}."
+        f"{[type(step).__name__ for step in steps]}."
     )
 
 

@@ -64,6 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     model.add_argument("--diagnoser", choices=kinds, help="default: as the recordings allow")
     option(model, "--bearing", f"name places of faults by orders: {BEARING}", bearing, "BEARING")
     option(model, "--outputs", "the first N channels are sensors; default: 1", positive_int)
+    flag(model, "--fixed-gain", "healthy limits use the level; it needs the same sensor and gain")
     cut = parser.add_argument_group("windows")
     option(cut, "--window-length", "samples in a window", arguments.window_length)
     option(cut, "--hop", "between starts of windows; default: their length", positive_int)
@@ -95,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
     rate, channels = float(rig.sampling_rate), np.atleast_1d(recordings[0].channel or [])
     report_progress(args, f"{len(X)} {rows}: fitting")
     with as_command_error(), parallel_config("threading", n_jobs=args.n_jobs):
-        diagnoser = _make(args, kind, healthy, rate)
+        diagnoser = of_outputs(args, _make(args, kind, healthy, rate))
         notes = _fit_quietly(diagnoser, X, None if kind == "detector" else y, rpm)
         companions = {} if kind == "detector" else _companions(args, X, y, rpm, healthy, notes)
         # Places of faults that no recording shows are conditions, too.
@@ -206,7 +207,6 @@ def _check_options(args, recordings):
     is_healthy = _is_healthy(only) if args.healthy is None else only == args.healthy
     if args.bearing is not None:
         args.diagnoser = args.diagnoser or "stretches"
-        refuse(args, ["outputs"], "not allowed with --bearing; fit one model for each output")
     elif args.diagnoser is None and only is not None and is_healthy:
         args.diagnoser = "detector"
     if args.diagnoser != "stretches":
@@ -217,15 +217,16 @@ def _is_healthy(name):
     return place_of_label(str(name)) == HEALTHY
 
 
-def _make(args, kind, healthy, rate):
+def _make(args, kind, healthy=None, rate=None):
     if kind == "detector":
-        return of_outputs(args, make_detector(false_alarm_rate=args.false_alarm_rate))
+        rate = args.false_alarm_rate
+        return make_detector(false_alarm_rate=rate, fixed_gain=args.fixed_gain)
     if kind == "stretches":
         model = make_diagnoser(sampling_rate=rate, bearing=args.bearing, healthy=healthy)
     else:
         model = DIAGNOSERS[kind][1](healthy=healthy)
     rates = [name for name in model.get_params() if name.endswith("__false_alarm_rate")]
-    return of_outputs(args, model.set_params(**dict.fromkeys(rates, args.false_alarm_rate)))
+    return model.set_params(**dict.fromkeys(rates, args.false_alarm_rate))
 
 
 def _fit_quietly(model, X, y, rpm):
@@ -243,8 +244,7 @@ def _companions(args, X, y, rpm, healthy, notes):
         without = "The verdict 'none of these' is not possible"
         wanted["known_conditions"] = (make_known_conditions(), slice(None), y, without)
     if healthy is not None:
-        detector = make_detector(false_alarm_rate=args.false_alarm_rate)
-        wanted["detector"] = (detector, y == healthy, None, "No healthy limits")
+        wanted["detector"] = (_make(args, "detector"), y == healthy, None, "No healthy limits")
     for name, (model, rows, labels, without) in wanted.items():
         model = of_outputs(args, model)
         try:
@@ -285,8 +285,12 @@ def _healthy_condition(args, kind, rig, chosen):
         raise CommandError(f"{args.table}: no speed is stated; expected a column rpm, or --rpm")
     present = [n for n in rig.target_names if n in rig.target[chosen]]
     if len(present) < 2 and kind != "detector" and args.bearing is None:
-        expected = f"--diagnoser {kind} needs two or more; healthy alone, use --diagnoser detector"
-        raise CommandError(f"{args.table}: conditions {present}; {expected}")
+        found = ", ".join(present) or "not stated"
+        expected = (
+            "expected two or more, in a column condition or a group (?P<condition>...) of --pattern; "
+            "with healthy recordings only, use --diagnoser detector"
+        )
+        raise CommandError(f"{args.table}: the conditions are {found}; {expected}")
     if rig.target is None:
         rig.target, present = np.full(len(rig.recording), HEALTHY), [HEALTHY]
     named = list(filter(_is_healthy, present))

@@ -19,7 +19,7 @@ from ..fault_places import FAULTS, HEALTHY
 from ..fusion import SensorFusion
 from ..persistence import load_diagnoser
 from ..recordings.listing import ListedRecording
-from ..recordings.rates import rates_agree, resampled_blocks
+from ..recordings.rates import NO_RATE, rates_agree, resampled_blocks
 from ..recordings.windows import block_length, cut_blocks
 from ..speeds import SPEED_FACTOR
 from ..verdicts import CHANGED, HOLD, NO_SIGNAL, NONE_OF_THESE, Judge
@@ -32,11 +32,15 @@ DIAGNOSERS = {
     "extended-state": ("Extended state", diagnosers.make_extended_state_pio),
     "diagnoser": ("Diagnoser", diagnosers.make_diagnoser),
 }
+#: Error on a recording of unknown speed, if combs decide alone.
+NO_SPEED = "rpm is missing; expected --rpm, a column, or the file to state it"
 #: Advice on verdicts that are no condition.
 _ADVICE = {
     NO_SIGNAL: "No window carries a signal. Check the sensor, its cable and the logger.",
-    NONE_OF_THESE: "None of these: check sensor, unit and speed; else the condition is new.",
-    CHANGED: "Changed: another load, mounting or sensor can exceed the healthy limits, too.",
+    NONE_OF_THESE: "None of these: check the sensor and the speed. Another load or mounting, or a "
+    "new condition, can be the reason.",
+    CHANGED: "Changed: the healthy limits are exceeded, but no condition can be named. Another "
+    "load, mounting or sensor can be the reason.",
 }
 
 
@@ -196,9 +200,8 @@ class BearingModel:
         recording = recording.with_speed()
         (X,), sampling_rate = self.windows(recording)
         if sampling_rate is None or recording.rpm is None:
-            missing = "sampling rate" if sampling_rate is None else "speed of the shaft"
-            expected = "expected an option, a column of a table, or the file to state it"
-            raise ValueError(f"{recording.name}: the {missing} is not stated; {expected}")
+            missing = NO_RATE if sampling_rate is None else NO_SPEED
+            raise ValueError(f"{recording.name}: {missing}")
         rpm, start = np.atleast_2d(recording.speeds([0], X.shape[-1], sampling_rate)), 0
         if recording.profile is not None:
             # A run-up may begin at rest, and a run-down end there.
@@ -211,7 +214,8 @@ class BearingModel:
         windows = judge.windows(X, rpm if recording.profile is not None else recording.rpm)
         windows.insert(0, "start", start)
         verdict = judge.recording(windows)
-        said = [f"{text[0].upper()}{text[1:]}." for text in windows.get("evidence", ())]
+        texts = windows["evidence"].dropna() if "evidence" in windows else []
+        said = [f"{text[0].upper()}{text[1:]}." for text in texts]
         return Diagnosis(verdict, windows, sampling_rate, [*said, *_remarks(windows, verdict)])
 
 

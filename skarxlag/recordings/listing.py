@@ -16,7 +16,7 @@ from ..speeds import pulse_speeds
 from .files import recording_blocks, recording_speed, recording_start
 from .formats import SUFFIXES
 from .formats.text import distinct, number
-from .rates import rates_agree
+from .rates import NO_RATE, rates_agree
 from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, read_texts
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
@@ -91,7 +91,7 @@ class ListedRecording:
                     raise ValueError(f"pulses_per_turn is {self.pulses_per_turn}, not an integer")
                 ((signal, rate),) = replace(self, channel=source.removeprefix(TACHO)).blocks()
                 if rate is None:
-                    raise ValueError(f"sampling_rate is missing and {self.path} does not state it")
+                    raise ValueError(NO_RATE)
                 found = SpeedProfile(*pulse_speeds(signal, rate, int(self.pulses_per_turn)))
             else:
                 names = {self.name, str(self.path), self.path.name, self.path.stem}

@@ -12,6 +12,8 @@ from .formats._facts import RATE_TOLERANCE
 
 #: Largest factor by which a signal is interpolated on the way to its new rate.
 _MAX_FACTOR = 10_000
+#: Error on a recording of unknown rate.
+NO_RATE = "sampling_rate is missing; expected --sampling-rate, a column, or the file to state it"
 
 
 def rates_agree(first: float | None, second: float | None) -> bool:

@@ -17,7 +17,7 @@ from sklearn.utils import Bunch, check_scalar
 
 from ..speeds import speed_errors
 from .listing import ListedRecording, list_recordings
-from .rates import rates_agree, resampled_blocks
+from .rates import NO_RATE, rates_agree, resampled_blocks
 from .windows import block_length, cut_blocks, thin_windows
 
 #: Share by which the speed of a row varies before order tracking is needed. In rows of a second or
@@ -386,7 +386,7 @@ class _Reader:
         with entry.named():
             for signal, rate in blocks:
                 if rate is None:
-                    raise ValueError(f"sampling_rate is missing and {entry.path} does not state it")
+                    raise ValueError(NO_RATE)
                 self._check(entry, "sampling rates (Hz)", rate, rates_agree)
                 n_channels = 1 if signal.ndim == 1 else len(signal)
                 self._check(entry, "numbers of channels", n_channels, int.__eq__)

@@ -84,6 +84,7 @@ def interrupt(*arguments):
         (("--bearing", "6205"), "RECORDING: none given"),
         (("--bearing", "6205", "x.npy", "--resample"), "--resample: belongs to a model"),
         ((), "expected a model or --bearing"),
+        (("--bering", "6205"), "usage: skarxlag diagnose"),
     ],
 )
 def test_wrong_arguments_are_named(run, plant, monkeypatch, arguments, message):
@@ -92,14 +93,34 @@ def test_wrong_arguments_are_named(run, plant, monkeypatch, arguments, message):
     assert code == 2 and message in err
 
 
+@pytest.mark.slow
+def test_two_outputs_name_a_place_together(run, plant):
+    for place in ("healthy", "inner"):
+        signal = np.load(plant / f"{place}.npy")
+        np.savez(plant / f"{place}.npz", x=signal, y=signal[::-1])
+    facts = ("--channel", "x;y", "--rpm", 900, *RATES)
+    fit = ("fit", plant / "healthy*.npz", *facts, "-o", plant / "two.skops", "--bearing", "6205")
+    code, out, err = run(*fit, "--outputs", 2, "--healthy", "healthy")
+    assert code == 0 and "Outputs: x, y. Inputs: none" in out, err
+    both = plant / "two.skops", *(plant / f"{place}.npz" for place in ("healthy", "inner"))
+    code, out, err = run("diagnose", *both, *facts)
+    assert code == 0, err
+    assert [line.split()[2] for line in out.splitlines()[2:4]] == ["healthy", "inner"]
+    report = ("-o", plant / "two.html", "--bearing", "6205")
+    code, _, err = run("diagnose", *both, *facts, *report)
+    assert code == 1 and "No step compares order spectra" in err
+
+
 def test_what_is_wrong_with_one_recording_is_told(run, plant):
     code, _, err = run("diagnose", plant / "none.npy", plant / "inner.npy", "--bearing", "6205",
                        "--rpm", 900, *RATES)  # fmt: skip
     assert code == 1 and "none.npy" in err
     code, _, err = run("diagnose", plant / "inner.npy", "--bearing", "6205", "--rpm", 900)
-    assert code == 1 and "the sampling rate is not stated" in err
+    assert code == 1 and "sampling_rate is missing; expected --sampling-rate" in err
     code, _, err = run("diagnose", plant / "inner.npy", "--bearing", "6205", *RATES)
-    assert code == 1 and "the speed of the shaft is not stated" in err
+    assert code == 1 and "rpm is missing; expected --rpm" in err
+    code, out, err = run("diagnose", plant / "inner.npy", "--bearing", "6205", *RATES, "--rpm", 15)
+    assert code == 0 and "two turns of the shaft" in out, err
 
 
 @pytest.mark.slow

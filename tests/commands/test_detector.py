@@ -124,6 +124,17 @@ def test_the_alarm_takes_the_limits_that_fit_saved(run, plant):
     assert last["outer"]["p_value"] < 0.01 < last["750"]["p_value"]
 
 
+@pytest.mark.slow
+def test_a_fixed_gain_makes_the_level_count(run, plant):
+    np.save(plant / "loud.npy", 5 * np.load(plant / "well.npy"))
+    path, facts = plant / "level.skops", ("--rpm", 680, "--sampling-rate", RATE)
+    for options, verdict in (((), "healthy"), (("--fixed-gain",), "changed")):
+        fit = ("fit", plant / "healthy.csv", "-o", path, "--diagnoser", "detector", *options)
+        assert run(*fit)[0] == 0
+        code, out, err = run("diagnose", path, plant / "loud.npy", *facts)
+        assert code == 0 and f" {verdict} " in out, err
+
+
 @pytest.mark.parametrize("options", [("--window-length", 4800), ("--max-windows", 5)])
 def test_options_that_cut_choose_windows(run, plant, options):
     path = plant / "cut.skops"

@@ -58,8 +58,6 @@ def test_outputs_that_cannot_be(run, workshop):
     table, to = workshop / "table.csv", ("-o", workshop / "wrong.skops")
     code, _, err = run("fit", table, *to, "--outputs", 4, "--window-length", WINDOW)
     assert code == 1 and "n_outputs == 4, expected at most 3" in err
-    code, _, err = run("fit", table, *to, "--outputs", 2, "--bearing", "6205")
-    assert code == 2 and "argument --outputs: not allowed with --bearing" in err
 
 
 @pytest.mark.slow

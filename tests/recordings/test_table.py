@@ -158,7 +158,7 @@ def test_recording_shorter_than_a_window_is_named(folder):
             ",20000,",
             r"line 3: different sampling rates \(Hz\): 20000, but 50000 in .*line 2",
         ),
-        (",50000,", ",,", r"line 3: sampling_rate is missing and .*b.mat does not state it"),
+        (",50000,", ",,", r"line 3: sampling_rate is missing; expected --sampling-rate"),
         (",50000,", ",fast,", r"line 3: sampling_rate is 'fast', expected a positive number"),
         (",50000,", ",-1,", r"line 3: sampling_rate is '-1', expected a positive number"),
         ("c.csv,inner race,300,50000.0,1", "d.wav,x,1,1,", r"line 4: .*d.wav.* 1 Hz .* 50000 Hz"),
