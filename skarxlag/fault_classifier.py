@@ -463,11 +463,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
     def _sentence(self, found, i, places, limit, alarm, is_close):
         """Describe the combs of row i, whose two largest scores are those of `places`."""
         best, second = places
-        given, bearing, factor = (
-            listed(self.bearing),
-            found.bearings[i, best],
-            found.factors[i, best],
-        )
+        bearing, factor = found.bearings[i, best], found.factors[i, best]
+        given = listed(self.bearing)
         where, size = _WORDS[best], f"{NEPER_IN_DB * found.scores[i, best]:.0f} dB"
         if isinstance(given[bearing], str):
             where += f" of {given[bearing]}"

@@ -219,8 +219,7 @@ def _is_healthy(name):
 
 def _make(args, kind, healthy=None, rate=None):
     if kind == "detector":
-        rate = args.false_alarm_rate
-        return make_detector(false_alarm_rate=rate, fixed_gain=args.fixed_gain)
+        return make_detector(false_alarm_rate=args.false_alarm_rate, fixed_gain=args.fixed_gain)
     if kind == "stretches":
         model = make_diagnoser(sampling_rate=rate, bearing=args.bearing, healthy=healthy)
     else:
@@ -285,12 +284,10 @@ def _healthy_condition(args, kind, rig, chosen):
         raise CommandError(f"{args.table}: no speed is stated; expected a column rpm, or --rpm")
     present = [n for n in rig.target_names if n in rig.target[chosen]]
     if len(present) < 2 and kind != "detector" and args.bearing is None:
+        expected = "expected two or more, by a column condition or --pattern"
+        alone = "with healthy recordings only, use --diagnoser detector"
         found = ", ".join(present) or "not stated"
-        expected = (
-            "expected two or more, in a column condition or a group (?P<condition>...) of --pattern; "
-            "with healthy recordings only, use --diagnoser detector"
-        )
-        raise CommandError(f"{args.table}: the conditions are {found}; {expected}")
+        raise CommandError(f"{args.table}: conditions {found}; {expected}; {alone}")
     if rig.target is None:
         rig.target, present = np.full(len(rig.recording), HEALTHY), [HEALTHY]
     named = list(filter(_is_healthy, present))

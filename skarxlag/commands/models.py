@@ -37,10 +37,8 @@ NO_SPEED = "rpm is missing; expected --rpm, a column, or the file to state it"
 #: Advice on verdicts that are no condition.
 _ADVICE = {
     NO_SIGNAL: "No window carries a signal. Check the sensor, its cable and the logger.",
-    NONE_OF_THESE: "None of these: check the sensor and the speed. Another load or mounting, or a "
-    "new condition, can be the reason.",
-    CHANGED: "Changed: the healthy limits are exceeded, but no condition can be named. Another "
-    "load, mounting or sensor can be the reason.",
+    NONE_OF_THESE: "None of these: check sensor, speed, load, mounting; else the condition is new.",
+    CHANGED: "Changed: a new fault, or another load, mounting or sensor, can be the reason.",
 }
 
 

@@ -335,8 +335,8 @@ def test_wrong_arguments_of_fit_are_named(run, workshop, arguments, message):
 def test_tables_that_cannot_be_fitted_are_named(run, workshop):
     table = workshop / "other.csv"
     for content, message in [
-        ("path,sampling_rate\ngood_300.npy,5\n", "the conditions are not stated; expected two"),
-        ("path,condition,sampling_rate\ngood_300.npy,worn,5\n", "the conditions are worn; expected two"),
+        ("path,sampling_rate\ngood_300.npy,5\n", "conditions not stated; expected two"),
+        ("path,condition,sampling_rate\ngood_300.npy,worn,5\n", "conditions worn; expected two"),
         ("path,condition,sampling_rate\ngone.npy,good,5\n", "line 2"),
     ]:
         table.write_text(content)
