@@ -62,7 +62,7 @@ def test_one_healthy_condition_alone_makes_a_detector(run, plant, condition, opt
     path = plant / "named.skops"
     code, _, err = run("fit", plant / "named.csv", "-o", path, *options)
     if kind is None:
-        assert code == 1 and "needs two or more" in err
+        assert code == 1 and "expected two or more" in err
     else:
         assert code == 0 and load_diagnoser(path)[1]["diagnoser"] == kind
 
