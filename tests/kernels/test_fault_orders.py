@@ -43,7 +43,7 @@ def test_contrast_is_the_log_spectrum_over_its_running_median(n_values, width):
 @pytest.mark.parametrize("noise", [1.0, 5e-6])
 def test_spectra_of_few_values_are_compared_up_to_order_41(noise):
     # The faint noise has about the least power that counts, 1e-12 of that of the envelope.
-    envelope = 3 + noise * np.random.default_rng(1).normal(size=(1, 100))
+    envelope = 3 + noise * np.random.default_rng(2).normal(size=(1, 100))
     cell, window = 1 / (400 * 0.0101), np.hanning(102)[1:-1]
     power = np.abs(np.fft.rfft((envelope[0] - envelope.mean()) * window, 400)) ** 2
     power = power[: int(41 / cell) + 2] + 1e-12 * np.mean(envelope**2) * 100
@@ -264,9 +264,12 @@ def test_the_factor_of_a_ball_is_that_of_its_better_comb():
     np.testing.assert_allclose(comb.factors[:2], [np.exp(-0.01), 1])
     # Of two combs at different factors, that of the spin is the better one.
     contrast[:] = 0
-    contrast[[236, 472, 708, 944]], contrast[[500, 1000, 1500]] = 1.0, 0.9
-    comb = kernel.fault_comb(contrast, ORDERS, 0.07, 1.0)
-    assert comb.factors[0] == 1
+    contrast[[236, 472, 708, 944]] = 1.0
+    contrast[[500, 501, 1000, 1001, 1500, 1501]] = 0.9
+    for height, factor in ((1.0, 1.0), (0.1, np.exp(0.058))):
+        contrast[[236, 708]] = height
+        comb = kernel.fault_comb(contrast, ORDERS, 0.07, 1.0)
+        assert comb.factors[0] == pytest.approx(factor)
 
 
 def test_the_last_orders_count():
