@@ -71,8 +71,7 @@ class SpeedAccuracyDisplay(AxesDisplay):
         n_before = len(ax.get_legend_handles_labels()[0])
         styles = list(condition_styles(range(n_before + len(self.train_rpm))).values())[n_before:]
         hollow = {"linestyle": "none", "markerfacecolor": ax.get_facecolor(), "zorder": 3}
-        speeds = np.asarray(self.train_rpm)
-        for accuracy, speed, style in zip(self.accuracy, speeds, styles, strict=True):
+        for accuracy, speed, style in zip(self.accuracy, self.train_rpm, styles, strict=True):
             known = np.isfinite(accuracy)
             label = f"{prefix}calibrated at {speed:g} rpm"
             self.lines_ += ax.plot(self.test_rpm[known], accuracy[known], **style, label=label)
