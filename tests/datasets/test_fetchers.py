@@ -261,8 +261,11 @@ def last_file(rig_name):
     return list(RIGS[rig_name].files)[-1]
 
 
-def test_downloaded_rig(fetch, rig_name, originals, tmp_path, server):
+def test_downloaded_rig(fetch, rig_name, originals, tmp_path, server, capsys):
     rig = fetch()
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == len(RIGS[rig_name].files)
+    assert lines[-1].startswith("downloading http://127.0.0.1")
     expected = RIGS[rig_name]
     assert rig.target_names == list(dict.fromkeys(c for c, _, _ in expected.files.values()))
     assert rig.sampling_rate == expected.sampling_rate
@@ -282,35 +285,31 @@ def test_downloaded_rig(fetch, rig_name, originals, tmp_path, server):
         np.testing.assert_array_equal(rig[column], np.repeat(values, 2))
 
 
-def test_second_call_needs_no_server(fetch, rig_name, tmp_path):
+def test_second_call_needs_no_server(fetch, rig_name, tmp_path, capsys):
     first = fetch()
+    capsys.readouterr()
     before = {path: path.stat().st_mtime_ns for path in files_below(tmp_path)}
     nowhere = "http://127.0.0.1:1/"
     for options in ({"mirror": nowhere}, {"mirror": nowhere, "download_if_missing": False}):
         again = fetch(**options)
         np.testing.assert_array_equal(again.data, first.data)
+    assert capsys.readouterr() == ("", "")
     assert {path: path.stat().st_mtime_ns for path in files_below(tmp_path)} == before
 
 
-def test_return_X_y(fetch):
-    X, y = fetch(return_X_y=True)
-    rig = fetch()
+def test_window_length(fetch, rig_name, originals):
+    there = {"data_home": originals.root, "download_if_missing": False}
+    for window_length in (500, 1000):
+        rig = fetch(window_length=window_length, **there)
+        assert rig.data.shape[1] == window_length
+        first = rig.recording == rig.recording[0]
+        np.testing.assert_array_equal(np.diff(rig.start[first]), window_length)
+    X, y = fetch(window_length=1000, return_X_y=True, **there)
     np.testing.assert_array_equal(X, rig.data)
     np.testing.assert_array_equal(y, rig.target)
-
-
-@pytest.mark.parametrize("window_length", [500, 1000])
-def test_window_length(fetch, rig_name, window_length):
-    rig = fetch(window_length=window_length)
-    assert rig.data.shape[1] == window_length
-    first = rig.recording == rig.recording[0]
-    np.testing.assert_array_equal(np.diff(rig.start[first]), window_length)
-
-
-def test_window_longer_than_a_recording(fetch, rig_name):
     first = Path(next(iter(RIGS[rig_name].files))).name
     with pytest.raises(ValueError, match=rf"{first}.*window_length=300000"):
-        fetch(window_length=300_000)
+        fetch(window_length=300_000, **there)
 
 
 def test_nothing_is_downloaded_unasked(fetch, rig_name, server, tmp_path):
@@ -335,20 +334,16 @@ def test_damaged_file_is_named_or_replaced(fetch, rig_name, server, tmp_path):
     assert len(server.requests) == 1
 
 
-@pytest.mark.parametrize(
-    ("fault", "message"),
-    [(404, "404"), ("truncated", "retrieval incomplete"), ("altered", "SHA256 checksum")],
-)
-def test_failed_download_names_the_file_and_leaves_nothing(
-    fetch, rig_name, server, tmp_path, fault, message
-):
-    if rig_name == "mfpt" and fault == "altered":
-        return  # the SHA-256 sums of its files are unknown
+def test_failed_download_names_the_file_and_leaves_nothing(fetch, rig_name, server, tmp_path):
+    faults = {404: "404", "truncated": "retrieval incomplete", "altered": "SHA256 checksum"}
+    if rig_name == "mfpt":
+        del faults["altered"]  # the SHA-256 sums of its files are unknown
     name = last_file(rig_name)
-    server.faults[Path(name).name] = fault
-    with pytest.raises(OSError, match=rf"{name} could not be fetched from http.*{message}"):
-        fetch()
-    assert not any(path.name.startswith(Path(name).name) for path in files_below(tmp_path))
+    for fault, message in faults.items():
+        server.faults[Path(name).name] = fault
+        with pytest.raises(OSError, match=rf"{name} could not be fetched from http.*{message}"):
+            fetch()
+        assert not any(path.name.startswith(Path(name).name) for path in files_below(tmp_path))
     fetch()
     assert len(files_below(tmp_path)) == len(RIGS[rig_name].files)
 
@@ -359,26 +354,21 @@ def test_a_data_home_is_not_created_unasked(fetch, tmp_path):
     assert not (tmp_path / "no").exists()
 
 
-@pytest.mark.parametrize("fault", [404, "truncated"])
-def test_a_failed_download_is_repeated_after_a_second(fetch, rig_name, server, monkeypatch, fault):
+def test_a_failed_download_is_repeated_after_a_second(
+    fetch, rig_name, server, monkeypatch, originals, tmp_path
+):
+    folder, name = RIGS[rig_name].folder, last_file(rig_name)
+    shutil.copytree(originals.root / folder, tmp_path / "home" / folder)
     waits = []
     monkeypatch.setattr("time.sleep", waits.append)
     monkeypatch.setattr(_repository, "N_RETRIES", 1)
-    name = Path(last_file(rig_name)).name
-    server.faults[name] = fault
-    with pytest.warns(UserWarning, match="Retry"):
-        fetch()
-    assert sum(request.endswith(name) for request in server.requests) == 2
-    assert waits == [1.0]
-
-
-def test_a_line_is_written_for_every_download(fetch, rig_name, capsys):
-    fetch()
-    lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == len(RIGS[rig_name].files)
-    assert lines[-1].startswith("downloading http://127.0.0.1")
-    fetch()
-    assert capsys.readouterr() == ("", "")
+    for fault in (404, "truncated"):
+        (tmp_path / "home" / folder / name).unlink()
+        server.faults[Path(name).name] = fault
+        with pytest.warns(UserWarning, match="Retry"):
+            fetch()
+    assert len(server.requests) == 4
+    assert waits == [1.0, 1.0]
 
 
 def test_default_data_home(fetch, rig_name, tmp_path, monkeypatch):
@@ -387,13 +377,25 @@ def test_default_data_home(fetch, rig_name, tmp_path, monkeypatch):
     assert Path(rig.filenames[0]).is_relative_to(tmp_path / "elsewhere" / RIGS[rig_name].folder)
 
 
-def test_copy_of_the_repository_is_a_data_home(fetch, rig_name, originals, server, tmp_path):
-    shutil.copytree(
-        originals.root / RIGS[rig_name].folder, tmp_path / "copy" / RIGS[rig_name].folder
-    )
-    rig = fetch(data_home=str(tmp_path / "copy"), download_if_missing=False)
+def test_copy_of_the_repository_is_a_data_home(fetch, rig_name, originals, server):
+    """The rig states its terms, its source, and the orders of its bearing as they are printed."""
+    before = files_below(originals.root)
+    rig = fetch(data_home=str(originals.root), download_if_missing=False)
     assert set(rig.recording) == {name for _, _, name in RIGS[rig_name].files.values()}
-    assert server.requests == []
+    assert server.requests == [] and files_below(originals.root) == before
+    for phrase in RIGS[rig_name].phrases:
+        assert phrase in rig.DESCR
+    orders = {
+        "hit_sm": (3.5848, 5.4152),
+        "cwru drive end": (3.5848, 5.4152),
+        "cwru fan end": (3.0530, 4.9469),
+        "mfpt": (3.245, 4.755),
+    }
+    if rig_name in orders:
+        found = bearing_orders(rig.bearing)
+        np.testing.assert_allclose((found["outer"], found["inner"]), orders[rig_name], atol=6e-4)
+    else:
+        assert rig.bearing is None
 
 
 def test_default_source_is_a_fixed_commit(fetch, rig_name, monkeypatch, tmp_path):
@@ -407,12 +409,6 @@ def test_default_source_is_a_fixed_commit(fetch, rig_name, monkeypatch, tmp_path
     with pytest.raises(OSError, match="no network in this test"):
         fetch(mirror=None)
     assert urls == [RIGS[rig_name].first_url]
-
-
-def test_description_states_terms_and_source(fetch, rig_name):
-    text = fetch().DESCR
-    for phrase in RIGS[rig_name].phrases:
-        assert phrase in text
 
 
 @pytest.mark.parametrize("name", ["uestc", "hit_sm", "cwru"])
@@ -454,22 +450,6 @@ def test_length_of_mfpt_recordings_is_checked(originals):
 def test_unknown_part_of_a_rig(name, option):
     with pytest.raises(ValueError, match=rf"{option} must be one of \[.*, got 'other'"):
         getattr(datasets, f"fetch_{name}")(**{option: "other"})
-
-
-def test_geometry_comes_with_the_rig(fetch, rig_name):
-    """Orders of the outer and inner race, as the data centre and the society print them."""
-    orders = {
-        "hit_sm": (3.5848, 5.4152),
-        "cwru drive end": (3.5848, 5.4152),
-        "cwru fan end": (3.0530, 4.9469),
-        "mfpt": (3.245, 4.755),
-    }
-    bearing = fetch().bearing
-    if rig_name in orders:
-        found = bearing_orders(bearing)
-        np.testing.assert_allclose((found["outer"], found["inner"]), orders[rig_name], atol=6e-4)
-    else:
-        assert bearing is None
 
 
 @pytest.mark.skipif(not REAL, reason="needs the recordings of the real rigs")
