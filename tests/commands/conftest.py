@@ -46,7 +46,7 @@ def no_figures(monkeypatch):
     monkeypatch.setattr(evaluate, "why_no_figures", lambda: "No figures today.")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def fitted():
     """A diagnoser and a detector of two colours of noise."""
     parts = [make_windows(sound(name, 30 * WINDOW, 1), WINDOW) for name in COLOURS]
@@ -55,7 +55,7 @@ def fitted():
     return make_diagnoser(healthy="good").fit(X, y), make_detector().fit(healthy)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def models(fitted, tmp_path_factory):
     """Files of the diagnoser with its healthy limits, and of the detector alone."""
     folder = tmp_path_factory.mktemp("models")
