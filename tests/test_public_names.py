@@ -20,13 +20,22 @@ def test_an_unknown_name_is_an_attribute_error():
         exec("from skarxlag import make_coffee")
 
 
-@pytest.mark.parametrize("argument", ["--version", "--help"])
-def test_version_and_help_import_nothing_large(argument):
-    code = (
-        "import sys, contextlib, skarxlag.commands\n"
-        "with contextlib.suppress(SystemExit):\n"
-        f"    skarxlag.commands.main([{argument!r}])\n"
-        "large = {'numba', 'numpy', 'scipy', 'sklearn', 'pandas', 'joblib'} & set(sys.modules)\n"
-        "assert not large, large\n"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
+def test_what_is_imported_when():
+    """Help needs nothing large, estimators do not compile, and displays do not need matplotlib."""
+    code = """
+import contextlib, os, sys
+import skarxlag.commands
+for argument in ("--version", "--help"):
+    with contextlib.suppress(SystemExit):
+        skarxlag.commands.main([argument])
+assert not {"numba", "numpy", "scipy", "sklearn", "pandas", "joblib"} & set(sys.modules)
+from skarxlag import *
+import skarxlag.plotting
+assert "skarxlag.kernels.observer" in sys.modules
+assert not {"numba", "scipy.signal", "matplotlib"} & set(sys.modules)
+os.environ["MPLBACKEND"] = "Agg"
+skarxlag.plotting.ResidualDisplay([1.0, -1.0]).plot()
+assert "matplotlib.pyplot" in sys.modules
+"""
+    command = [sys.executable, "-W", "error", "-c", code]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)

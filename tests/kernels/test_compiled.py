@@ -14,13 +14,6 @@ from skarxlag.kernels.compiled import compiled
 
 PACKAGE = Path(skarxlag.__file__).parent
 
-NOTHING_COMPILED = """
-import sys
-from skarxlag import *
-assert "skarxlag.kernels.observer" in sys.modules
-assert not {"numba", "scipy.signal"} & set(sys.modules)
-"""
-
 WORK = """
 import numpy as np, skarxlag
 from skarxlag.kernels.residual_levels import adapt_switching_gain
@@ -41,12 +34,6 @@ def run(code, folder, **environment):
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
-
-
-@pytest.mark.slow
-@pytest.mark.any_version
-def test_nothing_is_compiled_at_import():
-    run(NOTHING_COMPILED, PACKAGE.parent)
 
 
 @pytest.mark.slow

@@ -1,5 +1,3 @@
-import os
-import subprocess
 import sys
 
 import matplotlib
@@ -41,15 +39,3 @@ def test_missing_matplotlib_tells_what_to_install(monkeypatch, draw):
     monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)
     with pytest.raises(ImportError, match=r"pip install 'skarxlag\[plot\]'"):
         draw()
-
-
-@pytest.mark.slow
-def test_importing_the_displays_does_not_import_matplotlib():
-    code = (
-        "import sys, skarxlag, skarxlag.plotting, skarxlag.commands\n"
-        "assert not [name for name in sys.modules if name.startswith('matplotlib')]\n"
-        "skarxlag.plotting.ResidualDisplay([1.0, -1.0]).plot()\n"
-        "assert 'matplotlib.pyplot' in sys.modules\n"
-    )
-    environment = os.environ | {"MPLBACKEND": "Agg"}
-    subprocess.run([sys.executable, "-c", code], check=True, env=environment)
