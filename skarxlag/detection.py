@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, OutlierMixin
-from sklearn.utils import check_scalar
+from sklearn.utils import Bunch, check_scalar
 
 from ._base import SignalEstimator
 from ._parallel import BATCH, map_batches, one_thread
@@ -158,9 +158,29 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
         """
         return np.where(self.decision_function(X, rpm) < 0, -1, 1)
 
-    def fit_predict(
-        self, X: ArrayLike, y: Any = None, rpm: ArrayLike | None = None
-    ) -> NDArray[Any]:
+    def diagnose(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
+        """Compute verdict, score and p-values of each row from one set of measures.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_rows, n_samples) or (n_rows, 1, n_samples)
+            Rows.
+        rpm : float, array-like of shape (n_rows,) or None, default=None
+            Their speeds, as in `score_samples`.
+
+        Returns
+        -------
+        Bunch
+            ``verdict``, as of `predict`; ``score``, as of `decision_function`; ``alarm``, of bool:
+            whether the score is below 0; and ``p_values`` of shape (n_rows, n_conditions), of a
+            `FaultDetector` with one column.
+        """
+        logs = self._log_p_values(X, rpm)
+        score = logs.max(axis=1) - self.offset_
+        verdict = np.where(score < 0, -1, 1)
+        return Bunch(verdict=verdict, score=score, alarm=score < 0, p_values=np.exp(logs))
+
+    def fit_predict(self, X: ArrayLike, y: Any = None, **params: Any) -> NDArray[Any]:
         """Fit, and classify the same rows.
 
         Parameters
@@ -169,15 +189,15 @@ class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
             Rows.
         y : array-like of shape (n_rows,) or None, default=None
             As in `fit`.
-        rpm : float, array-like of shape (n_rows,) or None, default=None
-            Their speeds.
+        **params : dict of str to object
+            ``rpm`` and ``sample_weight``, as in `fit`.
 
         Returns
         -------
         ndarray of int of shape (n_rows,)
             1 or -1.
         """
-        return self.fit(X, y, rpm=rpm).predict(X, rpm=rpm)
+        return self.fit(X, y, **params).predict(X, rpm=params.get("rpm"))
 
     @uses_fitted
     def _log_p_values(self, X, rpm):

@@ -236,7 +236,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             ``levels``, the input of the last step, of shape (n_windows, n_levels); ``verdict``, as
             `predict` returns it; and, if the last step offers them, ``probability``
             (`predict_proba`), ``score`` (`decision_function`) and ``alarm``, of bool: the result of
-            `ThresholdLadder.detect`, or, of a detector, whether the score is below 0.
+            `ThresholdLadder.detect`, or, of a detector, whether the verdict is -1. A last step with
+            a method `diagnose` adds what that returns, such as ``p_values``.
 
         Examples
         --------
@@ -258,16 +259,13 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         found = Bunch(levels=levels)
         if offers(last, "decision_function"):
             found.score = last.decision_function(levels, **routed)
-        if not is_classifier(last):
-            # An outlier detector: its verdict is the sign of its score.
-            found.alarm = found.score < 0
-            found.verdict = np.where(found.alarm, -1, 1)
-            return found
         if offers(last, "predict_proba"):
             found.probability = last.predict_proba(levels, **routed)
         found.verdict = last.predict(levels, **routed)
         if offers(last, "detect"):
             found.alarm = last.detect(levels, **routed)
+        elif not is_classifier(last):
+            found.alarm = found.verdict == -1
         return found
 
     def _before_last_step(self, X, params):

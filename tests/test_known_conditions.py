@@ -12,6 +12,7 @@ from sklearn.base import clone
 from sklearn.pipeline import Pipeline
 
 from skarxlag import (
+    DiagnosisPipeline,
     FaultDetector,
     KnownConditions,
     load_diagnoser,
@@ -71,6 +72,26 @@ def test_each_condition_has_the_p_values_of_its_detector(fitted):
     np.testing.assert_allclose(fitted.decision_function(fresh, rpm=1000), scores - np.log(RATE))
     verdicts = fitted.predict(fresh, rpm=1000)
     np.testing.assert_array_equal(verdicts, np.where(found.max(axis=1) < RATE, -1, 1))
+
+
+@pytest.mark.parametrize(
+    "detector",
+    [KnownConditions(false_rejection_rate=0.5), FaultDetector(false_alarm_rate=0.5)],
+    ids=["known", "detector"],
+)
+def test_verdict_score_and_p_values_are_of_one_set_of_measures(detector):
+    X, y, rpm = rig(("good", "inner"), (800, 1200), 30)
+    pipeline = fit(DiagnosisPipeline([("detect", clone(detector))]), X, y, rpm=rpm)
+    fresh = rows("good", 10, 1000, 1)
+    with mock.patch("skarxlag.detection.measure", side_effect=measure) as measured:
+        found = pipeline.diagnose(fresh, rpm=1000)
+    assert measured.call_count == 1
+    p_values = pipeline.p_values(fresh, rpm=1000)
+    np.testing.assert_array_equal(found.p_values, p_values.reshape(10, -1))
+    np.testing.assert_array_equal(found.verdict, pipeline.predict(fresh, rpm=1000))
+    np.testing.assert_array_equal(found.score, pipeline.decision_function(fresh, rpm=1000))
+    np.testing.assert_array_equal(found.alarm, found.verdict == -1)
+    assert 0 < found.alarm.sum() < 10
 
 
 def test_rows_without_strikes_are_not_of_a_fault():

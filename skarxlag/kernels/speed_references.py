@@ -138,13 +138,11 @@ def group_speeds(log_speed: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     >>> np.exp(known).round(), at
     (array([1005., 1500.]), array([0, 1, 0]))
     """
-    distinct, place = np.unique(log_speed, return_inverse=True)
-    group, first, number = np.zeros(len(distinct), dtype=int), distinct[0], 0
-    for i, value in enumerate(distinct):
-        if value - first > SAME_LOG_SPEED:
-            first, number = value, number + 1
-        group[i] = number
-    at = group[place.reshape(-1)]
+    lowest: list[float] = []
+    for value in np.unique(log_speed):
+        if not lowest or value - lowest[-1] > SAME_LOG_SPEED:
+            lowest.append(value)
+    at = np.searchsorted(lowest, log_speed, side="right") - 1
     return np.bincount(at, log_speed) / np.bincount(at), at
 
 
