@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
-from ._parallel import map_batches
+from ._on_demand import TakesRowsOnDemand, batch_size
+from ._parallel import BATCH, map_batches
 from ._state import INNOVATIONS, CheckedEstimator, finish_fit, uses_fitted
 from ._validation import check_input_names, validate_innovations, weighted_windows
 from .kernels.speed_references import group_speeds
@@ -62,7 +63,7 @@ class ArrayTransformer(TransformerMixin, BaseEstimator, auto_wrap_output_keys=No
         return self
 
 
-class InnovationsTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
+class InnovationsTransformer(TakesRowsOnDemand, SignalEstimator, TransformerMixin, BaseEstimator):
     """Transformer of innovations whose fitted state follows from its parameters.
 
     A subclass checks its parameters in `_check_parameters`, and computes the rest in `_certify`.
@@ -138,7 +139,7 @@ class GroupTransformer(InnovationsTransformer, ArrayTransformer, auto_wrap_outpu
             groups = self._groups(X[batch].reshape(-1, n_samples))
             return groups.reshape(-1, n_groups, groups.shape[-1])
 
-        parts = map_batches(of_batch, len(X), self.n_jobs)
+        parts = map_batches(of_batch, len(X), self.n_jobs, batch_size(X, BATCH))
         return np.concatenate(parts).astype(X.dtype, copy=False)
 
     @uses_fitted

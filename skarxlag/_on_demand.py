@@ -1,13 +1,19 @@
 """Rows that are computed when they are taken, for steps of `fit` that take them batch by batch."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from contextvars import ContextVar
 from typing import Any
 
 import numpy as np
 
-_is_wanted = ContextVar("_is_wanted", default=False)
+from .kernels.lanes import LANES
+
+#: Whether `rows_computed_by` may leave rows for later.
+IS_WANTED = ContextVar("IS_WANTED", default=False)
+
+
+class TakesRowsOnDemand:
+    """Estimator that takes rows batch by batch only, in `fit`, too."""
 
 
 class OnDemand:
@@ -21,6 +27,8 @@ class OnDemand:
         Returns the rows of a slice or of an array of indices.
     n_rows : int
         Number of rows.
+    together : int, default=LANES
+        Rows that take hardly more time than one of them.
 
     Examples
     --------
@@ -31,10 +39,10 @@ class OnDemand:
     [[81.0]]
     """
 
-    def __init__(self, compute: Callable[[Any], Any], n_rows: int) -> None:
+    def __init__(self, compute: Callable[[Any], Any], n_rows: int, together: int = LANES) -> None:
         first = compute(slice(1))
         self.compute, self.ndim, self.dtype = compute, first.ndim, first.dtype
-        self.shape = (n_rows, *first.shape[1:])
+        self.shape, self.together = (n_rows, *first.shape[1:]), together
 
     def __len__(self) -> int:
         return self.shape[0]
@@ -43,22 +51,17 @@ class OnDemand:
         if isinstance(rows, slice):
             return self.compute(rows)
         chosen = np.arange(len(self))[rows]
-        return OnDemand(lambda some: self.compute(chosen[some]), len(chosen))
+        return OnDemand(lambda some: self.compute(chosen[some]), len(chosen), self.together)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
         return np.asarray(self.compute(slice(None)), dtype=dtype)
 
 
-@contextmanager
-def on_demand(is_wanted: bool) -> Iterator[None]:
-    """Return a context in which `rows_computed_by` may leave rows for later."""
-    token = _is_wanted.set(is_wanted)
-    try:
-        yield
-    finally:
-        _is_wanted.reset(token)
-
-
 def rows_computed_by(compute: Callable[[Any], Any], n_rows: int) -> Any:
-    """Return all rows, or in the context of `on_demand` an array that computes those taken."""
-    return OnDemand(compute, n_rows) if _is_wanted.get() else compute(slice(None))
+    """Return all rows, or an array that computes those taken, if the next step takes them."""
+    return OnDemand(compute, n_rows) if IS_WANTED.get() else compute(slice(None))
+
+
+def batch_size(X: Any, wanted: int) -> int:
+    """Return the rows of a batch: as wanted, or as many as are best computed together."""
+    return max(wanted, X.together) if isinstance(X, OnDemand) else wanted

@@ -14,6 +14,9 @@ from sklearn import config_context, get_config
 from sklearn.utils import check_scalar
 from threadpoolctl import OpenBLASController, ThreadpoolController
 
+from ._on_demand import batch_size
+from ._validation import of_one_model
+
 #: Windows in one batch: fixed, so that no sum depends on the number of workers.
 BATCH = 64
 _libraries = functools.cache(ThreadpoolController)
@@ -109,3 +112,28 @@ def map_batches(
 
         with ThreadPoolExecutor(n_threads) as threads:
             return list(threads.map(of_batch, batches))
+
+
+def map_rows(function: Callable[..., Any], X: Any, n_jobs: int | None) -> list[Any]:
+    """Call a function with the place and the samples of one row after another.
+
+    Parameters
+    ----------
+    function : callable
+        Takes an integer and an array of shape (n_samples,).
+    X : array of shape (n_rows, 1, n_samples)
+        Rows, or innovations of one model.
+    n_jobs : int or None
+        Threads, as in scikit-learn.
+
+    Returns
+    -------
+    list
+        Results of the function, in order.
+    """
+
+    def of_batch(batch):
+        return [function(*row) for row in enumerate(of_one_model(X[batch]), batch.start)]
+
+    parts = map_batches(of_batch, len(X), n_jobs, batch_size(X, 1))
+    return [found for part in parts for found in part]

@@ -52,7 +52,7 @@ def validate_signals(
     """
     if isinstance(X, OnDemand):
         # The model before has checked the windows, and that there are as many conditions.
-        validate_signals(estimator, X[:1], reset=reset)
+        validate_signals(estimator, X[:1], y if y is None else y[:1], reset=reset)
         return X, None if y is None else column_or_1d(y)
     check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
     # scikit-learn converts big-endian float32 to float64, but the byte order must not matter.

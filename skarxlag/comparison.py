@@ -182,12 +182,13 @@ class SpectralDistance(StretchTransformer):
         self.recorded_: NDArray[Any] = recorded.astype(np.intp)
         # A covariance holds squares, so a weight counts by its root.
         root = np.sqrt(weights / weights.sum())[:, np.newaxis, np.newaxis]
-        scatter = (cepstra - means[at, target]) * root
+        cepstra -= means[at, target]
+        cepstra *= root
         of_class = speed_references.group_means(spectra, target, weights).reshape(-1, X.shape[-1])
         moved = cepstrum(drift.scaled_frequency(of_class).reshape(-1, *X.shape[1:]))
         learned = speed_references.drift_learned(known, means, recorded)
         parts = [[g] for g in range(X.shape[1])] + [self._joined_groups()]
-        found = [self._calibrate(chosen, scatter, moved, learned, means) for chosen in parts]
+        found = [self._calibrate(chosen, cepstra, moved, learned, means) for chosen in parts]
         axes, variances, references = map(np.stack, zip(*found[:-1], strict=True))
         self.axes_: NDArray[Any] = axes
         self.variances_: NDArray[Any] = variances

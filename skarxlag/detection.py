@@ -12,6 +12,7 @@ from sklearn.base import BaseEstimator, OutlierMixin
 from sklearn.utils import Bunch, check_scalar
 
 from ._base import SignalEstimator
+from ._on_demand import TakesRowsOnDemand, batch_size
 from ._parallel import BATCH, map_batches, one_thread
 from ._state import INNOVATIONS, SPEEDS, Labels, Values, as_fitted, expect, finish_fit, uses_fitted
 from ._validation import check_rate, of_one_model, validate_innovations, warn_user, weighted_windows
@@ -32,7 +33,7 @@ _LEAST_LOG_P = float(np.log(np.finfo(np.float32).tiny))
 _DRIFT_OF_FAULTS = 3.0
 
 
-class RowOutlierDetector(SignalEstimator, OutlierMixin, BaseEstimator):
+class RowOutlierDetector(TakesRowsOnDemand, SignalEstimator, OutlierMixin, BaseEstimator):
     """Outlier detector whose score is the logarithm of a p-value.
 
     A subclass sets `offset_`, the logarithm of the stated rate, and its other fitted attributes in
@@ -394,12 +395,8 @@ class FaultDetector(RowOutlierDetector):
         # Few long rows are calibrated on their parts.
         n_parts = healthy_limits.parts_of_rows(at, self.n_windows_)
         n_windows = self.n_windows_ // n_parts
-        length = n_windows * (X.shape[-1] // self.n_windows_)
-        parts = X
-        if n_parts > 1:
-            parts = np.asarray(X)[..., : n_parts * length].reshape(-1, X.shape[1], length)
         with_level = bool(self.fixed_gain) or X.shape[-1] < _SHORTEST_SPECTRUM
-        rows = measure(parts, n_windows, with_level=with_level, n_jobs=self.n_jobs)
+        rows = measure(X, self.n_windows_, n_parts, with_level=with_level, n_jobs=self.n_jobs)
         at, weights = np.repeat(at, n_parts), np.repeat(weights, n_parts)
         healthy = healthy_limits.HealthyRows(rows, np.nan_to_num(known), at, weights)
         limits = healthy_limits.calibrate(healthy)
@@ -692,14 +689,22 @@ class KnownConditions(RowOutlierDetector):
         expect(fits, "detectors_", detectors, wanted)
 
 
-def measure(X: NDArray[Any], n_windows: int, *, with_level: bool, n_jobs: int | None) -> Rows:
-    """Compute the features of rows of shape (n_rows, 1, n_samples) in batches."""
+def measure(
+    X: NDArray[Any], n_windows: int, n_parts: int = 1, *, with_level: bool, n_jobs: int | None
+) -> Rows:
+    """Compute the features of rows of shape (n_rows, 1, n_samples), or of parts of rows."""
+    of_part = n_windows // n_parts
+    length = of_part * (X.shape[-1] // n_windows)
 
     def of_batch(batch):
-        return measure_rows(of_one_model(X[batch]), n_windows, with_level=with_level)
+        signals = of_one_model(X[batch])[:, : n_parts * length].reshape(-1, length)
+        some = [signals[start : start + few] for start in range(0, len(signals), few)]
+        return [measure_rows(each, of_part, with_level=with_level) for each in some]
 
-    parts = map_batches(of_batch, len(X), n_jobs, max(BATCH // n_windows, 1))
-    return Rows(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+    few = max(BATCH // of_part, 1)
+    parts = map_batches(of_batch, len(X), n_jobs, batch_size(X, max(BATCH // n_windows, 1)))
+    found = [each for part in parts for each in part]
+    return Rows(*(np.concatenate(part) for part in zip(*found, strict=True)))
 
 
 def few_rows(rows: str, n: int, rate: float) -> list[str]:

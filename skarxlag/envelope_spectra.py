@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array
 
+from ._parallel import map_rows
 from ._state import expect
 from ._validation import ABOVE_0, check_real
 from .kernels.comb import comb_frequency
@@ -53,14 +54,14 @@ def best_combs(
 
 
 def turns_of_rows(
-    rows: NDArray[Any],
+    X: NDArray[Any],
     sampling_rate: float,
     rpm: ArrayLike | None,
     speed_range: tuple[float, float] | None,
     least_turns: float,
     train_rpm: Sequence[float] = (),
 ) -> NDArray[Any]:
-    """Return the samples in a turn of each row.
+    """Return the samples in a turn of each row of shape (1, n_samples).
 
     They are NaN for rows without a plausible speed, of less than two turns, or too short for a
     search of the speed.
@@ -70,7 +71,7 @@ def turns_of_rows(
     ValueError
         If `rpm` has neither one speed for each row, nor one for each of their samples.
     """
-    n_rows, length = rows.shape
+    n_rows, _, length = X.shape
     rpm, is_plausible = with_plausible_speeds(rpm, n_rows, train_rpm)
     if rpm is not None:
         speeds = check_speeds(rpm, n_rows, length)
@@ -82,7 +83,8 @@ def turns_of_rows(
         return np.full(n_rows, np.nan)
     turn = 60 * sampling_rate / np.sqrt(low * high)
     tolerance = np.log(high / low) / 2
-    return 1 / np.array([comb_frequency(row, 1 / turn, tolerance, 40) for row in rows])
+    search = map_rows(lambda _, row: comb_frequency(row, 1 / turn, tolerance, 40), X, n_jobs=1)
+    return 1 / np.array(search)
 
 
 def envelope_spectrum(

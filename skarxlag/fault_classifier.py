@@ -18,7 +18,8 @@ from sklearn.utils.metaestimators import available_if
 from . import fault_places
 from ._answers import answers
 from ._base import SignalEstimator
-from ._parallel import map_batches
+from ._on_demand import TakesRowsOnDemand
+from ._parallel import map_rows
 from ._state import INNOVATIONS, FittedOn, Labels, Values, expect, finish_fit, uses_fitted
 from ._validation import ABOVE_0, check_real, of_one_model, validate_innovations, weighted_windows
 from .bearings import BearingLike, bearing_orders, listed
@@ -38,7 +39,7 @@ _NO_COMBS = "combs need a plausible speed, and two turns of the shaft in a row"
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
+class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, BaseEstimator):
     r"""Classifier that names the place of a bearing fault without recordings of faults.
 
     A fault of a race or a rolling element causes impacts at orders of the shaft that follow from
@@ -217,7 +218,7 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         """
         X, y = validate_innovations(self, X, y, reset=True)
         self._check_parameters()
-        of_one_model(X)
+        of_one_model(X[:1])
         found = [_ORDERS(bearing_orders(each)) for each in listed(self.bearing)]
         self.orders_: NDArray[Any] = np.array(found)
         self.conditions_: Any = None
@@ -238,7 +239,8 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
             speeds = speeds_of_rows(rpm, len(X))[rows]
             least_turns = LEAST_TURNS / self.gear_ratio
             samples_a_turn(speeds, self.sampling_rate, len(rows), X.shape[-1], least_turns)
-        found, counts = self._match(X[rows], speeds), np.ceil(weights).astype(int)
+        found = self._match(X[rows], speeds, with_contrasts=False)
+        counts = np.ceil(weights).astype(int)
         scores, speeds = (np.repeat(each, counts, axis=0) for each in (found.scores, found.rpm))
         classes, target = np.unique(np.repeat(labels, counts), return_inverse=True)
         names = enumerate(classes.tolist())
@@ -294,25 +296,26 @@ class FaultOrderClassifier(SignalEstimator, ClassifierMixin, BaseEstimator):
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
         return self._match(X, rpm)
 
-    def _match(self, X, rpm):
-        rows, rate, train_rpm = of_one_model(X), self.sampling_rate, ()
+    def _match(self, X, rpm, *, with_contrasts=True):
+        rate, train_rpm = self.sampling_rate, ()
         if self.conditions_ is not None:
             train_rpm = answers(self.conditions_).speeds
         elif self.speed_range is None:
             expect(rpm is not None, "rpm", rpm, "the speed of each row, or a speed_range")
         least_turns = LEAST_TURNS / self.gear_ratio
-        turns = turns_of_rows(rows, rate, rpm, self.speed_range, least_turns, train_rpm)
+        turns = turns_of_rows(X, rate, rpm, self.speed_range, least_turns, train_rpm)
 
-        def of_row(batch):
-            samples, turn = rows[batch.start], turns[batch.start] / self.gear_ratio
+        def of_row(place, samples):
+            turn = turns[place] / self.gear_ratio
             n_turns, contrast = len(samples) / np.mean(turn), np.zeros(N_ORDERS)
             if not np.isnan(n_turns):
                 contrast = order_contrast(samples, turn, rate)
-            return self._combs(contrast, n_turns) | {"contrasts": contrast}
+            kept = {"contrasts": contrast} if with_contrasts else {}
+            return self._combs(contrast, n_turns) | kept
 
-        found = list(map_batches(of_row, len(rows), self.n_jobs, batch_size=1))
+        found = map_rows(of_row, X, self.n_jobs)
         parts = {name: np.stack([row[name] for row in found]) for name in found[0]}
-        return Bunch(**parts, rpm=60 * rate / turns.reshape(len(rows), -1).mean(axis=1))
+        return Bunch(**parts, rpm=60 * rate / turns.reshape(len(X), -1).mean(axis=1))
 
     def _combs(self, contrast, n_turns):
         return best_combs(contrast, n_turns, self.orders_, self.speed_tolerance, self.slip)

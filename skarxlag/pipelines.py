@@ -18,11 +18,10 @@ from sklearn.utils.metadata_routing import process_routing
 from sklearn.utils.metaestimators import available_if
 
 from ._answers import offers, unfolded_steps
-from ._base import DocumentedEstimator, InnovationsTransformer
-from ._on_demand import on_demand
+from ._base import DocumentedEstimator
+from ._on_demand import IS_WANTED, OnDemand, TakesRowsOnDemand
 from ._parallel import map_batches, one_thread
 from ._state import CheckedEstimator, expect
-from .detection import RowOutlierDetector
 from .kernels.lanes import LANES
 
 #: Bytes of the rows of a batch: so many that the calls around the loops take little time, and so
@@ -37,8 +36,6 @@ _LAZY = (
     "block, with one chunk along all axes but the first: X.map_blocks(diagnoser.predict, "
     "dtype=diagnoser.classes_.dtype, drop_axis=1), for several channels drop_axis=[1, 2]."
 )
-#: Steps that take innovations batch by batch, in `fit`, too.
-_OF_BATCHES = (InnovationsTransformer, RowOutlierDetector)
 
 
 def _if_last_step_offers(name):
@@ -50,8 +47,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
 
     The innovations of a bank are many times larger than its windows. A batch of windows goes
     through all steps before the next one, so the memory between the steps is the same for any
-    number of windows. `fit` computes innovations batch by batch, too, if the second step is an
-    observer, a bank of them, `LogSpectra` or an outlier detector, and `memory` is None. Every
+    number of windows. `fit` computes innovations batch by batch, too, if `memory` is None and the
+    second step is one of this package that needs no more than a batch of them at a time. Every
     window is diagnosed by itself: all results are those of `sklearn.pipeline.Pipeline`, bit for
     bit.
 
@@ -124,9 +121,15 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             The fitted pipeline.
         """
         # Other estimators may use any method of an array, and a cache stores arrays.
-        takes_batches = any(isinstance(step, _OF_BATCHES) for _, step in self.steps[1:2])
-        with _routing(params), on_demand(takes_batches and self.memory is None):
-            return super().fit(X, y, **params)
+        takes_batches = [isinstance(step, TakesRowsOnDemand) for _, step in self.steps]
+        if isinstance(X, OnDemand) and (self.memory is not None or not takes_batches[0]):
+            X = np.asarray(X)
+        token = IS_WANTED.set(any(takes_batches[1:2]) and self.memory is None)
+        try:
+            with _routing(params):
+                return super().fit(X, y, **params)
+        finally:
+            IS_WANTED.reset(token)
 
     @_if_last_step_offers("transform")
     def transform(self, X: ArrayLike, **params: Any) -> NDArray[Any]:

@@ -14,9 +14,10 @@ from sklearn.utils import Bunch, check_scalar
 
 from ._answers import requests
 from ._base import StretchTransformer
-from ._parallel import map_batches
+from ._on_demand import OnDemand, TakesRowsOnDemand
+from ._parallel import map_rows
 from ._state import INNOVATIONS, SPEEDS, FittedOn, Labels, Values, uses_fitted
-from ._validation import ABOVE_0, check_real, of_one_model
+from ._validation import ABOVE_0, check_real
 from .comparison import SpectralDistance
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
 from .kernels.speed_references import drift_factor, group_means, speed_distance
@@ -50,7 +51,7 @@ _SUPPOSED_TURNS = 20
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class OrderResidual(StretchTransformer):
+class OrderResidual(TakesRowsOnDemand, StretchTransformer):
     r"""Transformer from stretches to distances of their order spectra from each condition.
 
     Impacts in a bearing repeat at fixed *orders*, which are multiples of the shaft's speed. They
@@ -161,19 +162,18 @@ class OrderResidual(StretchTransformer):
 
     def _learn(self, X, target, weights, rpm):
         self.orders_: NDArray[Any] = _ORDERS.copy()
-        signals = of_one_model(X)
         turns = np.full(len(X), X.shape[-1] / _SUPPOSED_TURNS)
         if rpm is not None:
             turns = samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])
         mean_of_row = np.log(turns).reshape(len(X), -1).mean(axis=1)
         self.samples_a_turn_: float = float(np.exp(np.average(mean_of_row, weights=weights)))
 
-        def of_batch(batch):
-            envelopes, step = _envelopes(signals[batch.start], turns[batch.start])
+        def of_row(place, samples):
+            envelopes, step = _envelopes(samples, turns[place])
             spectrum = order_spectrum(envelopes, step, _N_TURNS)
             return at_orders(*spectrum, self.orders_, np.ones(1))[0][0]
 
-        found = np.stack(map_batches(of_batch, len(X), self.n_jobs, batch_size=1))
+        found = np.stack(map_rows(of_row, X, self.n_jobs))
         self.references_: NDArray[Any] = group_means(found, target, weights)
         scatter = (found - self.references_[target]) ** 2
         self.variances_: NDArray[Any] = np.average(scatter, axis=0, weights=weights)
@@ -213,14 +213,12 @@ class OrderResidual(StretchTransformer):
             factors = drift_factor(speed_distance(log_speed, np.log(self.speeds_)).variance)
             deviation = _SPEED_TOLERANCE
 
-        signals = of_one_model(X)
-
-        def of_batch(batch):
-            envelopes = _envelopes(signals[batch.start], turns[batch.start])
-            of_classes = self.references_, self.variances_ + _DRIFT * factors[batch.start]
+        def of_row(place, samples):
+            envelopes = _envelopes(samples, turns[place])
+            of_classes = self.references_, self.variances_ + _DRIFT * factors[place]
             return match(*envelopes, _N_TURNS, self.orders_, deviation, *of_classes)
 
-        found = map_batches(of_batch, len(X), self.n_jobs, batch_size=1)
+        found = map_rows(of_row, X, self.n_jobs)
         residuals, factors, spectra = map(np.stack, zip(*found, strict=True))
         return Bunch(residuals=residuals.astype(X.dtype), factors=factors, spectra=spectra)
 
@@ -292,7 +290,7 @@ def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidua
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class StretchResidual(StretchTransformer):
+class StretchResidual(TakesRowsOnDemand, StretchTransformer):
     r"""Transformer from rows of any length to residuals of their windows and order spectra.
 
     A residual of *windows* compares colour and steadiness of the innovations with those of each
@@ -436,11 +434,22 @@ class StretchResidual(StretchTransformer):
         n_rows, n_models, n_samples = X.shape
         length = min(self.window_length, n_samples)
         count = n_samples // length
-        cut = X[..., : count * length].reshape(n_rows, n_models, count, length)
         metadata = {}
         if rpm is not None and requests(residual, method, "rpm"):
             metadata["rpm"] = np.repeat(np.exp(log_speeds(rpm, n_rows)), count)
-        return np.swapaxes(cut, 1, 2).reshape(-1, n_models, length), count, metadata
+
+        def of_rows(rows):
+            cut = np.asarray(X[rows])[..., : count * length]
+            return np.swapaxes(cut.reshape(-1, n_models, count, length), 1, 2)
+
+        def computed(some):
+            places = np.arange(n_rows * count)[some]
+            rows, own = np.unique(places // count, return_inverse=True)
+            return of_rows(rows)[own, places % count]
+
+        if isinstance(X, OnDemand) and isinstance(residual, DiagnosisPipeline):
+            return OnDemand(computed, n_rows * count, count * X.together), count, metadata
+        return of_rows(slice(None)).reshape(-1, n_models, length), count, metadata
 
     def _check_parameters(self):
         check_real(self.order_weight, "order_weight", min_val=0)

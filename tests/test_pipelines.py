@@ -17,13 +17,16 @@ from skarxlag import (
     ARXLaguerre,
     DiagnosisPipeline,
     ExtendedStatePIObserver,
+    FaultOrderClassifier,
     PIObserver,
     SpeedSplit,
+    StretchResidual,
     ThresholdLadder,
     make_alpio,
     make_detector,
     make_diagnoser,
     make_extended_state_pio,
+    make_fault_order_classifier,
     make_known_conditions,
 )
 from skarxlag._parallel import map_batches
@@ -268,7 +271,8 @@ def test_batches_need_no_memory_for_all_innovations(data):
 @pytest.mark.parametrize("table", ["default", "pandas"])
 @pytest.mark.parametrize("routed", ["sample_weight", "identify__sample_weight"])
 def test_fit_by_batches_is_that_of_scikit_learn_bit_for_bit(make, table, routed, data, monkeypatch):
-    monkeypatch.setattr(map_batches, "__defaults__", (5,))
+    monkeypatch.setattr(map_batches, "__defaults__", (20,))
+    monkeypatch.setattr("skarxlag._base.BATCH", 20)
     seen, innovations = [], ARXLaguerre._innovations
     monkeypatch.setattr(
         ARXLaguerre,
@@ -277,7 +281,7 @@ def test_fit_by_batches_is_that_of_scikit_learn_bit_for_bit(make, table, routed,
     )
     params = {routed: np.arange(36) % 3}
     model = make().set_output(transform=table).fit(*data, **params)
-    assert max(seen) == 5
+    assert max(seen) == 20
     plain = Pipeline(clone(model).steps)
     with sklearn.config_context(enable_metadata_routing="__" not in routed):
         plain.fit(*data, **params)
@@ -305,6 +309,29 @@ def test_steps_that_may_need_all_rows_are_given_all_rows(data, tmp_path):
         np.testing.assert_array_equal(other.predict_proba(data[0]), expected)
 
 
+class Averages(TransformerMixin, BaseEstimator):
+    """Residual of windows that remembers what it was given."""
+
+    def fit(self, X, y):
+        self.seen, self.classes_ = X, np.unique(y)
+        return self
+
+    def transform(self, X):
+        return X.std(axis=(1, 2))[:, np.newaxis] * np.arange(1, 3)
+
+
+def test_parts_of_steps_that_may_need_all_rows_are_given_all_rows():
+    X, y = np.random.default_rng(0).normal(size=(40, 8000)), np.repeat(["healthy", "inner"], 20)
+    compare = StretchResidual(window_residual=Averages(), window_length=2000)
+    steps = [("i", ARXLaguerre(bank=False)), ("c", compare), ("d", ThresholdLadder())]
+    model = DiagnosisPipeline(steps).fit(X, y)
+    assert np.shape(model["c"].window_residual_.seen)[:2] == (120, 1)
+    conditions = DiagnosisPipeline([("a", Averages()), ("d", ThresholdLadder())])
+    decide = FaultOrderClassifier(bearing="6205", sampling_rate=1e4, conditions=conditions)
+    joint = DiagnosisPipeline([steps[0], ("d", decide)]).fit(X, y, rpm=1200)
+    assert np.shape(joint["d"].conditions_["a"].seen)[:2] == (40, 1)
+
+
 def test_innovations_are_arrays_after_a_fit_that_failed(data):
     model = make_alpio()
     with pytest.raises(ValueError):
@@ -319,11 +346,61 @@ def test_fit_needs_no_memory_for_all_innovations(make):
     many, y = np.random.default_rng(0).normal(size=(800, 4800)), np.arange(800) % 3
     diagnoser = make().fit(many[:99], y[:99])
     innovations = diagnoser["identify"].transform(many).nbytes
+    assert peak_of_fit(diagnoser, many, y) < innovations / 1.5
+
+
+def peak_of_fit(model, X, y, **metadata):
     tracemalloc.start()
-    diagnoser.fit(many, y)
+    model.fit(X, y, **metadata)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert peak < innovations / 1.5
+    return peak
+
+
+STRETCHES = {
+    "diagnoser": lambda **options: make_diagnoser(sampling_rate=10_000, **options),
+    "joint": lambda **options: make_diagnoser(
+        sampling_rate=10_000, bearing="6205", healthy="healthy", **options
+    ),
+    "orders": lambda **options: make_fault_order_classifier(
+        bearing="6205", sampling_rate=10_000, **options
+    ),
+    "detector": make_detector,
+}
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")  # Too few rows.
+@pytest.mark.parametrize("make", STRETCHES.values(), ids=STRETCHES)
+def test_memory_of_a_fit_on_stretches_does_not_grow_with_their_number(make):
+    X = np.random.default_rng(0).normal(size=(200, 8000))
+    y = np.where(np.arange(200) % 2, "inner", "healthy")
+    rpm = np.where(np.arange(200) % 4 < 2, 1200, 1500)
+    make().fit(X[:8], y[:8], rpm=rpm[:8])
+    few, many = (peak_of_fit(make(), X[:n], y[:n], rpm=rpm[:n]) for n in (100, 200))
+    assert many - few < 0.1 * X[100:].nbytes
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")  # Too few rows.
+@pytest.mark.parametrize("make", STRETCHES.values(), ids=STRETCHES)
+@pytest.mark.parametrize("metadata", [{}, {"sample_weight": np.arange(40) % 3}])
+def test_fit_on_stretches_by_batches_is_that_of_scikit_learn_bit_for_bit(make, metadata):
+    X, y = np.random.default_rng(0).normal(size=(40, 8000)), np.repeat(["healthy", "inner"], 20)
+    metadata = metadata | {"rpm": np.where(np.arange(40) % 4 < 2, 1200, 1500)}
+    model = make(n_jobs=2).fit(X, y, **metadata)
+    with sklearn.config_context(enable_metadata_routing=True):
+        plain = Pipeline(clone(model).steps).fit(X, y, **metadata)
+    for (_, step), (_, expected) in zip(model.steps, plain.steps, strict=True):
+        assert joblib.hash(state(step)) == joblib.hash(state(expected))
+
+
+def state(estimator):
+    """Fitted attributes, also those of fitted estimators among them."""
+    found = {name: value for name, value in vars(estimator).items() if name.endswith("_")}
+    nested = {name: value for name, value in found.items() if isinstance(value, BaseEstimator)}
+    for name, value in nested.items():
+        steps = [each for _, each in getattr(value, "steps", [("", value)])]
+        found[name] = [state(step) for step in steps]
+    return found
 
 
 def test_a_diagnosis_pipeline_has_what_its_last_step_has(data):

@@ -37,7 +37,7 @@ from .models import DIAGNOSERS, is_model_file, of_outputs
 from .results import check_output
 
 #: Samples of a channel that the windows of all recordings hold together, unless --max-windows says
-#: otherwise: a quarter of a GiB, and three times as much while a diagnoser is fitted.
+#: otherwise: a quarter of a GiB. The fits of companions copy the healthy ones.
 MOST_SAMPLES = 2**25
 #: Samples in a window, of which stretches consist, and in a window of a detector.
 _WINDOW_LENGTH, _DETECTOR_LENGTH = 1200, 4800
