@@ -27,11 +27,13 @@ tests() {
 
 # What rests on other libraries, with their oldest versions: scikit-learn's contract, compiled code,
 # files, and the main job. These tests are fewer, so half of the processes suffice: each has to
-# collect the tests and to compile the loops. They begin while the other environment is installed,
-# and all parts run next to each other, so that no processor idles.
+# collect the tests and to compile the loops. If that is one process, it needs none that leads it.
+# They begin while the other environment is installed, and all parts run next to each other, so
+# that no processor idles.
 mkdir -p .venv-lowest-direct
 report=.venv-lowest-direct/report.txt
 half=$((($(getconf _NPROCESSORS_ONLN) + 1) / 2))
+[ $half -gt 1 ] || half=0
 (
     environment lowest-direct test
     tests lowest-direct -n "$half" -m "not any_version" tests/kernels tests/recordings/formats \
