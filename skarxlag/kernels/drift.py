@@ -147,7 +147,8 @@ def joint_axes(scatter: NDArray[Any], drift: NDArray[Any]) -> tuple[NDArray[Any]
     if len(drift) == 0:
         return np.empty((0, 0)), np.empty(0)
     variances, axes = linalg.eigh(scatter, drift)
-    return axes, np.maximum(variances, 0.0)
+    # A copy of a model may have this layout only, and in another one sums are rounded otherwise.
+    return np.ascontiguousarray(axes), np.maximum(variances, 0.0)
 
 
 def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
@@ -165,8 +166,7 @@ def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
     ndarray of shape (n_rows, n_axes)
         Their product.
     """
-    # In the other layout, sums are rounded in another way.
-    return (rows[:, np.newaxis] @ np.ascontiguousarray(axes))[:, 0]
+    return (rows[:, np.newaxis] @ axes)[:, 0]
 
 
 @compiled
