@@ -390,18 +390,21 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         for name, value in of_windows.items():
             wanted = f"{n_windows}, the number of windows in X"
             expect(len(value) == n_windows, f"Length of {name}", len(value), wanted)
-        itemsize = X.dtype.itemsize if isinstance(X, np.ndarray) else 8
-        bytes_a_window = max(math.prod(X.shape[1:]) * itemsize, 1)
+        # The loops take double precision, whatever the windows are stored in.
+        bytes_a_window = max(8 * math.prod(X.shape[1:]), 1)
         together = min(_ROWS_TOGETHER, _MOST_BYTES // bytes_a_window)
         batch_size = max(_BATCH_BYTES // bytes_a_window, together, 1)
+        # Batches of one size, so that no thread waits for a last one. Also one without windows,
+        # which the steps refuse.
+        n_rows = max(n_windows, 1)
+        batch_size = math.ceil(n_rows / math.ceil(n_rows / batch_size))
 
         def of_batch(batch):
             some = {name: value[batch] for name, value in of_windows.items()}
             return method(X if n_windows <= batch_size else rows[batch], **params | some)
 
         with _routing(params), one_thread:
-            # Also without windows, which the steps refuse.
-            parts = map_batches(of_batch, max(n_windows, 1), self.n_jobs, batch_size)
+            parts = map_batches(of_batch, n_rows, self.n_jobs, batch_size)
         if len(parts) == 1:
             return parts[0]
         if isinstance(parts[0], Bunch):
