@@ -206,6 +206,10 @@ def test_speeds_are_needed_where_fit_had_them(fitted):
         ValueError, match=r"rpm == None, expected the speed .* had .800.0, 1200.0. rpm"
     ):
         fitted.predict(healthy(2, 1000, 0))
+    others = clone(fitted)
+    vars(others).update(vars(fitted) | {"speeds_": np.array([800.12345, 1200.0])})
+    with pytest.raises(ValueError, match=r"had \[800.123, 1200.0\] rpm"):
+        others.predict(healthy(2, 1000, 0))
 
 
 @pytest.mark.parametrize(

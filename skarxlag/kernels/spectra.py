@@ -96,9 +96,8 @@ def short_time_log_spectra(
         Natural logarithms, up to a constant that depends on the signal and is the same for both.
         They are 0 for a signal of zeros, and if a segment is shorter than 4 samples.
     """
-    n_bands = max(segment // 2 - 1, 1)
     if segment < 4:
-        return np.zeros((len(signals), n_bands)), np.zeros((len(signals), n_bands))
+        return np.zeros((len(signals), 1)), np.zeros((len(signals), 1))
     window = np.hanning(segment + 2)[1:-1]
     # A band without power is steady: what rounding leaves in it must not count.
     floor = _ROUNDING * segment / signals.shape[1] * np.einsum("wk,wk->w", signals, signals)

@@ -71,17 +71,18 @@ def test_product_does_not_depend_on_the_number_of_rows():
     np.testing.assert_array_equal(along_axes(np.asfortranarray(rows), axes), product)
 
 
-def test_squared_distances_are_mahalanobis_distances_at_the_place_of_each_row():
+@pytest.mark.parametrize("n_axes", [1, 4])
+def test_squared_distances_are_mahalanobis_distances_at_the_place_of_each_row(n_axes):
     rng = np.random.default_rng(0)
-    rows, axes = rng.normal(size=(5, 6)), rng.normal(size=(6, 4))
-    references, precisions = rng.normal(size=(3, 2, 4)), rng.uniform(0.5, 2, size=(3, 4))
+    rows, axes = rng.normal(size=(5, 6)), rng.normal(size=(6, n_axes))
+    references, precisions = rng.normal(size=(3, 2, n_axes)), rng.uniform(0.5, 2, size=(3, n_axes))
     places = rng.integers(3, size=(2, 5))
     found = squared_distances(rows, axes, references, precisions, places)
     assert found.shape == (2, 5, 2)
     for (tried, w, c), value in np.ndenumerate(found):
         place = places[tried, w]
         weight = np.diag(precisions[place])
-        expected = mahalanobis(rows[w] @ axes, references[place, c], weight) ** 2 / 4
+        expected = mahalanobis(rows[w] @ axes, references[place, c], weight) ** 2 / n_axes
         assert value == pytest.approx(expected, rel=1e-12)
     alone = squared_distances(rows[3:4], axes, references, precisions, places[:, 3:4])
     np.testing.assert_array_equal(alone, found[:, 3:4])

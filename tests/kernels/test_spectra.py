@@ -106,7 +106,7 @@ def test_short_signals(n_samples):
 
 
 def test_cepstrum_against_the_literal_cosine_sum():
-    log_spectra = np.random.default_rng(4).normal(size=(3, 20))
+    log_spectra = np.random.default_rng(4).normal(size=(3, 2, 20))
     frequency = spectra.frequency_grid(20)
     n = np.arange(1, 20)
     literal = 2 / 20 * log_spectra @ np.cos(np.outer(frequency, n))
