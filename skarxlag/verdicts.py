@@ -15,7 +15,7 @@ from sklearn.utils import Bunch, check_consistent_length
 from . import evidence
 from ._answers import answers
 from ._state import expect
-from .fault_places import NOT_IDENTIFIABLE
+from .fault_places import HEALTHY, NOT_IDENTIFIABLE
 from .kernels.speed_references import SAME_LOG_SPEED, UNIT_DISTANCE
 from .pipelines import in_one_pass
 from .quality import signal_quality
@@ -69,8 +69,9 @@ def check_conditions(conditions: Sequence[Any], known: Sequence[Any] | None) -> 
         ...
     ValueError: conditions == ['worn'], expected a permutation of ['good', 'worn'].
     """
-    wanted = conditions[:1] if known is None else known
-    is_whole = len(conditions) == max(len(wanted), 1) and set(conditions) == set(wanted)
+    # A set has no order, and no axis.
+    is_whole = np.ndim(conditions) == 1 and len(conditions) == len(known or [HEALTHY])
+    is_whole = is_whole and (known is None or {*conditions} == {*known})
     expected = "the healthy one only" if known is None else f"a permutation of {list(known)}"
     expect(is_whole, "conditions", conditions, expected)
     verdicts = (CHANGED, NONE_OF_THESE, NO_SIGNAL, NOT_IDENTIFIABLE)
@@ -150,8 +151,9 @@ class Judge:
             if not can.states_probabilities:
                 raise ValueError("diagnoser states no probabilities, expected predict_proba")
             known, ordered, healthy = can.conditions, can.conditions, can.healthy
-        self.conditions: list[Any] = list(ordered if conditions is None else conditions)
-        check_conditions(self.conditions, known)
+        stated = ordered if conditions is None else conditions
+        check_conditions(stated, known)
+        self.conditions: list[Any] = list(stated)
         # The first of a user's order is the healthy condition.
         self.healthy: Any = healthy if conditions is None else self.conditions[0]
         limits = self._can.get("detector") or self._can["diagnoser"]
@@ -505,7 +507,8 @@ def recording_verdicts(
     run 2    worn   yes
     """
     check_consistent_length(X, recording)
-    recording = np.asarray(recording)
+    # NumPy would make texts of numbers beside texts, and rows of pairs.
+    recording = pd.Series(recording).to_numpy()
     missing = np.flatnonzero(pd.isna(recording))
     if len(missing) > 0:
         place = missing[0]

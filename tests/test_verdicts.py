@@ -220,11 +220,27 @@ def test_single_implausible_windows(detector, healthy):
 
 @pytest.mark.parametrize(
     "conditions",
-    [["white"], ["white", "white"], ["white", "coloured", "other"], ["white", "grey"], []],
+    [
+        ["white"],
+        ["white", "white"],
+        ["white", "coloured", "other"],
+        ["white", "grey"],
+        [],
+        # These have no order.
+        {"white", "coloured"},
+        frozenset({"white", "coloured"}),
+        [["white", "coloured"]],
+    ],
 )
 def test_only_a_permutation_of_the_conditions_is_accepted(conditions, diagnoser, windows):
     with pytest.raises(ValueError, match="expected a permutation of"):
         recording_verdicts(diagnoser, windows[0], np.zeros(40), conditions)
+
+
+@pytest.mark.parametrize("conditions", [{"white"}, [], ["a", "b"], [["a"]], "a"])
+def test_a_detector_has_one_condition(conditions, detector, healthy):
+    with pytest.raises(ValueError, match="expected the healthy one only"):
+        window_verdicts(detector, healthy[:2], conditions)
 
 
 @pytest.mark.parametrize("name", ["no signal", "Changed", "none of these", "no verdict: x"])
@@ -241,6 +257,22 @@ def test_windows_without_a_recording_are_refused(missing, diagnoser, windows):
     run = np.array(["a"] * 39 + [missing], dtype=object)
     with pytest.raises(ValueError, match=r"recording\[39\] is"):
         recording_verdicts(diagnoser, windows[0], run)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [("1", 1), (1, 1.5), (("a", 1), ("a", 2)), ("1", 1.0), (b"a", "a"), (2**53, 2**53 + 1)],
+)
+def test_recordings_of_different_identifiers_stay_apart(names, diagnoser, windows):
+    found = recording_verdicts(diagnoser, windows[0], [names[0]] * 20 + [names[1]] * 20)
+    assert found.index.tolist() == list(names) and found["windows"].tolist() == [20, 20]
+    assert found["verdict"].tolist() == ["white", "coloured"]
+
+
+def test_the_index_of_a_column_of_recordings_does_not_matter(diagnoser, windows):
+    runs = pd.Series(np.repeat(["a", "b"], 20), index=np.arange(40)[::-1])
+    found = recording_verdicts(diagnoser, windows[0], runs)
+    assert found["verdict"].tolist() == ["white", "coloured"] and found.index.tolist() == ["a", "b"]
 
 
 def test_recording_must_fit_the_windows(diagnoser, windows):
