@@ -230,11 +230,17 @@ def test_a_missing_decade_of_a_recording(recorded, low):
     assert share == pytest.approx(9 * low, rel=0.6)
 
 
-def test_a_stuck_part_of_a_recording(recorded):
+@pytest.mark.parametrize("noise", [0, 1e-12, 1e-9, 1e-7])
+def test_a_stuck_part_of_a_recording(recorded, noise):
     windows = recorded[0].copy()
     n = windows.shape[1]
     windows[:, 1000 : 1000 + n // 5] = windows[:, 1000:1001]
+    # A converter of many bits goes on to record its own noise.
+    windows += noise * np.ptp(windows) * np.random.default_rng(6).uniform(-1, 1, windows.shape)
     assert share_of(windows, "stuck") == pytest.approx(0.2, abs=0.001)
+    windows[:, : n // 2 + 100] = windows[:, n // 2 + 100 :][:, :1]
+    windows += noise * np.ptp(windows) * np.random.default_rng(7).uniform(-1, 1, windows.shape)
+    assert share_of(windows, "held") == pytest.approx(0.5 + 100 / n, abs=0.2)
 
 
 @pytest.mark.parametrize("frequency", [49.8, 50, 60, 60.2])
@@ -247,12 +253,12 @@ def test_hum_of_a_recording(recorded, frequency):
     # Of 10 dB, nine tenths of the energy are hum.
     faint = with_hum(windows, sampling_rate, frequency, 10)
     assert np.all(signal_quality(faint, sampling_rate=sampling_rate) == "good")
-    # The same line is none if the shaft turns at that frequency, or at an integer part of it.
-    for order in (1, 2, 5):
+    # The same line is none if the shaft turns at that frequency, or at half of it.
+    for order in (1, 2):
         rpm = 60 * frequency / order
         quality = signal_quality(humming, sampling_rate=sampling_rate, rpm=rpm)
         assert "hum" not in quality
-    for rpm in (60 * frequency * 2, np.nan, 0, np.full(len(humming), 1e5)):
+    for rpm in (60 * frequency * 2, 20 * frequency, np.nan, 0, np.full(len(humming), 1e5)):
         assert share_of(humming, "hum", sampling_rate=sampling_rate, rpm=rpm) > 0.999
 
 
@@ -263,7 +269,7 @@ def test_a_window_shorter_than_three_periods_has_no_hum():
 
 
 @pytest.mark.parametrize(
-    ("rpm", "kind"), [(1500, "good"), (1490, "good"), (1450, "hum"), (1000, "good"), (1800, "hum")]
+    ("rpm", "kind"), [(1500, "good"), (1490, "good"), (1450, "hum"), (1000, "hum"), (3000, "good")]
 )
 def test_a_harmonic_of_the_shaft_is_no_hum(rpm, kind):
     noise = np.random.default_rng(0).normal(size=(3, 4000))
