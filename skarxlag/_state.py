@@ -19,6 +19,7 @@ import numpy as np
 from sklearn.base import BaseEstimator
 from sklearn.exceptions import NotFittedError
 from sklearn.pipeline import Pipeline
+from sklearn.utils import check_scalar
 from sklearn.utils.validation import check_is_fitted
 
 #: Parameters that do not change results. Prediction uses their present values.
@@ -163,13 +164,10 @@ def check_state(estimator: CheckedEstimator) -> None:
 
     The attributes are checked in the order of the table.
     """
-    try:
-        estimator._check_parameters()
-        for name, wanted in estimator._state.items():
-            wanted.check(estimator, name, vars(estimator).get(name))
-        estimator._check_relations()
-    except TypeError as error:
-        raise ValueError(str(error)) from error
+    estimator._check_parameters()
+    for name, wanted in estimator._state.items():
+        wanted.check(estimator, name, vars(estimator).get(name))
+    estimator._check_relations()
 
 
 def finish_fit(estimator: Any) -> Any:
@@ -273,19 +271,23 @@ def check_model_state(model: Any) -> None:
     """
     check_is_fitted(model)
     pipelines, places = [], {}
-    for part in estimators_within(model):
+    for part in (each for each in estimators_within(model) if isinstance(each, BaseEstimator)):
         if isinstance(part, Pipeline):
             places.update({id(step): f"Step {name!r}" for name, step in part.steps})
             # CalibratedClassifierCV keeps the pipeline that it was made from, which is not fitted.
             pipelines += [part] if is_fitted(part) else []
-        elif isinstance(part, CheckedEstimator):
-            try:
+        stated = part.get_params(deep=False)
+        try:
+            check_scalar(stated.get("n_jobs"), "n_jobs", (Integral, type(None)))
+            expect(stated.get("n_jobs") != 0, "n_jobs", 0, "a number of threads, or None")
+            if isinstance(part, CheckedEstimator):
                 part._check_parameters()
                 if is_fitted(part):
                     as_fitted(part)
-            except (TypeError, ValueError) as error:
-                place = places.get(id(part), type(part).__name__)
-                raise ValueError(f"{place}: {error}") from error
+        # Values of wrong types raise errors of all kinds, which may not name the parameter.
+        except Exception as error:
+            text = error if isinstance(error, ValueError) else f"{error}; parameters: {stated}"
+            raise ValueError(f"{places.get(id(part), type(part).__name__)}: {text}") from error
     for pipeline in pipelines:
         width = None
         for name, step in pipeline.steps:

@@ -1,7 +1,7 @@
 """Checks of input and of parameters."""
 
 import inspect
-import math
+import sys
 import warnings
 from collections.abc import Sequence
 from numbers import Integral, Real
@@ -208,8 +208,15 @@ WITHIN_1 = {"min_val": -1, "max_val": 1, "include_boundaries": "neither"}
 def check_real(value: Any, name: str, **bounds: Any) -> None:
     """Check a real parameter, which must be finite, by `sklearn.utils.check_scalar`."""
     check_scalar(value, name, Real, **bounds)
-    if not math.isfinite(value):
+    # An integer may exceed all floats.
+    if not abs(value) <= sys.float_info.max:
         raise ValueError(f"{name} == {value}, must be finite.")
+
+
+def check_count(value: Any, name: str, least: int = 1) -> Any:
+    """Return a number of things: an integer that the length of an array can be, and no flag."""
+    expect(not isinstance(value, bool), name, value, "an integer")
+    return check_scalar(value, name, Integral, min_val=least, max_val=2**31 - 1)
 
 
 def check_flag(value: Any, name: str) -> None:
@@ -224,7 +231,7 @@ def check_networks(
     orders = _one_for_each("order", order, n_channels)
     poles = _one_for_each("pole", pole, n_channels)
     for entry in orders:
-        check_scalar(entry, "order", Integral, min_val=1)
+        check_count(entry, "order")
     for entry in poles:
         if not isinstance(entry, str):
             check_real(entry, "pole", **WITHIN_1)

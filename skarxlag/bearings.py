@@ -5,15 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from numbers import Integral
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sklearn.utils import check_scalar
 
 from ._state import expect
-from ._validation import ABOVE_0, check_real
+from ._validation import ABOVE_0, check_count, check_real
 
 __all__ = [
     "BEARINGS",
@@ -62,7 +60,7 @@ class BearingGeometry:
     contact_angle: float = 0.0
 
     def __post_init__(self) -> None:
-        check_scalar(self.n_elements, "n_elements", Integral, min_val=2)
+        check_count(self.n_elements, "n_elements", 2)
         check_real(self.pitch_diameter, "pitch_diameter", **ABOVE_0)
         check_real(
             self.element_diameter, "element_diameter", **ABOVE_0 | {"max_val": self.pitch_diameter}

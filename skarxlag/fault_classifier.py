@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
@@ -308,7 +309,8 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
         def of_row(place, samples):
             turn = turns[place] / self.gear_ratio
             n_turns, contrast = len(samples) / np.mean(turn), np.zeros(N_ORDERS)
-            if not np.isnan(n_turns):
+            # Turns of less than two samples, which a large ratio of gears gives, show no order.
+            if n_turns <= len(samples) / 2:
                 contrast = order_contrast(samples, turn, rate)
             kept = {"contrasts": contrast} if with_contrasts else {}
             return self._combs(contrast, n_turns) | kept
@@ -363,6 +365,14 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
             judged.update(alarm=learned.alarm, spectra=spectra)
         judged.update(contrasts=found.contrasts, rpm=found.rpm)
         return judged
+
+    def _warned(self, X, rpm):
+        """Diagnose rows, and warn of those that `diagnose` gives a reason for."""
+        found = self.diagnose(X, rpm)
+        if (refused := np.count_nonzero(found.get("refusal", np.array("")))) > 0:
+            text = f"{refused} of {len(X)} rows have equal probabilities: {_NO_COMBS}."
+            warnings.warn(text, stacklevel=3)
+        return found
 
     @uses_fitted
     def diagnose_gathered(
@@ -497,7 +507,7 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
         ndarray of shape (n_rows,)
             Classes.
         """
-        return self.diagnose(X, rpm).verdict
+        return self._warned(X, rpm).verdict
 
     def predict_proba(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute the probability of each class.
@@ -514,7 +524,7 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
             the limit, and faults that show their comb with the probability .6. The probability of
             healthy is thus at most .45 if all places are classes. Rows sum to 1.
         """
-        return self.diagnose(X, rpm).probability
+        return self._warned(X, rpm).probability
 
     def decision_function(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute the scores of the classes; the highest is the verdict.
@@ -530,7 +540,7 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
             Log probabilities, up to a constant in each row. For two classes the second's score less
             the first's.
         """
-        return self.diagnose(X, rpm).score
+        return self._warned(X, rpm).score
 
     def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute the probability that a healthy row has a comb as strong.
@@ -546,7 +556,7 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
             In (0, 1]. With healthy rows in `fit`: the share of rows with a larger score, and an
             exponential tail above all of them.
         """
-        return self.diagnose(X, rpm).p_value
+        return self._warned(X, rpm).p_value
 
     def score(
         self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None, **params: Any
@@ -586,6 +596,7 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
         check_real(self.wrong_name_rate, "wrong_name_rate", max_val=0.5, **ABOVE_0)
         check_real(self.speed_tolerance, "speed_tolerance", min_val=0, max_val=0.3)
         if self.speed_range is not None:
+            expect(np.size(self.speed_range) == 2, "speed_range", self.speed_range, "two speeds")
             low, high = self.speed_range
             check_real(high, "speed_range[1]", **ABOVE_0)
             check_real(low, "speed_range[0]", **ABOVE_0 | {"max_val": high})

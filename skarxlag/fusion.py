@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from numbers import Integral
 from typing import Any, Self
 
 import numpy as np
@@ -11,14 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import softmax
 from sklearn.base import BaseEstimator, clone, is_classifier
 from sklearn.metrics import accuracy_score
-from sklearn.utils import Bunch, check_scalar, get_tags
+from sklearn.utils import Bunch, get_tags
 from sklearn.utils.metadata_routing import get_routing_for_object
 from sklearn.utils.metaestimators import available_if
 
 from ._answers import answers
 from ._base import SignalEstimator
 from ._state import WINDOWS, expect, finish_fit, is_fitted, uses_fitted
-from ._validation import validate_signals
+from ._validation import check_count, validate_signals
 from .evidence import SMALLEST_PROBABILITY
 from .pipelines import in_one_pass
 
@@ -317,7 +316,7 @@ class SensorFusion(SignalEstimator, BaseEstimator):
 
     def _check_parameters(self):
         if self.n_outputs is not None:
-            check_scalar(self.n_outputs, "n_outputs", Integral, min_val=1)
+            check_count(self.n_outputs, "n_outputs")
 
     def _check_relations(self):
         found, (n_channels, length) = vars(self).get("estimators_"), [1, *self.window_shape_][-2:]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
-from numbers import Integral
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,11 +13,11 @@ from joblib import Parallel, delayed
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import clone
 from sklearn.model_selection import BaseCrossValidator
-from sklearn.utils import check_consistent_length, check_scalar, column_or_1d
+from sklearn.utils import check_consistent_length, column_or_1d
 
 from ._answers import requests
 from ._state import expect
-from ._validation import ABOVE_0, check_flag, check_real
+from ._validation import ABOVE_0, check_count, check_flag, check_real
 from .kernels.speed_references import SAME_LOG_SPEED, group_speeds
 from .speeds import log_speeds
 
@@ -185,7 +184,7 @@ class SpeedSplit(BaseCrossValidator):
         expect(fits, "same_speed", True, "False without recordings, the second column of groups")
         if start is not None:
             name = "window_length for the starts in groups"
-            check_scalar(self.window_length, name, Integral, min_val=1)
+            check_count(self.window_length, name)
         fits = len(known) > 1 or self.same_speed
         expect(fits, "Speeds in groups", np.exp(known), "at least two")
 

@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from numbers import Integral
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import clone
-from sklearn.utils import Bunch, check_scalar
+from sklearn.utils import Bunch
 
 from ._base import GroupTransformer, InnovationsTransformer
 from ._parallel import map_batches
 from ._state import INNOVATIONS, Values, expect, uses_fitted
-from ._validation import ABOVE_0, UP_TO_1, WITHIN_1, check_real, validate_innovations
+from ._validation import ABOVE_0, UP_TO_1, WITHIN_1, check_count, check_real, validate_innovations
 from .kernels import observer, residual_levels, spectra
 from .kernels.observer_bank import bank_levels, member_gains
 
@@ -174,12 +173,12 @@ class Observer(InnovationsTransformer):
     def _check_parameters(self):
         check_real(self.pole, "pole", **WITHIN_1)
         check_real(self.kp, "kp")
-        known = self.evaluation in RESIDUAL_EVALUATIONS
+        known = str(self.evaluation) in RESIDUAL_EVALUATIONS
         expect(known, "evaluation", self.evaluation, f"one of {[*RESIDUAL_EVALUATIONS]}")
         check_real(self.sliding_slope, "sliding_slope", min_val=0)
         check_real(self.adaptation_step, "adaptation_step", **UP_TO_1)
         check_real(self.boundary_layer, "boundary_layer", min_val=0)
-        check_scalar(self.spectrum_order, "spectrum_order", Integral, min_val=1)
+        check_count(self.spectrum_order, "spectrum_order")
 
     def _check_relations(self):
         # The loops run on the parameters, and all else that `fit` found follows from these.
@@ -498,8 +497,8 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
     n_jobs: int | None = None
 
     _state: ClassVar = INNOVATIONS | {
-        "kp_": Values(lambda e: (e.n_members,), "within 1e150"),
-        "ki_": Values(lambda e: (e.n_members,), "within 1e150"),
+        "kp_": Values(lambda e: (e.n_members,)),
+        "ki_": Values(lambda e: (e.n_members,)),
         "bounds_": Values(lambda e: (e.n_members,), "at least 0"),
         "lyapunov_": Values(lambda e: (e.n_members, 2, 2)),
     }
@@ -520,7 +519,7 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
 
     def _check_parameters(self):
         check_real(self.pole, "pole", **WITHIN_1)
-        check_scalar(self.n_members, "n_members", Integral, min_val=2)
+        check_count(self.n_members, "n_members", 2)
         check_real(self.bandwidth, "bandwidth", **ABOVE_0)
         check_real(self.saturation, "saturation", min_val=0)
 
@@ -544,3 +543,8 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
                     f"up to the gain {1 + bound:.6g}; a larger bandwidth has more room."
                 )
             self.bounds_[m], self.lyapunov_[m] = bound, certificate
+
+    def _check_relations(self):
+        found, expected = [self.kp_, self.ki_], "the gains that pole and bandwidth give"
+        gains = member_gains(self.pole, self.n_members, self.bandwidth)
+        expect(np.allclose(found, gains, rtol=1e-6), "kp_ and ki_", found, expected)

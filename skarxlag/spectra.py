@@ -2,12 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from numbers import Integral
-
-from sklearn.utils import check_scalar
 
 from ._base import GroupTransformer
 from ._state import expect
+from ._validation import check_count
 from .kernels.healthy_rows import SEGMENT
 from .kernels.measures import MEASURES, measure
 
@@ -83,7 +81,7 @@ class LogSpectra(GroupTransformer, auto_wrap_output_keys=None):
         return [self.measures] if isinstance(self.measures, str) else list(self.measures)
 
     def _check_parameters(self):
-        check_scalar(self.spectrum_order, "spectrum_order", Integral, min_val=1)
+        check_count(self.spectrum_order, "spectrum_order")
         names = self._group_names()
         fits = len(names) > 0 and len(set(names)) == len(names) and set(names) <= set(MEASURES)
         expect(fits, "measures", self.measures, f"different names of {list(MEASURES)}")

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from numbers import Integral
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.utils import check_array, check_scalar
+from sklearn.utils import check_array
 
 from ._state import expect
-from ._validation import ABOVE_0, check_real, warn_user
+from ._validation import ABOVE_0, check_count, check_real, warn_user
 from .kernels.comb import comb_frequency
 
 #: Least number of turns of the shaft in a stretch whose orders are compared.
@@ -362,7 +361,7 @@ def rpm_from_tacho(
     np.float64(600.0)
     """
     check_real(sampling_rate, "sampling_rate", **ABOVE_0)
-    check_scalar(pulses_per_turn, "pulses_per_turn", Integral, min_val=1)
+    check_count(pulses_per_turn, "pulses_per_turn")
     signal = check_array(tacho, ensure_2d=False, dtype=np.float64, input_name="tacho")
     expect(signal.ndim == 1, "tacho.shape", signal.shape, "(n_samples,)")
     times, speeds = pulse_speeds(signal, sampling_rate, pulses_per_turn)

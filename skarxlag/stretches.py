@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from numbers import Integral
 from typing import Any, Self
 
 import numpy as np
@@ -17,7 +16,7 @@ from ._base import StretchTransformer
 from ._on_demand import OnDemand, TakesRowsOnDemand
 from ._parallel import map_rows
 from ._state import INNOVATIONS, SPEEDS, FittedOn, Labels, Values, uses_fitted
-from ._validation import ABOVE_0, check_real
+from ._validation import ABOVE_0, check_count, check_real
 from .comparison import SpectralDistance
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
 from .kernels.speed_references import drift_factor, group_means, speed_distance
@@ -453,7 +452,8 @@ class StretchResidual(TakesRowsOnDemand, StretchTransformer):
 
     def _check_parameters(self):
         check_real(self.order_weight, "order_weight", min_val=0)
-        check_scalar(self.window_length, "window_length", Integral, min_val=1)
+        check_count(self.window_length, "window_length")
+        check_scalar(self.order_residual, "order_residual", (OrderResidual, type(None)))
 
     def _answers(self):
         rate = self.order_residual.sampling_rate if self.order_residual else None

@@ -509,10 +509,8 @@ def recording_verdicts(
     check_consistent_length(X, recording)
     # NumPy would make texts of numbers beside texts, and rows of pairs.
     recording = pd.Series(recording).to_numpy()
-    missing = np.flatnonzero(pd.isna(recording))
-    if len(missing) > 0:
-        place = missing[0]
-        raise ValueError(f"recording[{place}] is {recording[place]}, expected an identifier.")
+    place = pd.isna(recording).argmax()
+    expect(pd.notna(recording), f"recording[{place}]", recording[place], "an identifier")
     judge = Judge(diagnoser, conditions=conditions, **options)
     groups = judge.windows(X, rpm).groupby(recording, sort=False)
     rows = {name: judge.recording(windows) for name, windows in groups}

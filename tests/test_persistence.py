@@ -5,6 +5,8 @@ import re
 import shutil
 import sys
 import tracemalloc
+from contextlib import suppress
+from itertools import product
 from pathlib import Path
 from zipfile import ZIP_BZIP2, ZIP_DEFLATED, ZIP_LZMA, ZIP_STORED, ZipFile
 
@@ -39,15 +41,18 @@ from skarxlag import (
     ExtendedStatePIObserver,
     ExtendedStatePIObserverBank,
     PIObserver,
+    SensorFusion,
     SpectralDistance,
     ThresholdLadder,
     make_alpio,
     make_detector,
     make_diagnoser,
     make_extended_state_pio,
+    make_fault_order_classifier,
     make_known_conditions,
 )
 from skarxlag._files import read_members
+from skarxlag._state import check_model_state, estimators_within
 from skarxlag.persistence import (
     TRUSTED_TYPES,
     load_diagnoser,
@@ -235,6 +240,49 @@ def test_parameter_out_of_its_range_is_refused_at_load(step, name, value, tmp_pa
     content = {"format": "skarxlag diagnoser 1", "diagnoser": diagnoser, "facts": {}}
     with pytest.raises(ValueError, match=rf"d\.skops: .*{name}"):
         load_diagnoser(forge(tmp_path / "d.skops", content))
+
+
+ODD = [10**30, -(10**30), 10**400, True, float("nan"), 1e300, "x", [], [[1]], {"a": 1}, None, 0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "maker",
+    [
+        make_alpio,
+        make_extended_state_pio,
+        make_detector,
+        make_known_conditions,
+        lambda: make_diagnoser(sampling_rate=2_000.0, bearing="6205"),
+        lambda: make_fault_order_classifier(bearing="6205", sampling_rate=2_000.0),
+        lambda: SensorFusion(estimator=make_alpio()),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_a_model_with_any_odd_parameter_is_refused_by_name_or_works(maker):
+    rows = X[:, np.newaxis].repeat(2, axis=1) if isinstance(maker(), SensorFusion) else X
+    rpm = {} if maker in (make_alpio, make_extended_state_pio) or rows.ndim == 3 else {"rpm": 900.0}
+    model = maker().fit(rows, Y, **rpm)
+    parts = {id(e): e for e in estimators_within(model) if "_fitted_parameters" in vars(e)}
+    for part in [model, *parts.values()]:
+        before = dict(vars(part))
+        names = part.get_params(deep=False).keys() - {"steps", "memory"}
+        for name, value in product(names, ODD):
+            vars(part)[name] = value
+            if part is not model:
+                part._fitted_parameters = before["_fitted_parameters"] | {name: value}
+            try:
+                check_model_state(model)
+            except ValueError as error:
+                # The gains that follow from parameters are named in their place.
+                text = str(error)
+                assert name in text or "_ == " in text or "has shape" in text
+            else:
+                # A sampling rate can be too low for a speed.
+                with suppress(ValueError):
+                    model.predict(rows[:2], **rpm)
+            vars(part).clear()
+            vars(part).update(before)
 
 
 def test_all_estimators_of_the_package_are_trusted():

@@ -255,7 +255,7 @@ def test_condition_named_like_a_verdict_is_refused(name, windows):
 @pytest.mark.parametrize("missing", [None, np.nan, pd.NA, pd.NaT])
 def test_windows_without_a_recording_are_refused(missing, diagnoser, windows):
     run = np.array(["a"] * 39 + [missing], dtype=object)
-    with pytest.raises(ValueError, match=r"recording\[39\] is"):
+    with pytest.raises(ValueError, match=r"recording\[39\] == .*, expected an identifier"):
         recording_verdicts(diagnoser, windows[0], run)
 
 

@@ -149,7 +149,7 @@ def loop_matrix(pole: float, kp: float, ki: float, gain: float = 1.0) -> NDArray
     array([[-0.5,  2. ],
            [-0.1,  1. ]])
     """
-    return np.array([[pole - kp, gain], [-ki, 1.0]])
+    return np.array([[pole - kp, gain], [-ki, 1.0]], dtype=np.float64)
 
 
 def common_lyapunov(slow: NDArray[Any], fast: NDArray[Any]) -> NDArray[Any] | None:

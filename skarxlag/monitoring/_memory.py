@@ -206,9 +206,8 @@ class FadingEvidence:
         """Continue from a state, or raise a ValueError if its numbers cannot be."""
         weight, age, time = (float(state[name]) for name in ("weight", "age", "time"))
         sums = np.array(state["sums"], dtype=np.float64)
-        is_right = np.isfinite([weight, age, time, *sums]).all() and min(weight, age) >= 0
-        is_right = is_right and sums.shape == self._sums.shape
-        expect(is_right, "evidence", state, f"{len(self._sums)} finite sums")
+        fits = sums.shape == self._sums.shape and np.isfinite([weight, age, time, *sums]).all()
+        expect(fits and min(weight, age) >= 0, "evidence", state, f"{len(self._sums)} finite sums")
         self.weight, self._age, self._time, self._sums = weight, age, time, sums
 
 

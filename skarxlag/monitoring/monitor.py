@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from numbers import Integral
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
-from sklearn.utils import check_scalar
 
 from .._answers import answers, offers, unfolded_steps
 from .._state import expect
-from .._validation import ABOVE_0, check_rate, check_real
+from .._validation import ABOVE_0, check_count, check_rate, check_real
 from ..evidence import SMALLEST_PROBABILITY, combined_score, effective_number, p_value_score
 from ..kernels.fault_orders import N_ORDERS
 from ..speeds import speeds_of_rows
@@ -184,8 +182,8 @@ class ConditionMonitor:
         gap_tolerance: float | None = None,
         train_rpm: Any = (),
     ) -> None:
-        check_scalar(window_length, "window_length", Integral, min_val=1)
-        hop = window_length if hop is None else check_scalar(hop, "hop", Integral, min_val=1)
+        check_count(window_length, "window_length")
+        hop = window_length if hop is None else check_count(hop, "hop")
         check_real(sampling_rate, "sampling_rate", **ABOVE_0)
         check_real(false_alarm_interval, "false_alarm_interval", **ABOVE_0)
         if half_life != np.inf:
@@ -285,8 +283,7 @@ class ConditionMonitor:
         start, windows = self._stream.push(np.vstack([signal, speeds]), time)
         verdicts = []
         for first in range(0, len(windows), _BATCH):
-            batch = windows[first : first + _BATCH]
-            verdicts += self._judged(batch, start + first * self._hop)
+            verdicts += self._judged(windows[first : first + _BATCH], start + first * self._hop)
         return verdicts
 
     def calibrate(self, samples: ArrayLike, *, rpm: float | None = None) -> Self:

@@ -6,15 +6,15 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from functools import partial
 from itertools import takewhile
-from numbers import Integral
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from sklearn.utils import Bunch, check_scalar
+from sklearn.utils import Bunch
 
+from .._validation import check_count
 from ..speeds import speed_errors
 from .listing import ListedRecording, list_recordings
 from .rates import NO_RATE, rates_agree, resampled_blocks
@@ -275,10 +275,10 @@ def cut_recordings(
     FileNotFoundError, ValueError
         As in `load_recordings`.
     """
-    check_scalar(window_length, "window_length", Integral, min_val=1)
-    hop = window_length if hop is None else check_scalar(hop, "hop", Integral, min_val=1)
+    check_count(window_length, "window_length")
+    hop = window_length if hop is None else check_count(hop, "hop")
     if max_windows is not None:
-        check_scalar(max_windows, "max_windows", Integral, min_val=1)
+        check_count(max_windows, "max_windows")
     inputs = {Path(file).resolve() for file in (source, *(entry.path for entry in listed))}
     if memory_map is not None and Path(memory_map).resolve() in inputs:
         raise ValueError(f"memory_map={str(memory_map)!r} is among the files that are read")

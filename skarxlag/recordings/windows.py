@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from itertools import chain
-from numbers import Integral
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.utils import check_array, check_scalar
+from sklearn.utils import check_array
+
+from .._validation import check_count
 
 #: Samples of a channel that are processed at a time, if a recording is read in parts.
 _BLOCK = 2**20
@@ -60,8 +61,8 @@ def make_windows(
     >>> make_windows([0, 1, 2, 3, 4, 5, 6], 3, hop=2).shape
     (3, 3)
     """
-    check_scalar(window_length, "window_length", Integral, min_val=1)
-    hop = window_length if hop is None else check_scalar(hop, "hop", Integral, min_val=1)
+    check_count(window_length, "window_length")
+    hop = window_length if hop is None else check_count(hop, "hop")
     types = [np.float64, np.float32]
     signal = check_array(recording, dtype=types, ensure_2d=False, input_name="recording")
     n_samples = signal.shape[-1]
@@ -83,7 +84,7 @@ def block_length(window_length: int) -> int:
     >>> block_length(1000), block_length(3_000_000)
     (1048000, 3000000)
     """
-    check_scalar(window_length, "window_length", Integral, min_val=1)
+    check_count(window_length, "window_length")
     return window_length * max(_BLOCK // window_length, 1)
 
 

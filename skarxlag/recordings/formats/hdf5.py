@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ._arrays import NamedArrays
-from ._contents import ContentError, Contents, Format
+from ._contents import ContentError, Contents, Format, check_unpacked
 from ._facts import stated_unit
 
 FORMAT = Format((".h5", ".hdf5", ".hdf"), library="h5py", isolated=True)
@@ -42,6 +42,7 @@ def contents(path: Path, is_matlab: bool = False) -> Iterator[Contents]:
                 where = "lies in another file" if node.external else "is a view of other files"
                 arrays.refused[name] = f"data set {node.name!r} {where}, which is not followed"
             else:
+                check_unpacked(node.id.get_storage_size(), node.nbytes)
                 unit = stated_unit(node.attrs)
                 arrays.add(name, node.shape, node.dtype, key=node.name, unit=unit)
         yield arrays.contents()

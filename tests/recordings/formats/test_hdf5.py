@@ -75,6 +75,20 @@ def test_views_of_other_files_are_not_followed(tmp_path):
         read_recording(tmp_path / "run.h5", channel="view")
 
 
+@pytest.mark.parametrize("n_written", [0, 2**20])
+def test_a_data_set_that_unpacks_to_gigabytes_is_refused_unread(tmp_path, n_written):
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        large = file.create_dataset("x", (2**29,), "f8", chunks=(2**20,), compression="gzip")
+        large[:n_written] = 0.0
+    message = r"run.h5: \d+ bytes would unpack to 4294967296, expected at most"
+    with pytest.raises(ValueError, match=message):
+        list_channels(tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file["x"] = np.arange(2**12)
+        file.create_dataset("few", (2**20,), "f8", chunks=(2**20,), compression="gzip")
+    assert len(read_recording(tmp_path / "run.h5", channel="few")[0]) == 2**20
+
+
 def test_the_depth_of_groups_is_bounded(tmp_path):
     with h5py.File(tmp_path / "run.h5", "w") as file:
         group = file
