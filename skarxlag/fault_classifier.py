@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
@@ -366,14 +365,6 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
         judged.update(contrasts=found.contrasts, rpm=found.rpm)
         return judged
 
-    def _warned(self, X, rpm):
-        """Diagnose rows, and warn of those that `diagnose` gives a reason for."""
-        found = self.diagnose(X, rpm)
-        if (refused := np.count_nonzero(found.get("refusal", np.array("")))) > 0:
-            text = f"{refused} of {len(X)} rows have equal probabilities: {_NO_COMBS}."
-            warnings.warn(text, stacklevel=3)
-        return found
-
     @uses_fitted
     def diagnose_gathered(
         self, contrast: NDArray[Any], n_rows: float, rpm: float, spectra: NDArray[Any] | None = None
@@ -507,7 +498,7 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
         ndarray of shape (n_rows,)
             Classes.
         """
-        return self._warned(X, rpm).verdict
+        return self.diagnose(X, rpm).verdict
 
     def predict_proba(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute the probability of each class.
@@ -524,7 +515,7 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
             the limit, and faults that show their comb with the probability .6. The probability of
             healthy is thus at most .45 if all places are classes. Rows sum to 1.
         """
-        return self._warned(X, rpm).probability
+        return self.diagnose(X, rpm).probability
 
     def decision_function(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute the scores of the classes; the highest is the verdict.
@@ -540,7 +531,7 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
             Log probabilities, up to a constant in each row. For two classes the second's score less
             the first's.
         """
-        return self._warned(X, rpm).score
+        return self.diagnose(X, rpm).score
 
     def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute the probability that a healthy row has a comb as strong.
@@ -556,7 +547,7 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
             In (0, 1]. With healthy rows in `fit`: the share of rows with a larger score, and an
             exponential tail above all of them.
         """
-        return self._warned(X, rpm).p_value
+        return self.diagnose(X, rpm).p_value
 
     def score(
         self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None, **params: Any

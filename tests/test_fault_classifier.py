@@ -1,5 +1,3 @@
-import warnings
-
 import numpy as np
 import pytest
 from sklearn.base import clone
@@ -241,15 +239,6 @@ def test_a_row_whose_combs_cannot_be_seen_names_no_place(rows, rpm):
     assert np.isnan(found.rpm[1]) and found.p_value[1] == pytest.approx(1)
     searched = classifier(speed_range=(100.0, 119.0)).fit(rows).diagnose(rows)
     np.testing.assert_array_equal(searched.probability, np.full((3, 4), 0.25))
-
-
-@pytest.mark.parametrize("method", ["predict", "predict_proba", "decision_function", "p_values"])
-def test_a_user_is_warned_of_rows_with_too_few_turns(rows, method):
-    fitted = classifier().fit(rows)
-    with pytest.warns(UserWarning, match="1 of 2 rows have equal probabilities: .* two turns"):
-        getattr(fitted, method)(rows[1:], rpm=[900.0, 119.0])
-    with warnings.catch_warnings(action="error"):
-        getattr(fitted, method)(rows[1:], rpm=[900.0, 900.0])
 
 
 @pytest.mark.filterwarnings("ignore:1 of 2 rows:UserWarning")
