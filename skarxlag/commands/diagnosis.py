@@ -106,9 +106,10 @@ def diagnose_file(recording: Any, load: Any, resample: bool = False, n_threads=1
 
 
 def file_state(recording: ListedRecording) -> tuple[int, ...]:
-    """Return size and time of modification of a recording's file."""
+    """Return the size of a recording's file, and when its content and its entry changed."""
     status = recording.path.stat()
-    return status.st_size, status.st_mtime_ns
+    # Programs that copy a file may set back the time of its content, but not that of its entry.
+    return status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
 def diagnose_all(args: argparse.Namespace, recordings: list[ListedRecording], model, journal):
