@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
-from scipy.ndimage import maximum_filter1d, median_filter
+from scipy.ndimage import maximum_filter1d
 
+from .comb import running_median
 from .order_spectra import envelopes_over_angle, equal_angles
 from .scaling import centred
 
@@ -246,8 +247,7 @@ def mean_contrast(envelopes: NDArray[Any], step: float) -> NDArray[Any]:
     width = max(_FLOOR_WIDTH, _FLOOR_CELLS / (n_values * step))
     level = np.log(power + floor * n_values)
     size = 2 * int(width / cell / 2) + 1
-    # The filter of one axis is many times as fast as that of several.
-    median = np.stack([median_filter(of_band, size, mode="nearest") for of_band in level])
+    median = np.stack([running_median(of_band, size, "edge") for of_band in level])
     above = level - median + _MEDIAN_OF_NOISE
     contrast = maximum_filter1d(np.maximum(above, 0), 3, axis=1).mean(axis=0)
     cells = np.arange(N_ORDERS) * ORDER_STEP / cell
