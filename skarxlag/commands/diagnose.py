@@ -22,6 +22,7 @@ from .._version import __version__
 from ..bearings import bearing_orders
 from ..recordings.listing import list_recordings
 from ..stretches import order_comparison
+from ..verdicts import NO_VERDICT
 from . import arguments, results
 from .arguments import flag, option, refuse
 from .diagnosis import diagnose_all
@@ -73,11 +74,13 @@ def run(args: argparse.Namespace) -> int:
             windows = results.window_rows(recordings, diagnoses)
             results.write_tables(args.output, rows, windows, model.summary)
     print(*_lines(args, model, diagnoses, rows), sep="\n")
-    failed = rows.loc[rows["error"] != "", "error"]
+    verdicts = rows["verdict"].astype(str)
+    reasons = rows["error"].where(rows["error"] != "", rows["recording"] + ": " + verdicts)
+    failed = reasons[verdicts.str.startswith(NO_VERDICT)]
     if len(failed):
         counts = f"{len(failed)} of {len(rows)} recordings failed:"
         print(counts, *failed, sep="\n  ", file=sys.stderr)
-    if args.fail_on == "alarm" and (rows["verdict"].astype(str) != str(model.healthy)).any():
+    if args.fail_on == "alarm" and (verdicts != str(model.healthy)).any():
         return _ALARM
     return 1 if len(failed) else 0
 

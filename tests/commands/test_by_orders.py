@@ -120,7 +120,7 @@ def test_what_is_wrong_with_one_recording_is_told(run, plant):
     code, _, err = run("diagnose", plant / "inner.npy", "--bearing", "6205", *RATES)
     assert code == 1 and "rpm is missing; expected --rpm" in err
     code, out, err = run("diagnose", plant / "inner.npy", "--bearing", "6205", *RATES, "--rpm", 15)
-    assert code == 0 and "two turns of the shaft" in out, err
+    assert code == 1 and "two turns of the shaft" in out, err
 
 
 @pytest.mark.slow

@@ -243,7 +243,7 @@ def test_detector_needs_healthy_recordings_only(run, workshop):
     assert " good " in run("diagnose", path, file, "--rpm", "300")[1]
     code, out, _ = run("diagnose", path, file)
     assert (
-        code == 0 and "no verdict: the speed is not stated, and healthy limits hold at 300" in out
+        code == 1 and "no verdict: the speed is not stated, and healthy limits hold at 300" in out
     )
     code, _, err = run("diagnose", path, "--table", full, "--rpm", "300")
     assert code == 2 and "argument --rpm: belongs to RECORDING" in err

@@ -118,6 +118,8 @@ def test_no_recording_gets_a_verdict(run, tmp_path, fitted, kind, knows_speeds):
         found = tmp_path / "found.json"
         code, _, err = run("diagnose", *arguments, "-o", found, "--fail-on", "alarm")
         assert code == 3 and "Traceback" not in err, err
+        code, _, err = run("diagnose", *arguments, "-o", found)
+        assert code == 1 and ": no verdict: " in err.partition("1 of 1 recordings failed:")[2], err
         (row,) = json.loads(found.read_text())["recordings"]
         assert row["verdict"].startswith("no verdict: "), (rpm, row)
 
