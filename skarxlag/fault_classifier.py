@@ -297,7 +297,7 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
         return self._match(X, rpm)
 
     def _match(self, X, rpm, *, with_contrasts=True):
-        rate, train_rpm = self.sampling_rate, ()
+        rate, train_rpm = float(self.sampling_rate), ()
         if self.conditions_ is not None:
             train_rpm = answers(self.conditions_).speeds
         elif self.speed_range is None:
