@@ -17,7 +17,7 @@ from benchmarks.fault_orders.methods import METHODS, PEERS
 from benchmarks.fault_orders.rigs import RIGS, recordings
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from skarxlag import FaultOrderClassifier
-from skarxlag.fault_places import NOT_IDENTIFIABLE
+from skarxlag.fault_places import HEALTHY, NOT_IDENTIFIABLE, VISIBLE_ALONE, comb_evidence
 from skarxlag.kernels.fault_orders import PLACES, contrast_parts, fault_comb, order_contrast
 
 BLOCK = "fault orders {}"
@@ -31,6 +31,8 @@ _SETTINGS = list(
         [0.02, 0.03, 0.05],
     )
 )
+#: Shares of faults that show their comb, which are scored.
+_VISIBLE = (0.1, 0.2, 0.4, 0.5, 0.6, 0.8, 0.9)
 
 
 def parse(arguments):
@@ -57,6 +59,11 @@ def parse(arguments):
     )
     parser.add_argument(
         "--null", action="store_true", help="fit the distribution of healthy stretches' scores"
+    )
+    parser.add_argument(
+        "--visible",
+        action="store_true",
+        help="choose the share of faults that show their comb by leaving rigs out",
     )
     return parser.parse_args(arguments)
 
@@ -157,6 +164,37 @@ def settings_left_out(rigs):
             }
         )
     return pd.DataFrame(rows)
+
+
+def visible_left_out(recorded, seconds):
+    """Return log losses with the share of visible combs that is best on all other rigs.
+
+    Parameters
+    ----------
+    recorded, seconds : DataFrame
+        ``rig``, ``place`` and a score for each place, of recordings and of stretches.
+
+    Returns
+    -------
+    DataFrame
+        ``rig left out``, the share ``visible``, and the ``loss`` with it and ``loss in use``.
+    """
+    limit = FaultOrderClassifier(bearing="6205", sampling_rate=1e3).fit(np.ones((1, 9))).limit_
+    losses = {}
+    for rig in recorded["rig"].unique():
+        parts = [rows[rows["rig"] == rig] for rows in (recorded, seconds)]
+        for visible in _VISIBLE:
+            of_parts = []
+            for rows in parts:
+                beyond = rows[list(PLACES)].to_numpy() - limit
+                found = comb_evidence(beyond, np.arange(4), visible=visible)
+                true = rows["place"].map([*PLACES, HEALTHY].index)
+                of_parts.append(-found[np.arange(len(rows)), true].mean())
+            losses[rig, visible] = np.mean(of_parts)
+    table = pd.Series(losses).unstack(0)
+    best = {rig: table.drop(columns=rig).mean(axis=1).idxmin() for rig in table}
+    found = [(rig, v, table.loc[v, rig], table.loc[VISIBLE_ALONE, rig]) for rig, v in best.items()]
+    return pd.DataFrame(found, columns=["rig left out", "visible", "loss", "loss in use"])
 
 
 def verdicts(scores, **options):
@@ -346,5 +384,8 @@ def main(arguments=None):
         healthy = seconds[seconds["place"] == "healthy"]
         location, scale = gumbel_r.fit(healthy[list(PLACES)].max(axis=1))
         print(f"healthy stretches: location {location:.3f}, scale {scale:.3f} nepers")
+    if options.visible:
+        ours = recorded[recorded["method"] == _OURS]
+        print(visible_left_out(ours, seconds).to_string(index=False))
     print(f"1 s at 51.2 kHz: {cost_of_one_second():.1f} ms")
     publish(options, blocks(recorded, seconds, chosen))
