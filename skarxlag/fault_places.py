@@ -29,8 +29,9 @@ _PRIOR_ROWS = 10
 #: `python -m benchmarks.fault_orders joint`: log odds for each neper, probability that a fault
 #: shows its comb, and distrust of spectra that are far from all conditions.
 ODDS, VISIBLE, DISTRUST = 8.0, 0.1, 2.0
-#: Probability that a fault shows its comb, if combs decide alone. Of 7 values, it has the least log
-#: loss on recordings and stretches of six rigs; without one of the rigs, .4 to .8 are chosen.
+#: Probability that a fault shows its comb, if combs decide alone, see `python -m
+#: benchmarks.fault_orders --visible`: of 7 values, .4 or .6 has the least log loss on recordings
+#: and stretches if one of six rigs is left out.
 VISIBLE_ALONE = 0.6
 #: Score of a row without a comb if no healthy row is known.
 WITHOUT_COMB = 0.8
