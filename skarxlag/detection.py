@@ -140,7 +140,7 @@ class RowOutlierDetector(TakesRowsOnDemand, SignalEstimator, OutlierMixin, BaseE
         ndarray of shape (n_rows,)
             Natural logarithms, negative for outliers.
         """
-        return self.score_samples(X, rpm) - self.offset_
+        return self.diagnose(X, rpm).score
 
     def predict(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Return 1 for rows like those of `fit`, and -1 for outliers.
@@ -157,7 +157,7 @@ class RowOutlierDetector(TakesRowsOnDemand, SignalEstimator, OutlierMixin, BaseE
         ndarray of int of shape (n_rows,)
             1 or -1.
         """
-        return np.where(self.decision_function(X, rpm) < 0, -1, 1)
+        return self.diagnose(X, rpm).verdict
 
     def diagnose(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
         """Compute verdict, score and p-values of each row from one set of measures.
