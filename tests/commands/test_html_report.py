@@ -9,9 +9,11 @@ import pytest
 from scipy.signal import lfilter
 
 from skarxlag import __version__, make_diagnoser, make_windows, save_diagnoser
-from skarxlag.commands import main
-from skarxlag.commands import results as report_module
+from skarxlag.commands import main, results
+from skarxlag.commands.diagnosis import diagnose_file
+from skarxlag.commands.models import SavedModel
 from skarxlag.commands.results import _accuracy
+from skarxlag.recordings.listing import list_files
 
 WINDOW, RATE = 400, 8_000.0
 
@@ -123,14 +125,14 @@ def test_recordings_that_are_not_healthy_have_details_and_figures(report):
 
 
 def test_the_worst_recordings_are_drawn(plant, monkeypatch):
-    monkeypatch.setattr(report_module, "MOST_DRAWN", 1)
+    monkeypatch.setattr(results, "MOST_DRAWN", 1)
     page = diagnosed(plant)
     assert [len(each) for each in images(page).values()] == [2, 0, 0]
     assert "Figures of the first 1 recordings only." in page
 
 
 def test_a_report_without_matplotlib_has_no_figures(plant, monkeypatch):
-    monkeypatch.setattr(report_module, "why_no_figures", lambda: "No figures: nothing draws.")
+    monkeypatch.setattr(results, "why_no_figures", lambda: "No figures: nothing draws.")
     page = diagnosed(plant)
     assert "No figures: nothing draws." in page and not any(images(page).values())
 
@@ -145,11 +147,29 @@ def test_a_report_needs_jinja2(plant, monkeypatch, capsys):
     assert "good.npy" not in err
 
 
-@pytest.mark.slow
-def test_many_recordings_are_a_short_page(plant):
+def page_of_many(plant, monkeypatch, name, n):
+    """The report of n recordings that all have the diagnosis of one."""
+    monkeypatch.setattr(results, "why_no_figures", lambda: "none")
+    model, recordings = SavedModel(plant / "m.skops"), list_files(plant / f"{name}.npy")
+    found = [diagnose_file(recordings[0], model.load)] * n
+    rows = results.recording_rows(recordings * n, found, "good")
+    return results.html_report(model, recordings * n, found, rows)
+
+
+def test_many_recordings_are_a_short_page(plant, monkeypatch):
     """60 healthy recordings have a line each, and no section."""
-    page = diagnosed(plant, *[plant / "good.npy"] * 60)
+    page = page_of_many(plant, monkeypatch, "good", 60)
     assert page.count("<tr>") == 61 and "<section" not in page
+
+
+def test_tables_are_short_so_that_a_browser_skips_those_off_the_screen(plant, monkeypatch):
+    page = page_of_many(plant, monkeypatch, "dead", 230)
+    tables = re.findall(r'<div class="scroll part"><table>.*?</table>', page, re.S)
+    assert [table.count('<td class="name">') for table in tables] == [100, 100, 30]
+    assert [table.count("<th>recording") for table in tables] == [1, 1, 1]
+    names = [f"r{n}" for n in range(1, 231)]
+    assert re.findall('href="#(.*?)"', page) == re.findall('section id="(.*?)"', page) == names
+    assert "content-visibility: auto" in page
 
 
 def luminance(colour):
