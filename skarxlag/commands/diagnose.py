@@ -22,7 +22,6 @@ from .._version import __version__
 from ..bearings import bearing_orders
 from ..recordings.listing import list_recordings
 from ..stretches import order_comparison
-from ..verdicts import NO_VERDICT
 from . import arguments, results
 from .arguments import flag, option, refuse
 from .diagnosis import diagnose_all
@@ -74,13 +73,13 @@ def run(args: argparse.Namespace) -> int:
             windows = results.window_rows(recordings, diagnoses)
             results.write_tables(args.output, rows, windows, model.summary)
     print(*_lines(args, model, diagnoses, rows), sep="\n")
-    verdicts = rows["verdict"].astype(str)
-    reasons = rows["error"].where(rows["error"] != "", rows["recording"] + ": " + verdicts)
-    failed = reasons[verdicts.str.startswith(NO_VERDICT)]
+    failed = rows[rows["error"] != ""]
     if len(failed):
-        counts = f"{len(failed)} of {len(rows)} recordings failed:"
-        print(counts, *failed, sep="\n  ", file=sys.stderr)
-    if args.fail_on == "alarm" and (verdicts != str(model.healthy)).any():
+        lines = failed["recording"] + ": " + failed["error"]
+        print(
+            f"{len(failed)} of {len(rows)} recordings failed:", *lines, sep="\n  ", file=sys.stderr
+        )
+    if args.fail_on == "alarm" and (rows["verdict"].astype(str) != str(model.healthy)).any():
         return _ALARM
     return 1 if len(failed) else 0
 

@@ -70,10 +70,12 @@ class Diagnosis:
     file: tuple[int, ...] | None = None
 
     @classmethod
-    def failed(cls, reason: object) -> Self:
-        """Return the result of a recording that could not be diagnosed."""
-        reason = " ".join(str(reason).split())
-        return cls({"verdict": no_verdict(reason)}, None, error=reason)
+    def failed(cls, recording: ListedRecording, reason: object) -> Self:
+        """Return the result of a recording that could not be diagnosed, without its name."""
+        reason = str(reason)
+        for name in (recording.path, recording.name):
+            reason = reason.removeprefix(f"{name}: ").removeprefix(f"{name}, ")
+        return cls({"verdict": no_verdict(reason)}, None, error=" ".join(reason.split()))
 
     @property
     def is_whole(self) -> bool:
@@ -99,10 +101,10 @@ def diagnose_file(recording: Any, load: Any, resample: bool = False, n_threads=1
         with parallel_config("threading", n_jobs=n_threads):
             found = load().diagnose(recording, resample)
         if file_state(recording) != before:
-            return Diagnosis.failed(f"{recording.path}: the file changed while it was read")
+            return Diagnosis.failed(recording, "the file changed while it was read")
         return replace(found, file=before)
     except (OSError, ValueError, ImportError, MemoryError, CommandError) as error:
-        return Diagnosis.failed(error)
+        return Diagnosis.failed(recording, error)
 
 
 def file_state(recording: ListedRecording) -> tuple[int, ...]:
@@ -128,7 +130,7 @@ def diagnose_all(args: argparse.Namespace, recordings: list[ListedRecording], mo
     # Missing files are reported before the first file is read.
     for place, recording in enumerate(recordings):
         if not recording.path.is_file():
-            finish(place, Diagnosis.failed(f"{recording.path}: no such file"))
+            finish(place, Diagnosis.failed(recording, "no such file"))
         elif journal is not None and (known := journal.result(recording)) is not None:
             finish(place, known, " (from an earlier run)")
         else:
@@ -147,7 +149,7 @@ def diagnose_all(args: argparse.Namespace, recordings: list[ListedRecording], mo
             if not (isinstance(outcome, Diagnosis) and outcome.is_whole):
                 lie = f"a worker returned a {type(outcome).__name__} that is no result"
                 reason = outcome if isinstance(outcome, Exception) else lie
-                outcome = Diagnosis.failed(f"{recordings[place].path}: {reason}")
+                outcome = Diagnosis.failed(recordings[place], reason)
             if journal is not None:
                 journal.add(recordings[place], outcome)
             finish(place, outcome)

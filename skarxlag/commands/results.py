@@ -86,7 +86,9 @@ def recording_rows(recordings: Any, diagnoses: list[Diagnosis], healthy: Any) ->
     for recording, diagnosis in zip(recordings, diagnoses, strict=True):
         row = dict.fromkeys(_FIRST) | diagnosis.verdict
         row |= {"recording": printable(recording.name), "healthy": healthy}
-        row |= {"remark": " ".join(diagnosis.remarks), "error": printable(diagnosis.error or "")}
+        # A recording that was not diagnosed has an error, such as an implausible speed.
+        reason = str(row["verdict"]).partition(f"{NO_VERDICT}: ")[2]
+        row |= {"remark": " ".join(diagnosis.remarks), "error": printable(reason)}
         row |= {"condition": recording.condition, "rpm": recording.rpm}
         rows.append(row | {f"stated {name}": text for name, text in recording.further.items()})
     table = pd.DataFrame(rows).astype({"windows": "Int64", "no signal": "Int64"})
@@ -198,7 +200,7 @@ def html_report(model, recordings, diagnoses, rows, resample=False, faults=None)
     """
     missing, page = why_no_figures(), template()
     verdicts = rows["verdict"].astype(str)
-    is_unclear = (verdicts == NO_SIGNAL) | verdicts.str.startswith(NO_VERDICT)
+    is_unclear = (verdicts == NO_SIGNAL) | (rows["error"] != "")
     is_healthy = verdicts == str(model.healthy)
     severity = np.select([is_unclear, is_healthy], ["unclear", "healthy"], "fault")
     severity = pd.Categorical(severity, _SEVERITIES, ordered=True)

@@ -95,7 +95,7 @@ def test_the_report_says_what_the_table_says_and_what_came_of_it(report):
     assert "2 of 4 verdicts agree with the stated condition" in text
     assert "hall: north & south" in text and "<b>.npy" in text
     assert "6 of 30 windows carry no signal (constant: 6)." in text
-    assert "lost.npy: no such file" in text
+    assert "lost.npy no verdict: no such file" in text and "Without a verdict: 1." in text
     assert "Healthy condition: good." in text and f"skarxlag {__version__}" in text
     assert re.search(r"\d{4}-\d\d-\d\d, skarxlag", text) and "300 rpm" in text
 
@@ -200,9 +200,9 @@ def test_what_is_written_stands_out_from_the_page(report, dark):
 def test_conditions_stand_in_the_order_of_the_model():
     rows = pd.DataFrame(
         {
-            "condition": ["ball", "normal", "unheard"],
-            "verdict": ["normal", "normal", "ball"],
-            "error": "",
+            "condition": ["ball", "normal", "unheard", "ball"],
+            "verdict": ["normal", "normal", "ball", "no verdict: speed 1 rpm"],
+            "error": ["", "", "", "speed 1 rpm"],
         }
     )
     found = _accuracy(rows, ["normal", "inner", "ball"])

@@ -119,9 +119,10 @@ def test_no_recording_gets_a_verdict(run, tmp_path, fitted, kind, knows_speeds):
         code, _, err = run("diagnose", *arguments, "-o", found, "--fail-on", "alarm")
         assert code == 3 and "Traceback" not in err, err
         code, _, err = run("diagnose", *arguments, "-o", found)
-        assert code == 1 and ": no verdict: " in err.partition("1 of 1 recordings failed:")[2], err
         (row,) = json.loads(found.read_text())["recordings"]
-        assert row["verdict"].startswith("no verdict: "), (rpm, row)
+        assert row["verdict"] == f"no verdict: {row['error']}" and row["error"], (rpm, row)
+        failed = f"1 of 1 recordings failed:\n  {row['recording']}: {row['error']}\n"
+        assert code == 1 and failed in err, err
 
 
 @pytest.mark.parametrize("is_column", [True, False])

@@ -79,7 +79,7 @@ def test_nobody_else_may_read_a_journal(journal, recording):
 
 def test_a_recording_that_failed_is_not_kept(journal, recording):
     with pytest.raises(KeyboardInterrupt), journal:
-        journal.add(recording, Diagnosis.failed("damaged"))
+        journal.add(recording, Diagnosis.failed(recording, "damaged"))
         raise KeyboardInterrupt
     assert len(journal.path.read_text().splitlines()) == 1
 
