@@ -19,7 +19,7 @@ from ._validation import of_one_model
 
 #: Windows in one batch: fixed, so that no sum depends on the number of workers.
 BATCH = 64
-_libraries = functools.cache(ThreadpoolController)
+_libraries = functools.cache(lambda: ThreadpoolController().select(user_api="blas"))
 
 
 class _OneThread(contextlib.ContextDecorator):
@@ -39,16 +39,23 @@ class _OneThread(contextlib.ContextDecorator):
     def __enter__(self) -> None:
         with self._lock:
             if self._n_inside == 0:
-                _let_any_thread_set()
-                self._limits = _libraries().limit(limits=1, user_api="blas")
+                libraries = _libraries().lib_controllers
+                # Setting a number takes longer than reading it.
+                found = [(library, library.get_num_threads()) for library in libraries]
+                self._limited = [(library, n) for library, n in found if n != 1]
+                if self._limited:
+                    _let_any_thread_set()
+                for library, _ in self._limited:
+                    library.set_num_threads(1)
             self._n_inside += 1
 
     def __exit__(self, *exception: Any) -> None:
         with self._lock:
             self._n_inside -= 1
-            if self._n_inside == 0:
+            if self._n_inside == 0 and self._limited:
                 _let_any_thread_set()
-                self._limits.restore_original_limits()
+                for library, n in self._limited:
+                    library.set_num_threads(n)
                 _let_any_thread_set()
 
 
@@ -98,7 +105,7 @@ def map_batches(
     starts = range(0, n_windows, batch_size)
     batches = [slice(start, min(start + batch_size, n_windows)) for start in starts]
     with one_thread:
-        check_scalar(n_jobs, "n_jobs", (Integral, type(None)))
+        check_scalar(n_jobs, "n_jobs", (type(None), Integral))
         # joblib takes longer to find out what None stands for than one window takes.
         n_threads = 1 if n_jobs is None and len(batches) < 2 else effective_n_jobs(n_jobs)
         if min(n_threads, len(batches)) < 2:
