@@ -133,14 +133,13 @@ class GroupTransformer(InnovationsTransformer, ArrayTransformer, auto_wrap_outpu
             of another.
         """
         X, _ = validate_innovations(self, X, reset=False)
-        n_groups, n_samples = X.shape[1] * len(self._group_names()), X.shape[2]
 
         def of_batch(batch):
-            groups = self._groups(X[batch].reshape(-1, n_samples))
-            return groups.reshape(-1, n_groups, groups.shape[-1])
+            return self._groups(X[batch].reshape(-1, X.shape[2]))
 
         parts = map_batches(of_batch, len(X), self.n_jobs, batch_size(X, BATCH))
-        return np.concatenate(parts).astype(X.dtype, copy=False)
+        groups = np.concatenate(parts).astype(X.dtype, copy=False)
+        return groups.reshape(len(X), -1, groups.shape[-1])
 
     @uses_fitted
     def get_feature_names_out(self, input_features: ArrayLike | None = None) -> NDArray[Any]:

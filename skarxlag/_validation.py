@@ -54,7 +54,6 @@ def validate_signals(
         # The model before has checked the windows, and that there are as many conditions.
         validate_signals(estimator, X[:1], y if y is None else y[:1], reset=reset)
         return X, None if y is None else column_or_1d(y)
-    check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
     # scikit-learn converts big-endian float32 to float64, but the byte order must not matter.
     if isinstance(X, np.ndarray) and not X.dtype.isnative:
         X = X.astype(X.dtype.newbyteorder("="))
@@ -62,6 +61,7 @@ def validate_signals(
         if y is None and is_plain(estimator, X, tuple(estimator.window_shape_.tolist())):
             return X, None
         _check_window_shape(estimator, np.asarray(X).shape[1:], any_length)
+    check = {"dtype": [np.float64, np.float32], "allow_nd": True, "reset": reset}
     if y is None and not (reset and get_tags(estimator).target_tags.required):
         X = validate_data(estimator, X, **check)
     else:

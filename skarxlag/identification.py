@@ -443,7 +443,7 @@ class ARXLaguerre(SignalEstimator, ArrayTransformer, auto_wrap_output_keys=None)
         if not reset:
             least = 2 * self._n_transient(int(self.window_shape_[-1]))
             # In shorter ones, the networks do not settle as in `fit`.
-            check_scalar(windows.shape[2], "Samples in a window of X", Integral, min_val=least)
+            check_scalar(windows.shape[2], "Samples in a window of X", int, min_val=least)
         return windows, y
 
     def _windows_by_model(self, windows, y, weights):

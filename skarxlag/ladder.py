@@ -197,8 +197,7 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         if self._is_bank():
             return ladder.relative_scores(X)
         by_rung = ladder.rung_scores(root_mean_square(X), self.isolation_thresholds_)
-        rung_of_class = np.argsort(np.searchsorted(self.classes_, self.rungs_))
-        return by_rung[:, rung_of_class]
+        return by_rung[:, np.argsort(np.searchsorted(self.classes_, self.rungs_))]
 
     def _validate(self, X):
         if not is_plain(self, X, (self.n_features_in_,)):
@@ -238,7 +237,7 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         ndarray of shape (n_windows,)
             Conditions.
         """
-        return self.classes_[np.argmax(self._scores(self._validate(X)), axis=1)]
+        return self.classes_[self._scores(self._validate(X)).argmax(axis=1)]
 
     def predict_proba(self, X: ArrayLike) -> NDArray[Any]:
         """Compute the probability of each condition.

@@ -20,7 +20,7 @@ from sklearn.utils.metaestimators import available_if
 from ._answers import offers, unfolded_steps
 from ._base import DocumentedEstimator
 from ._on_demand import IS_WANTED, OnDemand, TakesRowsOnDemand
-from ._parallel import map_batches, one_thread
+from ._parallel import map_batches
 from ._state import CheckedEstimator, expect
 from .kernels.lanes import LANES
 
@@ -30,6 +30,9 @@ _BATCH_BYTES = 2**22
 #: Rows of a batch, however long they are, while they take fewer bytes than the second number: the
 #: recursions process this many signals side by side.
 _ROWS_TOGETHER, _MOST_BYTES = LANES, 2**25
+#: Methods of the last step that `diagnose` calls, by the names of their results.
+_METHODS = {"verdict": "predict", "score": "decision_function"}
+_METHODS |= {"probability": "predict_proba", "alarm": "detect"}
 #: Each batch of a dask array would compute everything before it again.
 _LAZY = (
     "X is a dask array, expected windows in memory or mapped from a file. Diagnose it block by "
@@ -259,17 +262,11 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         last = self.steps[-1][1]
         if offers(last, "diagnose"):
             return Bunch(**last.diagnose(levels, **routed) | {"levels": levels})
-        found = Bunch(levels=levels)
-        if offers(last, "decision_function"):
-            found.score = last.decision_function(levels, **routed)
-        if offers(last, "predict_proba"):
-            found.probability = last.predict_proba(levels, **routed)
-        found.verdict = last.predict(levels, **routed)
-        if offers(last, "detect"):
-            found.alarm = last.detect(levels, **routed)
-        elif not is_classifier(last):
-            found.alarm = found.verdict == -1
-        return found
+        offered = {name: method for name, method in _METHODS.items() if offers(last, method)}
+        found = {name: getattr(last, offered[name])(levels, **routed) for name in offered}
+        if "alarm" not in found and not is_classifier(last):
+            found["alarm"] = found["verdict"] == -1
+        return Bunch(levels=levels, **found)
 
     def _before_last_step(self, X, params):
         """Return the input of the last step, and the metadata that its `predict` requests."""
@@ -403,7 +400,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
             some = {name: value[batch] for name, value in of_windows.items()}
             return method(X if n_windows <= batch_size else rows[batch], **params | some)
 
-        with _routing(params), one_thread:
+        with _routing(params):
             parts = map_batches(of_batch, n_rows, self.n_jobs, batch_size)
         if len(parts) == 1:
             return parts[0]
