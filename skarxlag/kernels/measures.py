@@ -46,7 +46,7 @@ def own_model(signals: NDArray[Any], segment: int, order: int) -> dict[str, Any]
     bands = max(segment // 2 - 1, 1)
     cells = -(-_LEAST_CELLS // bands)
     fine = autoregressive_log_spectrum(signals, order, bands * cells)
-    return {"colour": sum(fine[:, cell::cells] for cell in range(cells)) / cells}
+    return {"colour": np.einsum("wbc->wb", fine.reshape(-1, bands, cells)) / cells}
 
 
 def short_time(signals: NDArray[Any], segment: int, order: Any) -> dict[str, Any]:
@@ -108,4 +108,4 @@ def measure(signals: NDArray[Any], names: Sequence[str], segment: int, order: in
     found, signals = {}, unit_peak(signals)
     for function in dict.fromkeys(MEASURES[name] for name in names):
         found |= function(signals, segment, order)
-    return np.stack([found[name] for name in names], axis=1)
+    return np.concatenate([found[name][:, np.newaxis] for name in names], axis=1)

@@ -38,8 +38,7 @@ def centred(signals: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
 
 def largest(signals: NDArray[Any]) -> NDArray[Any]:
     """Return the largest absolute value over the last axis, which is kept, without a copy."""
-    highest = np.max(signals, axis=-1, keepdims=True)
-    return np.maximum(highest, -np.min(signals, axis=-1, keepdims=True))
+    return np.maximum(signals.max(axis=-1, keepdims=True), -signals.min(axis=-1, keepdims=True))
 
 
 def unit_rms_windows(windows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -20,12 +20,13 @@ _HALF = LENGTH // 2
 _LANES = 72
 #: Distances in a block of complex numbers: real to imaginary parts, and a quarter of either.
 _IMAGINARY, _STEP = _HALF * _LANES, _HALF // 4 * _LANES
-_TURNS = np.exp(-2j * np.pi * np.arange(_HALF) / LENGTH)
+_PHASES = -2 * np.pi * np.arange(_HALF) / LENGTH
+_TURNS = np.array([np.cos(_PHASES), np.sin(_PHASES)], dtype=np.float32)
 
 
 def band_levels(
     signals: NDArray[Any], window: NDArray[Any], hop: int, floor: NDArray[Any]
-) -> tuple[NDArray[Any], NDArray[Any]]:
+) -> NDArray[Any]:
     """Compute the mean and the median power of each band over the segments of each signal.
 
     Parameters
@@ -41,7 +42,7 @@ def band_levels(
 
     Returns
     -------
-    mean, median : ndarray of shape (n_signals, segment // 2 - 1)
+    ndarray of shape (2, n_signals, segment // 2 - 1)
         Mean and median power of the bands above frequency 0, without the Nyquist frequency.
 
     Examples
@@ -55,7 +56,7 @@ def band_levels(
     if len(window) != LENGTH:
         bands = fft.rfft(windowed_segments(signals, window, hop))[..., 1 : len(window) // 2]
         power = bands.real**2 + bands.imag**2 + floor[:, np.newaxis, np.newaxis]
-        return power.mean(axis=1), np.median(power, axis=1)
+        return np.stack([power.mean(axis=1), np.median(power, axis=1)])
     n_columns = -(-n_segments // _LANES) * _LANES + -(-LENGTH // hop)
     levels = np.empty((2, len(signals), _HALF), dtype=np.float32)
     _fill_levels(
@@ -63,13 +64,13 @@ def band_levels(
         # The join of the spectra of even and odd samples doubles them.
         (window / 2).astype(np.float32),
         floor.astype(np.float32),
-        np.array([_TURNS.real, _TURNS.imag], dtype=np.float32),
+        _TURNS,
         np.zeros((hop, n_columns), dtype=np.float32),
         np.empty((2, 2 * _IMAGINARY), dtype=np.float32),
         np.zeros((n_segments, _HALF), dtype=np.float32),
         levels,
     )
-    return levels[0, :, 1:], levels[1, :, 1:]
+    return levels[..., 1:]
 
 
 def windowed_segments(signals: NDArray[Any], window: NDArray[Any], hop: int) -> NDArray[Any]:

@@ -4,6 +4,7 @@ Every signal is processed separately, so that its result does not depend on the 
 """
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -68,13 +69,16 @@ def _midpoint_power(coefficients, n):
     """Compute the power of the transform of real rows at the midpoints of n cells on (0, pi)."""
     # The midpoints are the odd multiples of a quarter of a cell's turn.
     step = -(-coefficients.shape[1] // (4 * n))
-    response = fft.rfft(coefficients, 4 * n * step)[:, step :: 2 * step]
+    response = np.fft.rfft(coefficients, 4 * n * step)[:, step :: 2 * step]
     return response.real**2 + response.imag**2
 
 
-def short_time_log_spectra(
-    signals: NDArray[Any], segment: int, hop: int
-) -> tuple[NDArray[Any], NDArray[Any]]:
+@lru_cache
+def _hann_window(segment):
+    return np.hanning(segment + 2)[1:-1]
+
+
+def short_time_log_spectra(signals: NDArray[Any], segment: int, hop: int) -> NDArray[Any]:
     r"""Compute the logarithms of the mean and of the median power of each band over time.
 
     The bands are those of a short-time Fourier transform with a Hann window. The median is the
@@ -92,18 +96,17 @@ def short_time_log_spectra(
 
     Returns
     -------
-    mean, median : ndarray of shape (n_signals, max(segment // 2 - 1, 1))
-        Natural logarithms, up to a constant that depends on the signal and is the same for both.
-        They are 0 for a signal of zeros, and if a segment is shorter than 4 samples.
+    ndarray of shape (2, n_signals, max(segment // 2 - 1, 1))
+        Natural logarithms of mean and median, up to a constant that depends on the signal and is
+        the same for both. They are 0 for a signal of zeros, and if a segment is shorter than 4
+        samples.
     """
     if segment < 4:
-        return np.zeros((len(signals), 1)), np.zeros((len(signals), 1))
-    window = np.hanning(segment + 2)[1:-1]
+        return np.zeros((2, len(signals), 1))
     # A band without power is steady: what rounding leaves in it must not count.
     floor = _ROUNDING * segment / signals.shape[1] * np.einsum("wk,wk->w", signals, signals)
     floor[floor == 0] = 1.0
-    mean, median = band_levels(signals, window, hop, floor)
-    return np.log(mean, dtype=np.float64), np.log(median, dtype=np.float64)
+    return np.log(band_levels(signals, _hann_window(segment), hop, floor), dtype=np.float64)
 
 
 def unit_peak(signals: NDArray[Any]) -> NDArray[Any]:
