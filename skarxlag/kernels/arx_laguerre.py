@@ -53,35 +53,29 @@ def accumulate_sums(
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
     signals = windows[..., n_transient:]
     power = np.tensordot(weights, signals @ signals.transpose(0, 2, 1), axes=1)
-    first, last = np.zeros((2, n_windows, int(orders.sum())))
-    driven = np.zeros((n_channels, first.shape[1]))
-    _sum_driven_states(windows, weights, orders, poles, n_transient, driven, first, last)
-    moved = (last.T * weights) @ last - (first.T * weights) @ first
+    states, driven = np.zeros((n_windows, orders.sum())), np.zeros((n_channels, orders.sum()))
+    _sum_driven_states(windows[..., :n_transient], weights, orders, poles, driven, states)
+    first, driven[:] = states.copy(), 0.0
+    _sum_driven_states(signals, weights, orders, poles, driven, states)
+    moved = (states.T * weights) @ states - (first.T * weights) @ first
     return power, driven, moved
 
 
 @compiled
-def _sum_driven_states(windows, weights, orders, poles, n_transient, driven, first, last):
-    """Fill the last three arrays, which must be zero on entry.
-
-    They receive the sums of each state times each channel's signal, and for each window the states
-    at the first sample that is summed and after the last one.
-    """
+def _sum_driven_states(windows, weights, orders, poles, driven, states):
+    """Add each state times each channel's signal to `driven`, and advance the states."""
     n_windows, n_channels, n_samples = windows.shape
     n_states = driven.shape[1]
     for w in range(n_windows):
         for k in range(n_samples):
-            if k == n_transient:
-                first[w] = last[w]
-            if k >= n_transient:
-                for channel in range(n_channels):
-                    sample = weights[w] * windows[w, channel, k]
-                    for n in range(n_states):
-                        driven[channel, n] += sample * last[w, n]
+            for channel in range(n_channels):
+                sample = weights[w] * windows[w, channel, k]
+                for n in range(n_states):
+                    driven[channel, n] += sample * states[w, n]
             begin = 0
             for channel in range(n_channels):
                 end = begin + orders[channel]
-                advance(last[w, begin:end], windows[w, channel, k], poles[channel])
+                advance(states[w, begin:end], windows[w, channel, k], poles[channel])
                 begin = end
 
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import functools
+import gc
 from collections.abc import Callable
 from typing import Any
 
@@ -23,15 +24,13 @@ class _LenientCache:
         # What unpickling of a damaged file raises is as varied as the damage.
         with contextlib.suppress(Exception):
             return self._cache.load_overload(sig, target_context)
+        # A damaged index would be read again before every attempt to add to it.
+        with contextlib.suppress(Exception):
+            self._cache.flush()
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        try:
+        with contextlib.suppress(Exception):
             self._cache.save_overload(sig, data)
-        except Exception:
-            # A damaged index would be read again before every attempt to add to it.
-            with contextlib.suppress(Exception):
-                self._cache.flush()
-                self._cache.save_overload(sig, data)
 
 
 class _Kernel:
@@ -42,7 +41,14 @@ class _Kernel:
         self._options = options
 
     def __call__(self, *args: Any) -> Any:
-        return self.dispatcher(*args)
+        # numba creates a million objects at the first call, and each collection would visit them.
+        collects = gc.isenabled()
+        gc.disable()
+        try:
+            return self.dispatcher(*args)
+        finally:
+            if collects:
+                gc.enable()
 
     @functools.cached_property
     def dispatcher(self) -> Any:
@@ -56,11 +62,10 @@ class _Kernel:
             # numba compiles calls of its dispatchers only.
             if isinstance(known.get(name), _Kernel):
                 known[name] = known[name].dispatcher
-        try:
-            dispatcher = numba.njit(**self._options)(function)
-        except (RuntimeError, OSError):
-            dispatcher = numba.njit(**self._options | {"cache": False})(function)
-        with contextlib.suppress(AttributeError):
+        dispatcher = numba.njit(**self._options)(function)
+        # Without a folder for the cache there is none, and under NUMBA_DISABLE_JIT no dispatcher.
+        with contextlib.suppress(RuntimeError, OSError, AttributeError):
+            dispatcher.enable_caching()
             dispatcher._cache = _LenientCache(dispatcher._cache)
         return dispatcher
 
@@ -75,7 +80,8 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     Parameters
     ----------
     function : callable
-        A loop over arrays and plain numbers in numba's subset of Python.
+        A loop over arrays and plain numbers in numba's subset of Python. It allocates nothing, has
+        no expressions of whole arrays, and assigns no array to a slice.
 
     Returns
     -------
@@ -83,7 +89,9 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
         The compiled function. Its attribute ``__wrapped__`` is the original function.
     """
     options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
-    return _Kernel(function, cache=True, **options)
+    # A fifth of the time to compile would be spent on counting references to views of arrays, and
+    # on a search for expressions of whole arrays.
+    return _Kernel(function, _nrt=False, no_rewrites=True, **options)
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:

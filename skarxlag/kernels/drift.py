@@ -169,7 +169,6 @@ def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
     return (rows[:, np.newaxis] @ axes)[:, 0]
 
 
-@compiled
 def squared_distances(
     rows: Any, axes: Any, references: Any, precisions: Any, places: Any
 ) -> NDArray[Any]:
@@ -197,9 +196,15 @@ def squared_distances(
     >>> squared_distances(rows, np.eye(2), references, np.array([[1.0, 0.5]]), place)
     array([[[6.]]])
     """
+    squares = np.empty((*places.shape, references.shape[1]))
+    along = np.empty(axes.shape[1])
+    _fill_squares(rows, axes, references, precisions, places, along, squares)
+    return squares
+
+
+@compiled
+def _fill_squares(rows, axes, references, precisions, places, along, squares):
     n_features, n_axes = axes.shape
-    squares = np.zeros((len(places), len(rows), references.shape[1]))
-    along = np.empty(n_axes)
     for w in range(len(rows)):
         along[:] = 0.0
         for f in range(n_features):
@@ -210,6 +215,6 @@ def squared_distances(
             for c in range(references.shape[1]):
                 total = 0.0
                 for k in range(n_axes):
-                    total += precisions[place, k] * (along[k] - references[place, c, k]) ** 2
+                    change = along[k] - references[place, c, k]
+                    total += precisions[place, k] * (change * change)
                 squares[tried, w, c] = total / max(n_axes, 1)
-    return squares

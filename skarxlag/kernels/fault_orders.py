@@ -118,15 +118,13 @@ def contrast_parts(samples: NDArray[Any], turn: float | NDArray[Any], rate: floa
     samples, turn, rate = _without_high_frequencies(samples, turn, rate)
     longest = np.clip(_SECONDS * rate, *np.multiply(_TURNS, np.mean(turn)))
     short = _segments(samples, turn, longest)
-    long = short if len(short) == 1 else _segments(samples, turn, _LONG * longest)
+    long = [] if len(short) == 1 else _segments(samples, turn, _LONG * longest)
     frame = 2 ** max(round(math.log2(_FRAME * rate)), 2)
     n_bands = min(_N_BANDS, max(min(frame, len(short[0][0]) // 8) // 2 - 1, 1))
     bands = (frame, n_bands, HIGHEST_ORDER)
     banded = [mean_contrast(*envelopes_over_angle(*segment, *bands)) for segment in short]
     in_short = [mean_contrast(*prewhitened_envelope(*segment)) for segment in short]
-    in_long = in_short
-    if long is not short:
-        in_long = [mean_contrast(*prewhitened_envelope(*segment)) for segment in long]
+    in_long = [mean_contrast(*prewhitened_envelope(*segment)) for segment in long] or in_short
     return np.stack([np.mean(part, axis=0) for part in (banded, in_short, in_long)])
 
 
@@ -292,13 +290,9 @@ def fault_comb(
     """
     n_steps = int(tolerance / FACTOR_STEP + 1e-9)
     shifts = FACTOR_STEP * np.arange(-n_steps, n_steps + 1)
-    parts = [
-        (orders[0], CAGE_MULTIPLES),
-        (orders[1], SPIN_MULTIPLES),
-        (2 * orders[1], RACE_MULTIPLES),
-    ]
-    parts += [(order, RACE_MULTIPLES) for order in orders[2:]]
-    found = [_comb(contrast, *part, shifts, slip) for part in parts]
+    first = orders[0], orders[1], 2 * orders[1], *orders[2:]
+    multiples = CAGE_MULTIPLES, SPIN_MULTIPLES, *3 * [RACE_MULTIPLES]
+    found = [_comb(contrast, *part, shifts, slip) for part in zip(first, multiples, strict=True)]
     (cage, spin, twice, inner, outer), factors = zip(*found, strict=True)
     ball = (spin + twice) / 2 + cage_weight * min(cage, MOST_OF_CAGE)
     of_ball = factors[1] if spin > twice else factors[2]

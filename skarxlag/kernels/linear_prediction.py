@@ -85,7 +85,9 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
     n_products = n_samples - order
     first_row, sums = generators[0], generators[0]
     for w in range(n_signals):
-        padded[0, :n_products], padded[1, :n_samples] = signals[w, :n_products], signals[w]
+        for m in range(n_samples):
+            padded[0, m] = signals[w, m] if m < n_products else 0.0
+            padded[1, m] = signals[w, m]
         first_row[:] = 0.0
         for m in range(0, n_products, _TOGETHER):
             r, s = padded[0, m:], padded[1, m:]
@@ -104,8 +106,9 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
         if ridge == 0:
             continue
         scale = 1 / np.sqrt(first_row[0] + ridge)
-        first_row *= scale
-        generators[2] = first_row
+        for b in range(width):
+            first_row[b] *= scale
+            generators[2, b] = first_row[b]
         generators[:, 0], generators[:, order + 1 :] = 0.0, 0.0
         first_row[0] = 1 / scale
         plus = first_row

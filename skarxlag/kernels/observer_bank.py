@@ -130,14 +130,16 @@ def _fill_levels(signals, unit, gains, ratios, squares, state, levels):
         for block in range(len(gains)):
             state[:] = 0.0
             _estimate(signals[w], unit[w], gains[block], squares, state)
-            state[:_TOGETHER] = state[3 * _TOGETHER :] * inverse
+            for i in range(_TOGETHER):
+                state[i] = state[i + 3 * _TOGETHER] * inverse
+                levels[0, w, block, i] = state[i]
             state[_TOGETHER : 2 * _TOGETHER] = 0.0
-            levels[0, w, block] = state[:_TOGETHER]
             # The steps of the settling pass count for where the second one begins.
             for _ in range(2):
                 state[2 * _TOGETHER : 3 * _TOGETHER] = 0.0
                 _vote(squares, ratios, state)
-            levels[1, w, block] = state[2 * _TOGETHER : 3 * _TOGETHER] * inverse
+            for i in range(_TOGETHER):
+                levels[1, w, block, i] = state[i + 2 * _TOGETHER] * inverse
 
 
 @inlined

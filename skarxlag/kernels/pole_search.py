@@ -45,8 +45,7 @@ def cross_spectra(windows: NDArray[Any]) -> NDArray[Any]:
     n_windows, n_channels, n_samples = windows.shape
     n_segments = -(-n_samples // LONGEST_SEGMENT)
     length = -(-n_samples // n_segments)
-    padded = np.zeros((n_windows, n_channels, n_segments * length))
-    padded[..., :n_samples] = windows
+    padded = np.pad(windows, [(0, 0), (0, 0), (0, n_segments * length - n_samples)])
     spectra = fft.rfft(padded.reshape(n_windows, n_channels, n_segments, length), 2 * length)
     return np.einsum("wasf,wbsf->abf", spectra, spectra.conj())
 

@@ -54,12 +54,14 @@ def switching_gain(surface: NDArray[Any], step: float) -> NDArray[Any]:
     ndarray of shape (n_signals, n_samples)
         The gain, in the unit of the surface.
     """
-    return adapt_switching_gain(surface, root_mean_square(surface), step)
+    gain = np.abs(surface)
+    adapt_switching_gain(gain, root_mean_square(surface), step)
+    return gain
 
 
 @compiled
-def adapt_switching_gain(surface: NDArray[Any], start: NDArray[Any], step: float) -> NDArray[Any]:
-    r"""Compute the switching gain, which follows the size of the sliding surface.
+def adapt_switching_gain(sizes: NDArray[Any], start: NDArray[Any], step: float) -> None:
+    r"""Replace the sizes of the sliding surface by the switching gain, which follows them.
 
     The gain changes by :math:`\ln K_s^+ = \ln K_s + \mathrm{step}\,\mathrm{sgn}(|S| - K_s)`. It
     settles at the median of :math:`|S|`, where :math:`|S|` is above and below the gain equally
@@ -67,29 +69,22 @@ def adapt_switching_gain(surface: NDArray[Any], start: NDArray[Any], step: float
 
     Parameters
     ----------
-    surface : ndarray of shape (n_signals, n_samples)
-        The sliding surface S.
+    sizes : ndarray of shape (n_signals, n_samples)
+        Sizes :math:`|S|` of the sliding surface. Receives the gain after each sample.
     start : ndarray of shape (n_signals,)
         Gain before the first sample, above 0. A gain that starts at 0 stays at 0.
     step : float
         Step of the logarithm, above 0.
-
-    Returns
-    -------
-    ndarray of shape (n_signals, n_samples)
-        The gain after each sample.
     """
-    n_signals, n_samples = surface.shape
-    gain = np.empty((n_signals, n_samples))
+    n_signals, n_samples = sizes.shape
     up, down = math.exp(step), math.exp(-step)
     for signal in range(n_signals):
         k_s = start[signal]
         for k in range(n_samples):
-            size = abs(surface[signal, k])
+            size = sizes[signal, k]
             # A selection, because branches that depend on noise are mispredicted.
             k_s *= up if size > k_s else (down if size < k_s else 1.0)
-            gain[signal, k] = k_s
-    return gain
+            sizes[signal, k] = k_s
 
 
 def settled_level(gain: NDArray[Any]) -> NDArray[Any]:
@@ -134,7 +129,7 @@ def _fill_power_levels(innovations, loop, histories, squares, levels):
             for start in range(0, n_samples, TILE):
                 observe_block(innovations, w, c, start, loop, histories)
                 for i in range(TILE * LANES):
-                    squares[i + LANES] = squares[i] + histories[ERROR, i] ** 2
+                    squares[i + LANES] = squares[i] + histories[ERROR, i] * histories[ERROR, i]
                 length = min(TILE, n_samples - start)
                 carry_loop(histories, length)
                 carry(squares, length)

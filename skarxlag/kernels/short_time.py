@@ -103,7 +103,8 @@ def _fill_levels(signals, window, floor, turns, phases, blocks, rows, levels):
         # Row k of the phases holds the samples k, k + hop, k + 2 hop ...
         for k in range(hop):
             samples = signals[w, k::hop]
-            phases[k, : len(samples)] = samples
+            for i in range(len(samples)):
+                phases[k, i] = samples[i]
         for first in range(0, n_segments, _LANES):
             # Even samples are real parts, and odd ones are imaginary parts.
             for k in range(LENGTH):
@@ -119,7 +120,8 @@ def _fill_levels(signals, window, floor, turns, phases, blocks, rows, levels):
                 stride //= 4
             _fill_power(source, turns, floor[w], target)
             for lane in range(min(_LANES, n_segments - first)):
-                rows[first + lane] = target[lane:_IMAGINARY:_LANES]
+                for band in range(_HALF):
+                    rows[first + lane, band] = target[lane + band * _LANES]
         mean, median = levels[0, w], levels[1, w]
         mean[:] = np.float32(0.0)
         for s in range(n_segments):

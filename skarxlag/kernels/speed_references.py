@@ -79,15 +79,12 @@ def speed_distance(log_speed: NDArray[Any], known: NDArray[Any]) -> Distance:
     array([0. , 0.5, 1. ])
     """
     inside = np.clip(log_speed, known[0], known[-1])
-    if len(known) == 1:
-        lower = upper = np.zeros(len(inside), dtype=int)
-        share = variance = np.zeros(len(inside))
-    else:
-        upper = np.clip(np.searchsorted(known, inside), 1, len(known) - 1)
-        lower = upper - 1
-        step = known[upper] - known[lower]
-        share = (inside - known[lower]) / step
-        variance = share * (1 - share) * step
+    upper = np.searchsorted(known[1:-1], inside) + min(len(known) - 1, 1)
+    lower = np.maximum(upper - 1, 0)
+    step = known[upper] - known[lower]
+    # There is no step if only one speed is known.
+    share = np.divide(inside - known[lower], step, out=np.zeros(len(inside)), where=step > 0)
+    variance = share * (1 - share) * step
     beyond = log_speed - inside
     return Distance(lower, upper, share, (variance + np.abs(beyond)) / UNIT_DISTANCE, beyond)
 
