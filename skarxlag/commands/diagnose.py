@@ -75,10 +75,9 @@ def run(args: argparse.Namespace) -> int:
     print(*_lines(args, model, diagnoses, rows), sep="\n")
     failed = rows[rows["error"] != ""]
     if len(failed):
-        lines = failed["recording"] + ": " + failed["error"]
-        print(
-            f"{len(failed)} of {len(rows)} recordings failed:", *lines, sep="\n  ", file=sys.stderr
-        )
+        counts = f"{len(failed)} of {len(rows)} recordings failed:"
+        reasons = failed["recording"] + ": " + failed["error"]
+        print(counts, *reasons, sep="\n  ", file=sys.stderr)
     if args.fail_on == "alarm" and (rows["verdict"].astype(str) != str(model.healthy)).any():
         return _ALARM
     return 1 if len(failed) else 0

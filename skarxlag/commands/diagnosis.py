@@ -141,7 +141,6 @@ def diagnose_all(args: argparse.Namespace, recordings: list[ListedRecording], mo
         n_threads = 1 if args.dask or args.processes else n_threads
         # A worker of a cluster may run in another folder.
         own = [replace(each, path=each.path.absolute()) for each in recordings]
-        own = own if args.dask else recordings
         further = model.load, args.resample, n_threads
         tasks = [partial(diagnose_file, own[place], *further) for place in waiting]
         for number, outcome in run_tasks(tasks, workers):

@@ -230,10 +230,9 @@ def why_no_figures() -> str | None:
 def _accuracy(rows, conditions):
     """Return counts of verdicts (columns) by stated condition (rows)."""
     known = rows[rows["condition"].notna() & (rows["error"] == "")]
-    counts = pd.crosstab(known["condition"], known["verdict"])
-    names = dict.fromkeys([*map(str, conditions), *counts.index, *counts.columns])
-    every = counts.reindex(index=names, columns=names, fill_value=0)
-    return every.loc[every.any(axis=1), every.any()]
+    names = dict.fromkeys([*map(str, conditions), *known["condition"], *known["verdict"]])
+    in_order = pd.CategoricalDtype([*names])
+    return pd.crosstab(known["condition"].astype(in_order), known["verdict"].astype(in_order))
 
 
 def _figures(recording, diagnosis, model, resample, faults):

@@ -69,9 +69,11 @@ class SensorStream:
             refuse(args, ["time_column", "rpm_column"], "belongs to csv lines")
         self._pulses = args.pulses_per_turn or 1
         self._tacho, self._speed_column = None, args.rpm_column
-        if "speed_source" in args.rpm:
+        if (speeds := args.rpm.get("speed_source")) and not self._is_folder:
+            if not speeds.startswith(TACHO):
+                refuse(args, ["rpm"], f"{speeds} is for a folder; use {TACHO}CHANNEL, --rpm-column")
             self._tacho = TachoStream(self._rate, self._pulses)
-            self._speed_column = args.rpm["speed_source"].removeprefix(TACHO)
+            self._speed_column = speeds.removeprefix(TACHO)
         source = args.source if is_stdin else str(path.resolve())
         self._facts = {name: vars(args)[name] for name in _READING}
         self._facts |= {"source": source, "model": model.identity, "sampling_rate": self._rate}
@@ -170,7 +172,7 @@ class SensorStream:
         self.is_at_place = False
         samples, rpm = block.samples, block.rpm if self._is_folder else self._args.rpm.get("rpm")
         if samples.size:
-            if self._speed_column is not None and not self._is_folder:
+            if self._speed_column is not None:
                 samples, rpm = samples[:-1], samples[-1]
                 rpm = rpm if self._tacho is None else self._tacho.speeds(rpm)
             if len(samples) != (n := self._model.n_channels):

@@ -1,6 +1,5 @@
 """From the bytes of a running source to samples, and their times if it is text."""
 
-import codecs
 import csv
 import math
 import re
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from .formats._contents import ContentError, choose_channel, choose_channels
 from .formats._facts import SECONDS, names_speed, names_times, seconds_of_dates
 from .formats.raw import frame_type
-from .formats.text import TextLayout, is_number, number, text_layout
+from .formats.text import TextLayout, date_columns, is_number, number, text_layout
 
 #: Lines from which the layout of a text is inferred: names, units, and two of samples.
 _HEAD_LINES = 4
@@ -179,7 +178,9 @@ class StreamTimes:
             name = None if self._column == NO_TIMES else choose_channel(layout.names, self._column)
         if name is None:
             return None
-        unit, values = layout.units.get(name, "").lower(), [number(row[name]) for row in rows]
+        parts = date_columns(layout.names, rows[0]) if rows else []
+        self._parts = parts if name in parts else [name]
+        unit, values = layout.units.get(name, "").lower(), [number(self._text(r)) for r in rows]
         # Dates have no unit, whatever the header states.
         is_date = len(values) > 0 and np.isnan(values).all()
         self._scale = SECONDS.get("s" if is_date else unit or "s")
@@ -191,11 +192,15 @@ class StreamTimes:
             raise ContentError(f"column {name!r} is in {unit!r}, expected one of {[*SECONDS]}")
         return name
 
-    def seconds(self, text: str) -> float:
-        """Return a field of the column in seconds, NaN if it is not a time."""
-        value = number(text) * self._scale
+    def seconds(self, row: dict[str, str]) -> float:
+        """Return the time of a line by its fields in seconds, NaN if they hold none."""
+        value = number(text := self._text(row)) * self._scale
         value = float(seconds_of_dates([text])[0]) if math.isnan(value) else value
         return value if abs(value) < _LARGEST else math.nan
+
+    def _text(self, row):
+        """Return the field of the column, or date and time of day of two columns."""
+        return " ".join(row[name] for name in self._parts)
 
     def cut(self, samples: NDArray[Any], times: NDArray[Any]) -> Iterator[tuple[Any, float | None]]:
         """Yield parts of a block that begin at a known time, as `TextSamples.parts` does.
@@ -346,8 +351,6 @@ class TextSamples(_Samples):
 
     def _learn(self, head, is_end=False):
         """Infer the layout; return whether there are enough lines."""
-        if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-            raise ContentError("the text is UTF-16, expected UTF-8")
         *lines, rest = head.split(b"\n")
         lines += [rest] if is_end and rest else []
         telling = [i for i, line in enumerate(lines) if line.strip() and line[:1] not in b"#%"]
@@ -401,7 +404,7 @@ class TextSamples(_Samples):
             self.unread[_BAD_LINES] += 1
             texts = [""] * len(texts)
         if sample and self._time is not None:
-            time = self._times.seconds(sample[self._time])
+            time = self._times.seconds(sample)
             self.unread[_BAD_TIMES] += np.isnan(time)
         return [*map(number, texts), time]
 
@@ -414,4 +417,4 @@ class TextSamples(_Samples):
 
 
 def _no_numbers(found):
-    return ContentError(f"{found}, expected csv lines; raw samples need --dtype")
+    return ContentError(f"{found}, expected csv lines in UTF-8; raw samples need --dtype")

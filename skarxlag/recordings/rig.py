@@ -136,9 +136,8 @@ def read_recording_table(
     """
     facts = {"pattern": pattern, "channel": channel, "sampling_rate": sampling_rate, "dtype": dtype}
     listed = list_recordings(path, **facts)
-    reader, recordings = _Reader(resample), []
-    for entry in listed:
-        recordings.append(np.concatenate(list(reader.blocks(entry, None)), axis=-1))
+    reader = _Reader(resample)
+    recordings = [np.concatenate([*reader.blocks(each, None)], axis=-1) for each in listed]
     return Bunch(recordings=recordings, **reader.facts(listed))
 
 

@@ -99,3 +99,10 @@ def test_several_channels_are_given_by_name_position_or_pattern(run, tmp_path):
     file = tmp_path / "worn.npz"
     code, out, _ = run("diagnose", tmp_path / "m.skops", file, "--channel", "*DE_time; *FE_time")
     assert code == 0 and " worn " in out
+
+
+def test_a_table_among_the_recordings_of_a_folder_is_named_as_one(run, folder, model):
+    (folder / "runs" / "table.csv").write_text("path,rpm\na/good_300_a.npy,300\n")
+    code, _, err = run("diagnose", model, folder / "runs", "--sampling-rate", "5e3")
+    reason = "table.csv: this is a table of recordings, expected samples; --table takes it"
+    assert code == 1 and "1 of 13 recordings failed" in err and reason in err

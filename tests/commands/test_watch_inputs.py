@@ -91,11 +91,14 @@ def test_a_byte_order_mark_and_two_signs_at_the_end_of_a_line(run, models, fitte
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (np.random.default_rng(0).bytes(100_000), "expected csv lines; raw samples need --dtype"),
+        (
+            np.random.default_rng(0).bytes(100_000),
+            "expected csv lines in UTF-8; raw samples need --dtype",
+        ),
         (bytes(1_400_000), "bytes without a line of numbers, expected csv lines"),
         (b"1" * 1_400_000, "bytes without a line of numbers, expected csv lines"),
         (b"<html>\n<p>Not found\n</p>\n</html>\n", "'<p>Not found' is no line of 1 numbers"),
-        ("1.5\n2.5\n".encode("utf-16"), "the text is UTF-16, expected UTF-8"),
+        ("1.5\n2.5\n".encode("utf-16"), "expected csv lines in UTF-8"),
         (b"1,5\n" * 300, "2 channels, expected 1; --channel chooses"),
     ],
 )
@@ -292,3 +295,5 @@ def test_a_column_of_shaft_speeds(run, models, piped, tmp_path):
         assert code == 2 and "--rpm-column: belongs to csv lines" in err
     code, _, err = run("watch", models[0], "-", "--rpm-column", "n", "--rpm", 900)
     assert code == 2 and "not allowed with argument" in err
+    code, _, err = run("watch", models[0], "-", "--rpm", "log.csv")
+    assert code == 2 and "--rpm: log.csv is for a folder; use tacho:CHANNEL, --rpm-column" in err

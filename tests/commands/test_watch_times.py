@@ -36,8 +36,15 @@ def test_a_gap_across_lines_is_a_gap_of_the_record(run, models, fitted, piped):
     signal = sound("good", 1000, 3)
     times = 5 + np.arange(1000) / RATE
     times[500:] += 7.5
-    for written, start in ((times, 0.0), (dates(times), START.timestamp())):
-        piped(timed(written, signal))
+    in_two = [
+        datetime.fromisoformat(date).strftime("%d.%m.%Y,%H:%M:%S.%f") for date in dates(times)
+    ]
+    for written, start, header in [
+        (times, 0.0, b"time,acc\n"),
+        (dates(times), START.timestamp(), b"time,acc\n"),
+        (in_two, START.timestamp(), b"Date,Time,acc\n"),
+    ]:
+        piped(timed(written, signal, header))
         code, out, err = run("watch", models[0], "-")
         monitor = ConditionMonitor(fitted[0], RATE, detector=fitted[1], window_length=WINDOW)
         told = monitor.update(signal[:500], time=5.0) + monitor.update(signal[500:], time=13.0)

@@ -8,7 +8,7 @@ import re
 import sys
 import warnings
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import chain
@@ -65,18 +65,29 @@ def contents(path: Path) -> Iterator[Contents]:
     with _open(path) as file:
         head = file.read(_HEAD)
     layout = text_layout(head, is_whole=len(head) < _HEAD)
-    parts = [name for name in layout.names if letters(name) in ("date", "datum")]
-    parts += [name for name in layout.names if letters(name) in ("time", "zeit", "uhrzeit")]
+    if layout.names[0].strip().lower() == "path":
+        raise ContentError("this is a table of recordings, expected samples; --table takes it")
 
     def read(names, n_samples):
         for frame in _frames(path, layout, n_samples or sys.maxsize):
-            if len(parts) == 2 and {*parts} & {*names}:
+            parts = date_columns(layout.names, frame.iloc[0]) if len(frame) else []
+            if {*parts} & {*names}:
                 date, clock = (frame[part].astype(str) for part in parts)
-                if ":" in clock.iloc[0] and ":" not in date.iloc[0]:
-                    frame = frame.assign(**dict.fromkeys(parts, date + " " + clock))
+                frame = frame.assign(**dict.fromkeys(parts, date + " " + clock))
             yield [frame[name].to_numpy() for name in names]
 
     yield Contents({name: Channel(unit=layout.units.get(name)) for name in layout.names}, read)
+
+
+def date_columns(names: list[str], row: Mapping[str, object]) -> list[str]:
+    """Return the columns of the date and of the time of day, or none if they are not two.
+
+    >>> date_columns(["Zeit", "acc", "Datum"], {"Zeit": "07:00:00", "Datum": "22.11.26"})
+    ['Datum', 'Zeit']
+    """
+    parts = [name for name in names if letters(name) in ("date", "datum")]
+    parts += [name for name in names if letters(name) in ("time", "zeit", "uhrzeit")]
+    return parts if [":" in str(row[name]) for name in parts] == [False, True] else []
 
 
 def _frames(path, layout, n_rows):
