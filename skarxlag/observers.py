@@ -435,7 +435,8 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
     :math:`P = \ln\overline{d^2}`; :math:`2\ln K` with the gain K of a sliding-mode residual whose
     surface is d, :math:`\ln K^+ = \ln K + 0.05\,\mathrm{sgn}(|d| - K)`; and the steadiness
     :math:`2\ln K - P`. K settles at the median of :math:`|d|`, which the impacts of a fault hardly
-    change, while they raise P. K runs over the window twice and is averaged the second time.
+    change, while they raise P. K runs over the first 256 samples to settle, and then over the whole
+    window, where it is averaged.
 
     Innovations have to be in units of their root mean square, as `ARXLaguerre` returns them,
     because the bound is in their unit.
@@ -504,9 +505,10 @@ class ExtendedStatePIObserverBank(GroupTransformer, auto_wrap_output_keys=None):
     }
 
     def _groups(self, signals):
-        # Rows in Fortran's order would have the loop compiled once more.
-        gains = self.pole, self.kp_, self.ki_, self.bounds_, _ADAPTATION_STEP
-        power, gain = bank_levels(np.ascontiguousarray(signals), *gains)
+        # Another order in memory or another type would have the loop compiled once more.
+        signals = np.ascontiguousarray(signals, dtype=np.float64)
+        gains = float(self.pole), self.kp_, self.ki_, self.bounds_, _ADAPTATION_STEP
+        power, gain = bank_levels(signals, *gains)
         return np.stack([power, gain, gain - power], axis=1)
 
     @property

@@ -14,12 +14,20 @@ from numpy.typing import NDArray
 from .compiled import compiled, inlined
 from .spectra import frequency_grid
 
-#: Members that are worked on together. Two vectors of them are under way at the same time, since
-#: each has to wait for its own sample before.
-_TOGETHER = 32
+#: Members that are worked on together: each has to wait for its own sample before, and the state of
+#: so many fits in the fastest memory.
+_TOGETHER = 64
+#: Samples between loads and stores of the state.
+_AT_ONCE = 4
+#: Groups of `_AT_ONCE` samples in which the switching gain settles: it can cross 11 decades of
+#: power at a step of 0.05.
+_SETTLING = 64
 #: Share of the innovations' power by which the square of every estimate is raised: an estimate that
 #: is nothing but rounding is steady.
 _FLOOR = 1e-12
+#: Limits of the largest sample. Beyond them, the bound has no effect or is reached at once, and
+#: single precision has no room.
+_SIZES = 1e-9, 1e9
 
 
 def member_gains(
@@ -77,12 +85,19 @@ def bank_levels(
     .. math::
 
         e = \varepsilon - c, \qquad c^+ = \zeta c + k_p e + d, \qquad p^+ = p + k_i e, \qquad
-        d^+ = (1 + \min(|p^+|, M))\,p^+ ,
+        d^+ = (1 + \min(|p^+|, M))\,p^+ .
 
     This is the extended-state observer with two equal integral gains. With :math:`M = 0` it is
-    linear. The fault estimate is the sliding surface: :math:`\ln K` changes by
-    ``step * sign(|d| - K)`` per sample. The gain K starts at the root mean square of d. It settles
-    in a first pass over the window, and is averaged in a second pass.
+    linear. The loop computes c by way of the error, since all members then share the terms in
+    the innovations:
+
+    .. math::
+
+        e^+ = (\varepsilon^+ - \zeta\varepsilon) + (\zeta - k_p)\,e - d .
+
+    The fault estimate is the sliding surface: :math:`\ln K` changes by ``step * sign(|d| - K)`` per
+    sample. The gain K starts at the root mean square of d. It settles in a first pass over 253 to
+    256 samples, or over a shorter window, and is averaged in a second pass over all samples.
 
     Parameters
     ----------
@@ -102,128 +117,105 @@ def bank_levels(
         window's largest value. They are not below -27.6, which stands for no power.
     """
     n_windows, n_samples = innovations.shape
-    peak = np.max(np.abs(innovations), axis=1)
-    unit = np.where(peak > 0, peak, 1.0)
-    signals = (innovations / unit[:, np.newaxis]).astype(np.float32)
-    # A bound far above whatever an estimate can reach is none.
-    unit = np.minimum(unit, 1e30).astype(np.float32)
-    n_blocks = -(-len(kp) // _TOGETHER)
+    peak = np.maximum(innovations.max(axis=1), -innovations.min(axis=1))
+    size = np.clip(peak, *_SIZES)
+    scale = size / np.maximum(peak, np.finfo(np.float64).tiny)
+    floor = (_FLOOR * size**2).astype(np.float32)
     # A member with gains of zero does nothing: such members fill the last block.
-    gains = np.zeros((4, n_blocks * _TOGETHER), dtype=np.float32)
-    gains[:, : len(kp)] = pole - kp, kp, ki, bound
-    gains = gains.reshape(4, n_blocks, _TOGETHER).transpose(1, 0, 2).reshape(n_blocks, -1)
-    levels = np.empty((2, n_windows, n_blocks, _TOGETHER))
-    ratios = np.exp([2 * step, -2 * step]).astype(np.float32)
-    squares, state = (np.empty(n * _TOGETHER, dtype=np.float32) for n in (n_samples, 4))
-    _fill_levels(signals, unit, np.ascontiguousarray(gains), ratios, squares, state, levels)
-    power, steps = levels.reshape(2, n_windows, -1)[..., : len(kp)]
-    power = np.log(power)
-    return power, power + 2 * step * steps
+    members = np.zeros((7, len(kp) + -len(kp) % _TOGETHER), dtype=np.float32)
+    members[4:, : len(kp)] = pole - kp, ki, bound
+    members = members.reshape(7, -1, _TOGETHER).swapaxes(0, 1).reshape(-1, 7 * _TOGETHER)
+    # Zeros before the first sample leave a member at rest. They make the last group whole.
+    padding = -n_samples % _AT_ONCE
+    signal = np.zeros(padding + n_samples, dtype=np.float32)
+    n_states, n_squares = members.shape[1], len(signal) * _TOGETHER
+    work = np.empty(n_states + n_squares + 16, dtype=np.float32)
+    # Vectors that lie in two cache lines take longer to store.
+    work = work[-work.ctypes.data % 64 // 4 :]
+    squares = work[n_states : n_states + n_squares].reshape(-1, _AT_ONCE * _TOGETHER)
+    ratios = np.exp(2 * step * np.array([1, -1, padding])).astype(np.float32)
+    levels = np.empty((3, n_windows, len(members), _TOGETHER))
+    _fill_levels(
+        innovations, pole, scale, floor, members, ratios, signal, work[:n_states], squares, levels
+    )
+    levels = levels.reshape(3, n_windows, -1)[..., : len(kp)]
+    power, settled = np.log(levels[:2] / size[:, np.newaxis] ** 2)
+    return power, settled + 2 * step * (2 * levels[2] / n_samples - (n_samples + 1) / 2)
 
 
 @compiled
-def _fill_levels(signals, unit, gains, ratios, squares, state, levels):
-    """Write the mean square, and the mean number of steps of the gain above its start."""
-    n_windows, n_samples = signals.shape
-    inverse = np.float32(1.0 / n_samples)
-    for w in range(n_windows):
-        for block in range(len(gains)):
-            state[:] = 0.0
-            _estimate(signals[w], unit[w], gains[block], squares, state)
-            for i in range(_TOGETHER):
-                state[i] = state[i + 3 * _TOGETHER] * inverse
+def _fill_levels(innovations, pole, scale, floor, members, ratios, signal, state, squares, levels):
+    """Write the mean square, the square of the settled gain, and the sum of its steps up.
+
+    A step up counts for the sample of its vote and for all samples after it.
+    """
+    n, n_samples = _TOGETHER, innovations.shape[1]
+    up, down, lift = ratios[0], ratios[1], ratios[2]
+    padding = len(signal) - n_samples
+    for w in range(len(innovations)):
+        before = 0.0
+        for k in range(n_samples):
+            sample = scale[w] * innovations[w, k]
+            signal[padding + k] = sample - pole * before
+            before = sample
+        for block in range(len(members)):
+            for i in range(len(state)):
+                state[i] = members[block, i]
+            _estimate(signal, floor[w], state, squares)
+            for i in range(n):
+                state[i] = (state[i + 3 * n] - padding * floor[w]) / n_samples
                 levels[0, w, block, i] = state[i]
-            state[_TOGETHER : 2 * _TOGETHER] = 0.0
-            # The steps of the settling pass count for where the second one begins.
-            for _ in range(2):
-                state[2 * _TOGETHER : 3 * _TOGETHER] = 0.0
-                _vote(squares, ratios, state)
-            for i in range(_TOGETHER):
-                levels[1, w, block, i] = state[i + 2 * _TOGETHER] * inverse
+            for sizes in (squares[:_SETTLING], squares):
+                for i in range(n):
+                    levels[1, w, block, i] = state[i]
+                    # The zeros before the first sample vote, too: these steps make up for them.
+                    state[i] *= lift
+                    state[i + n] = 0.0
+                _vote(sizes, up, down, state)
+            for i in range(n):
+                levels[2, w, block, i] = state[i + n]
 
 
 @inlined
-def _estimate(signal, unit, gains, squares, state):
+def _estimate(signal, floor, state, squares):
     """Compute the squares of the fault estimates, and their sum.
 
-    `state` holds correction, integral, estimate and sum of `_TOGETHER` members. `gains` holds
-    their feedback of the correction, kp, ki and bound. The loop processes four samples at a time,
-    which saves loads and stores.
-    """
-    n, floor = _TOGETHER, np.float32(_FLOOR)
-    whole = len(signal) - len(signal) % 4
-    for k in range(0, whole, 4):
-        x0, x1, x2, x3 = signal[k], signal[k + 1], signal[k + 2], signal[k + 3]
-        out = squares[k * n : (k + 4) * n]
-        for i in range(n):
-            c, p, d = state[i], state[i + n], state[i + 2 * n]
-            a, kp, ki, bound = gains[i], gains[i + n], gains[i + 2 * n], gains[i + 3 * n]
-            c, p, d, s0 = _one_sample(x0, c, p, d, a, kp, ki, bound, unit, floor)
-            c, p, d, s1 = _one_sample(x1, c, p, d, a, kp, ki, bound, unit, floor)
-            c, p, d, s2 = _one_sample(x2, c, p, d, a, kp, ki, bound, unit, floor)
-            c, p, d, s3 = _one_sample(x3, c, p, d, a, kp, ki, bound, unit, floor)
-            out[i] = s0
-            out[i + n] = s1
-            out[i + 2 * n] = s2
-            out[i + 3 * n] = s3
-            state[i + 3 * n] += (s0 + s1) + (s2 + s3)
-            state[i] = c
-            state[i + n] = p
-            state[i + 2 * n] = d
-    for k in range(whole, len(signal)):
-        for i in range(n):
-            c, p, d = state[i], state[i + n], state[i + 2 * n]
-            a, kp, ki, bound = gains[i], gains[i + n], gains[i + 2 * n], gains[i + 3 * n]
-            c, p, d, s0 = _one_sample(signal[k], c, p, d, a, kp, ki, bound, unit, floor)
-            squares[k * n + i] = s0
-            state[i + 3 * n] += s0
-            state[i] = c
-            state[i + n] = p
-            state[i + 2 * n] = d
-
-
-@inlined
-def _one_sample(x, c, p, d, a, kp, ki, bound, unit, floor):
-    p = p + ki * (x - c)
-    c = a * c + kp * x + d
-    d = (np.float32(1.0) + min(unit * abs(p), bound)) * p
-    return c, p, d, d * d + floor
-
-
-@inlined
-def _vote(squares, ratios, state):
-    """Run the switching gains over the window once.
-
-    `state` holds the squared gain, the number of steps up minus steps down, and the sum of this
-    number over time.
+    `state` holds, of `_TOGETHER` members each: the next error but for its sample, integral,
+    estimate and sum; feedback of the error, ki and bound.
     """
     n = _TOGETHER
-    up, down = ratios[0], ratios[1]
-    n_samples = len(squares) // n
-    whole = n_samples - n_samples % 4
-    for k in range(0, whole, 4):
-        sizes = squares[k * n : (k + 4) * n]
+    for group in range(len(squares)):
+        k = group * _AT_ONCE
+        samples = signal[k], signal[k + 1], signal[k + 2], signal[k + 3]
+        out = squares[group]
         for i in range(n):
-            gain, steps, total = state[i], state[i + n], state[i + 2 * n]
-            s0, s1, s2, s3 = sizes[i], sizes[i + n], sizes[i + 2 * n], sizes[i + 3 * n]
-            gain, steps, total = _one_vote(s0, gain, steps, total, up, down)
-            gain, steps, total = _one_vote(s1, gain, steps, total, up, down)
-            gain, steps, total = _one_vote(s2, gain, steps, total, up, down)
-            gain, steps, total = _one_vote(s3, gain, steps, total, up, down)
-            state[i] = gain
-            state[i + n] = steps
-            state[i + 2 * n] = total
-    for k in range(whole, n_samples):
-        for i in range(n):
-            gain, steps, total = state[i], state[i + n], state[i + 2 * n]
-            gain, steps, total = _one_vote(squares[k * n + i], gain, steps, total, up, down)
-            state[i] = gain
-            state[i + n] = steps
-            state[i + 2 * n] = total
+            rest, p, d, total = state[i], state[i + n], state[i + 2 * n], state[i + 3 * n]
+            a, ki, bound = state[i + 4 * n], state[i + 5 * n], state[i + 6 * n]
+            for j in range(_AT_ONCE):
+                e = samples[j] + rest
+                rest = a * e - d
+                p = p + ki * e
+                d = p + min(abs(p), bound) * p
+                size = d * d + floor
+                total = total + size
+                out[i + j * n] = size
+            state[i], state[i + n], state[i + 2 * n], state[i + 3 * n] = rest, p, d, total
 
 
 @inlined
-def _one_vote(size, gain, steps, total, up, down):
-    above = size > gain
-    steps = steps + (np.float32(1.0) if above else np.float32(-1.0))
-    return gain * (up if above else down), steps, total + steps
+def _vote(squares, up, down, state):
+    """Run the switching gains over `squares` once.
+
+    `state` holds the squared gain, and the sum of its steps up.
+    """
+    n = _TOGETHER
+    for group in range(len(squares)):
+        sizes = squares[group]
+        left = np.float32((len(squares) - group) * _AT_ONCE)
+        for i in range(n):
+            gain, total = state[i], state[i + n]
+            for j in range(_AT_ONCE):
+                above = sizes[i + j * n] > gain
+                gain = gain * (up if above else down)
+                total = total + (left - np.float32(j)) if above else total
+            state[i], state[i + n] = gain, total
