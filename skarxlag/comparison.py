@@ -200,7 +200,7 @@ class SpectralDistance(StretchTransformer):
 
     def _calibrate(self, chosen, scatter, moved, learned, means):
         """Return axes, variances and references of the chosen groups, joined to one vector."""
-        scatter, moved, learned = (_joined(each[:, chosen]) for each in (scatter, moved, learned))
+        scatter, moved, learned = (_joined(each, chosen) for each in (scatter, moved, learned))
         change = np.diag(self._smooth_variance(len(chosen), self.rough_drift))
         change += self.frequency_drift * moved.T @ moved / len(moved)
         if len(learned) > 0:
@@ -252,13 +252,13 @@ class SpectralDistance(StretchTransformer):
         weights = weights[np.arange(len(X)), :, own]
         moved = []
         for chosen, axes, variances, references, _ in self._parts():
-            expected = np.einsum("wk,wkf->wf", weights, references[:, own].swapaxes(0, 1))
-            rows = drift.along_axes(_joined(cepstra[:, chosen]), axes) - expected
+            expected = np.einsum("wk,kwgf->wgf", weights, references[:, own])
+            rows = drift.along_axes(_joined(cepstra, chosen), axes) - expected
             share = np.mean(rows * (factor / (variances + factor)), axis=0)
-            smooth = self._smooth_variance(len(chosen), 0.0)
-            moved.append(axes.T @ (smooth * (axes @ share)))
-        joint = self.joint_references_ + moved.pop()
-        return {"references_": self.references_ + np.stack(moved), "joint_references_": joint}
+            smooth = self._smooth_variance(chosen.shape[1], 0.0)
+            moved.append(np.einsum("gfa,f,gfb,gb->ga", axes, smooth, axes, share))
+        joint = self.joint_references_ + moved[1][0]
+        return {"references_": self.references_ + moved[0], "joint_references_": joint}
 
     def _residuals(self, X, rpm):
         if rpm is None:
@@ -269,9 +269,10 @@ class SpectralDistance(StretchTransformer):
             parts, places = self._parts_at(speeds, rpm), place[np.newaxis]
 
         product = 1.0
-        for chosen, *of_part, weight in parts:
-            rows = X[:, chosen].astype(np.float64).reshape(len(X), len(of_part[0]))
-            product *= (drift.squared_distances(rows, *of_part, places) + _LEAST) ** (weight / 2)
+        for chosen, axes, *of_part, weight in parts:
+            rows = _joined(X, chosen).astype(np.float64, copy=False)
+            distances = drift.squared_distances(rows, axes, *of_part, places) + _LEAST
+            product *= distances.prod(axis=-1) ** (weight / 2)
         return product.min(axis=0)
 
     # These stay with the copy that `as_fitted` keeps, so that a single row need not wait for them.
@@ -284,7 +285,7 @@ class SpectralDistance(StretchTransformer):
         (weights, factor), found = self._at(log_speed, rpm), []
         parts = zip(self._parts(), self._axes_of_spectra, strict=True)
         for (chosen, _, variances, references, weight), axes in parts:
-            expected = np.einsum("skc,kcf->scf", weights, references)
+            expected = np.einsum("skc,kcgf->scgf", weights, references, order="C")
             found.append((chosen, axes, expected, 1 / (variances + factor), weight))
         return found
 
@@ -293,23 +294,23 @@ class SpectralDistance(StretchTransformer):
     def _axes_of_spectra(self):
         """The axes times the cosines that make coefficients of log spectra."""
         cosines = cepstrum(np.eye(self._n_coefficients() + 1))
-        return [np.kron(np.eye(len(chosen)), cosines) @ axes for chosen, axes, *_ in self._parts()]
+        return [np.kron(np.eye(g.shape[1]), cosines) @ axes for g, axes, *_ in self._parts()]
 
     def _at(self, log_speed, rpm):
-        """Return weights of the references at speeds, and the factor on the drift, a column."""
+        """Return weights of the references at speeds, and the factor on the drift of groups."""
         known = self._known_log_speeds()
         weights, variance = speed_references.reference_weights(log_speed, known, self.recorded_ > 0)
         factor = np.ones(len(variance)) if rpm is None else speed_references.drift_factor(variance)
-        return weights, factor[:, np.newaxis]
+        return weights, factor[:, np.newaxis, np.newaxis]
 
     def _parts(self):
-        """Yield the groups, axes, variances, references and weight of each distance."""
+        """Yield groups, axes, variances, references and weight: of each, and of joined ones."""
         joined, n_groups = self._joined_groups(), len(self.axes_)
         joint = self.joint_weight if joined else 0.0
-        for g, axes in enumerate(self.axes_):
-            own = self.variances_[g], self.references_[:, :, g]
-            yield [g], axes, *own, (1 - joint) / n_groups
-        yield joined, self.joint_axes_, self.joint_variances_, self.joint_references_, joint
+        own = self.axes_, self.variances_, self.references_
+        yield np.arange(n_groups)[:, np.newaxis], *own, (1 - joint) / n_groups
+        own = self.joint_axes_[np.newaxis], self.joint_variances_[np.newaxis]
+        yield np.array([joined], dtype=int), *own, self.joint_references_[:, :, np.newaxis], joint
 
     def _joined_groups(self):
         """Return the groups in the joint distance, or none if there is no such distance."""
@@ -353,5 +354,7 @@ class SpectralDistance(StretchTransformer):
         expect(largest < self._n_groups(), "joint_groups", self.joint_groups, wanted)
 
 
-def _joined(cepstra):
-    return cepstra.reshape(len(cepstra), cepstra.shape[1] * cepstra.shape[2])
+def _joined(rows, chosen):
+    """Return chosen groups of rows, of which those along the last axis are joined."""
+    taken = rows[:, chosen]
+    return taken.reshape(*taken.shape[:-2], taken.shape[-2] * taken.shape[-1])

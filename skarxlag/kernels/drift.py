@@ -156,65 +156,68 @@ def along_axes(rows: NDArray[Any], axes: NDArray[Any]) -> NDArray[Any]:
 
     Parameters
     ----------
-    rows : ndarray of shape (n_rows, n_features)
+    rows : ndarray of shape (n_rows, n_features) or (n_rows, n_groups, n_features)
         Rows.
-    axes : ndarray of shape (n_features, n_axes)
-        Axes.
+    axes : ndarray of shape (n_features, n_axes) or (n_groups, n_features, n_axes)
+        Axes, of each group its own.
 
     Returns
     -------
-    ndarray of shape (n_rows, n_axes)
+    ndarray of shape (n_rows, n_axes) or (n_rows, n_groups, n_axes)
         Their product.
     """
-    return (rows[:, np.newaxis] @ axes)[:, 0]
+    return (rows[..., np.newaxis, :] @ axes)[..., 0, :]
 
 
 def squared_distances(
-    rows: Any, axes: Any, references: Any, precisions: Any, places: Any
+    rows: NDArray[Any], axes: NDArray[Any], references: Any, precisions: Any, places: Any
 ) -> NDArray[Any]:
-    r"""Compute the mean of :math:`p_k (V^T x - m)_k^2` over the axes k for each row x.
+    r"""Compute the mean of :math:`p_k (V^T x - m)_k^2` over the axes k, for each row x and group.
 
     Parameters
     ----------
-    rows : ndarray of shape (n_rows, n_features)
+    rows : ndarray of shape (n_rows, n_groups, n_features)
         Rows.
-    axes : ndarray of shape (n_features, n_axes)
-        The matrix V.
-    references, precisions : ndarray of shape (n_places, n_classes, n_axes) and (n_places, n_axes)
-        The references m and the reciprocal variances p, for example at several speeds.
+    axes : ndarray of shape (n_groups, n_features, n_axes)
+        The matrix V of each group.
+    references : ndarray of shape (n_places, n_classes, n_groups, n_axes)
+        The references m, for example at several speeds.
+    precisions : ndarray of shape (n_places, n_groups, n_axes)
+        The reciprocal variances p.
     places : ndarray of int of shape (n_tried, n_rows)
         Places that each row is compared with.
 
     Returns
     -------
-    ndarray of shape (n_tried, n_rows, n_classes)
+    ndarray of shape (n_tried, n_rows, n_classes, n_groups)
         The means; 0 without axes.
 
     Examples
     --------
-    >>> rows, references, place = np.array([[3.0, 5.0]]), np.ones((1, 1, 2)), np.zeros((1, 1), int)
-    >>> squared_distances(rows, np.eye(2), references, np.array([[1.0, 0.5]]), place)
-    array([[[6.]]])
+    >>> rows, references = np.array([[[3.0, 5.0]]]), np.ones((1, 1, 1, 2))
+    >>> precisions, place = np.array([[[1.0, 0.5]]]), np.zeros((1, 1), int)
+    >>> squared_distances(rows, np.eye(2)[np.newaxis], references, precisions, place)
+    array([[[[6.]]]])
     """
-    squares = np.empty((*places.shape, references.shape[1]))
-    along = np.empty(axes.shape[1])
-    _fill_squares(rows, axes, references, precisions, places, along, squares)
+    squares = np.empty((*places.shape, *references.shape[1:3]))
+    _fill_squares(rows, axes, references, precisions, places, np.empty(axes.shape[2]), squares)
     return squares
 
 
 @compiled
 def _fill_squares(rows, axes, references, precisions, places, along, squares):
-    n_features, n_axes = axes.shape
+    n_groups, n_features, n_axes = axes.shape
     for w in range(len(rows)):
-        along[:] = 0.0
-        for f in range(n_features):
-            for k in range(n_axes):
-                along[k] += rows[w, f] * axes[f, k]
-        for tried in range(len(places)):
-            place = places[tried, w]
-            for c in range(references.shape[1]):
-                total = 0.0
+        for g in range(n_groups):
+            along[:] = 0.0
+            for f in range(n_features):
                 for k in range(n_axes):
-                    change = along[k] - references[place, c, k]
-                    total += precisions[place, k] * (change * change)
-                squares[tried, w, c] = total / max(n_axes, 1)
+                    along[k] += rows[w, g, f] * axes[g, f, k]
+            for tried in range(len(places)):
+                place = places[tried, w]
+                for c in range(references.shape[1]):
+                    total = 0.0
+                    for k in range(n_axes):
+                        change = along[k] - references[place, c, g, k]
+                        total += precisions[place, g, k] * (change * change)
+                    squares[tried, w, c, g] = total / max(n_axes, 1)

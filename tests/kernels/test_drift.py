@@ -69,20 +69,23 @@ def test_product_does_not_depend_on_the_number_of_rows():
     np.testing.assert_allclose(product, rows @ axes, rtol=1e-10)
     np.testing.assert_array_equal(along_axes(rows[7:8], axes)[0], product[7])
     np.testing.assert_array_equal(along_axes(np.asfortranarray(rows), axes), product)
+    groups = along_axes(np.stack([rows, 2 * rows], axis=1), np.stack([axes, axes]))
+    np.testing.assert_allclose(groups, np.stack([product, 2 * product], axis=1), rtol=1e-10)
 
 
 @pytest.mark.parametrize("n_axes", [1, 4])
 def test_squared_distances_are_mahalanobis_distances_at_the_place_of_each_row(n_axes):
     rng = np.random.default_rng(0)
-    rows, axes = rng.normal(size=(5, 6)), rng.normal(size=(6, n_axes))
-    references, precisions = rng.normal(size=(3, 2, n_axes)), rng.uniform(0.5, 2, size=(3, n_axes))
-    places = rng.integers(3, size=(2, 5))
+    rows, axes = rng.normal(size=(5, 3, 6)), rng.normal(size=(3, 6, n_axes))
+    references = rng.normal(size=(4, 2, 3, n_axes))
+    precisions, places = rng.uniform(0.5, 2, size=(4, 3, n_axes)), rng.integers(4, size=(2, 5))
     found = squared_distances(rows, axes, references, precisions, places)
-    assert found.shape == (2, 5, 2)
-    for (tried, w, c), value in np.ndenumerate(found):
+    assert found.shape == (2, 5, 2, 3)
+    for (tried, w, c, g), value in np.ndenumerate(found):
         place = places[tried, w]
-        weight = np.diag(precisions[place])
-        expected = mahalanobis(rows[w] @ axes, references[place, c], weight) ** 2 / n_axes
+        weight = np.diag(precisions[place, g])
+        along = rows[w, g] @ axes[g]
+        expected = mahalanobis(along, references[place, c, g], weight) ** 2 / n_axes
         assert value == pytest.approx(expected, rel=1e-12)
     alone = squared_distances(rows[3:4], axes, references, precisions, places[:, 3:4])
     np.testing.assert_array_equal(alone, found[:, 3:4])
