@@ -43,9 +43,8 @@ class _OneThread(contextlib.ContextDecorator):
                 # Setting a number takes longer than reading it.
                 found = [(library, library.get_num_threads()) for library in libraries]
                 self._limited = [(library, n) for library, n in found if n != 1]
-                if self._limited:
-                    _let_any_thread_set()
                 for library, _ in self._limited:
+                    _let_any_thread_set()
                     library.set_num_threads(1)
             self._n_inside += 1
 

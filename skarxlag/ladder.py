@@ -7,7 +7,6 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import log_softmax
 from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import validate_data
@@ -273,8 +272,8 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
         ndarray of shape (n_windows, n_classes)
             Natural logarithms, finite.
         """
-        scores = self._scores(self._validate(X))
-        return log_softmax(self.confidence_scale_ * scores, axis=1)
+        scaled = self.confidence_scale_ * self._scores(self._validate(X))
+        return scaled - np.logaddexp.reduce(scaled, axis=1, keepdims=True)
 
     @uses_fitted
     def detect(self, X: ArrayLike) -> NDArray[Any]:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import softmax
 from sklearn.pipeline import Pipeline
 from sklearn.utils import Bunch, check_consistent_length
 
@@ -358,7 +357,8 @@ class Judge:
         """
         verdict, probability = self.healthy, np.nan
         if "diagnoser" in self._can:
-            every = softmax(evidence.effective_number(n_windows) * mean)
+            scores = evidence.effective_number(n_windows) * mean
+            every = np.exp(scores - np.logaddexp.reduce(scores))
             verdict, probability = self.conditions[every.argmax()], float(every.max())
         return (CHANGED, np.nan) if alarm and verdict == self.healthy else (verdict, probability)
 

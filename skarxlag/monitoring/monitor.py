@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Self
@@ -207,9 +208,8 @@ class ConditionMonitor:
         self._windowing = sizes | times
         # Windows that share samples exceed together.
         persistence = max(float(persistence), 1 - hop / window_length)
-        run_length = false_alarm_interval * 3600 * sampling_rate / hop
-        self._alarming = {"run_length": run_length, "persistence": persistence}
-        self._alarming["rate"] = self._judge.alarm_rate
+        self._alarming = {"persistence": persistence, "rate": self._judge.alarm_rate}
+        self._alarming["run_length"] = false_alarm_interval * 3600 * sampling_rate / hop
         self._settings = {
             **self._windowing,
             **self._alarming,
@@ -349,25 +349,26 @@ class ConditionMonitor:
         if self._varies:
             rpm = np.where(np.isnan(windows[:, -1]), speeds[:, np.newaxis], windows[:, -1])
         found = self._judge.opinions(rows, rpm)
+        names, columns = found.table.keys(), map(np.ndarray.tolist, found.table.values())
+        tables = [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
         return [
-            self._verdict(found, i, start + i * self._hop, rpm)
+            self._verdict(found, i, tables[i], start + i * self._hop, rpm)
             for i, rpm in enumerate(speeds.tolist())
         ]
 
-    def _verdict(self, found, i, start, rpm):
+    def _verdict(self, found, i, table, start, rpm):
         end = self._stream.time_of(start + self._length)
         for evidence in (self._evidence, self._contrasts, self._p_values):
             evidence.move_to(end)
-        table = {name: values[i] for name, values in found.table.items()}
-        if not np.isnan(table.get("p-value", np.nan)):
+        if not math.isnan(table.get("p-value", np.nan)):
             self._p_values.add(p_value_score(table["p-value"]))
-        exceeds = None if np.isnan(table["alarm"]) else bool(table["alarm"])
+        exceeds = None if math.isnan(table["alarm"]) else bool(table["alarm"])
         alarm, level = None, np.nan
         if self._alarm is not None:
             if exceeds is not None:
                 self._alarm.add(exceeds)
             alarm, level = self._alarm.active, self._alarm.sum / self._alarm.limit
-        quality, window_verdict = str(table["quality"]), None
+        quality, window_verdict = table["quality"], None
         if quality == "good" and found.refusal[i] != "":
             quality, window_verdict = NO_VERDICT, table["verdict"]
             verdict, probability = window_verdict, np.nan
@@ -377,9 +378,9 @@ class ConditionMonitor:
             verdict, probability = self._condition(alarm)
         self._qualities[quality] += 1
         return MonitorVerdict(
-            *(start, end, rpm, quality, float(table["quality share"])),
+            *(start, end, rpm, quality, table["quality share"]),
             *(window_verdict, verdict, probability),
-            *(exceeds, alarm, level, self._p_value(), str(table["limits"])),
+            *(exceeds, alarm, level, self._p_value(), table["limits"]),
         )
 
     def _add(self, found, i):
