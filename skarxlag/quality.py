@@ -211,7 +211,7 @@ def _first_failed(checks, n_windows):
 
 def _longest_runs(stays):
     """Samples of the longest run of equal samples in each row, from whether each step is zero."""
-    place = np.arange(1, stays.shape[1] + 1)
+    place = np.arange(1, stays.shape[1] + 1, dtype=np.int32)
     last_move = np.maximum.accumulate(np.where(stays, 0, place), axis=1)
     return (place - last_move).max(axis=1, initial=0) + 1
 
@@ -219,9 +219,7 @@ def _longest_runs(stays):
 def _wrapped(windows, leaps):
     """Whether signals stop abruptly at both ends of their range and jump without a trend."""
     found = np.zeros(len(windows), dtype=bool)
-    if windows.shape[1] < _SHORTEST_COARSE:
-        return found
-    for i in np.flatnonzero(leaps >= _FEWEST_LEAPS):
+    for i in np.flatnonzero((leaps >= _FEWEST_LEAPS) & (windows.shape[1] >= _SHORTEST_COARSE)):
         signal = windows[i] - windows[i].mean()
         span, highest, lowest = np.ptp(signal), signal.max(), signal.min()
         at_ends = signal > highest - _EDGE * span, signal < lowest + _EDGE * span
@@ -242,15 +240,16 @@ def _missing_decade(windows):
     power = np.abs(spectra[:, 1 : n_bins + 1]) ** 2
     edges = np.unique(np.geomspace(1, n_bins, 1 + int(_BANDS * np.log10(n_bins))).astype(int))
     density = np.add.reduceat(power, edges[:-1], axis=1) / np.diff(edges, append=n_bins)[:-1]
-    missing, share = np.zeros(len(windows), dtype=bool), np.zeros(len(windows))
-    for low in edges[edges <= n_bins / 10]:
+    share = np.zeros(len(windows))
+    # Of similar bands, as they usually are, no decade needs a closer look.
+    differ = np.any(density.min(axis=1) < _EMPTY * density.max(axis=1))
+    for low in edges[(edges <= n_bins / 10) & differ]:
         inside = (edges[:-1] >= low) & (edges[1:] <= 10 * low)
         # A line at the edge does not fill the decade.
         highest = np.sort(density[:, inside], axis=1)[:, -2]
         empty = highest < _EMPTY * np.median(density[:, ~inside], axis=1)
-        missing |= empty
         share[empty] = 9 * low / n_bins
-    return missing, share
+    return share > 0, share
 
 
 def _without_trend(windows):
