@@ -144,8 +144,6 @@ def joint_axes(scatter: NDArray[Any], drift: NDArray[Any]) -> tuple[NDArray[Any]
     variances : ndarray of shape (n_features,)
         That diagonal, ascending, at least 0.
     """
-    if len(drift) == 0:
-        return np.empty((0, 0)), np.empty(0)
     variances, axes = linalg.eigh(scatter, drift)
     # A copy of a model may have this layout only, and in another one sums are rounded otherwise.
     return np.ascontiguousarray(axes), np.maximum(variances, 0.0)

@@ -20,11 +20,9 @@ from numpy.typing import NDArray
 from .compiled import compiled
 
 _EPS = np.finfo(np.float64).eps
-#: Entries of a row that are worked on together: rows are filled up with zeros to a multiple, since
-#: a loop over the entries that remain would take half as long as all others.
+#: Entries of a row, or samples, that are worked on together: rows are filled up with zeros to a
+#: multiple, since a loop over the entries that remain would take half as long as all others.
 _LANES = 16
-#: Samples whose products are added up in one pass over the lags.
-_TOGETHER = 8
 
 
 def predictors(signals: NDArray[Any], order: int, alpha: float) -> NDArray[Any]:
@@ -49,8 +47,9 @@ def predictors(signals: NDArray[Any], order: int, alpha: float) -> NDArray[Any]:
     >>> predictors(0.5 ** np.arange(20.0)[np.newaxis], 1, 1e-12).round(6)
     array([[0.5]])
     """
-    width = -(-(order + 1) // _LANES) * _LANES
-    padded = np.zeros((2, signals.shape[1] + width + _TOGETHER))
+    # The last of four sums is three places ahead of the lag.
+    width = -(-(order + 4) // _LANES) * _LANES
+    padded = np.zeros((2, signals.shape[1] + width + _LANES))
     generators, factor = np.zeros((4, width + _LANES)), np.empty((order, width))
     solutions = np.zeros((len(signals), order + _LANES))
     _fill_solutions(signals, alpha, padded, generators, factor, solutions)
@@ -73,7 +72,7 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
         The signals.
     alpha : float
         The ridge, relative to the power of the signal.
-    padded : ndarray of shape (2, n_samples + width + _TOGETHER)
+    padded : ndarray of shape (2, n_samples + width + _LANES)
         Working memory for the first factors s(m) and for the signal; zero on entry.
     generators, factor : ndarray of shape (4, width + _LANES) and (order, width)
         Working memory for u, e, v and l, and for the rows of the factor, from the diagonal on.
@@ -83,35 +82,43 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
     n_signals, n_samples = signals.shape
     order, width = factor.shape
     n_products = n_samples - order
-    first_row, sums = generators[0], generators[0]
+    # The rows serve as sums before they are filled, and the first one again at the end.
+    t0, t1, t2, t3 = generators[0], generators[1], generators[2], generators[3]
     for w in range(n_signals):
         for m in range(n_samples):
             padded[0, m] = signals[w, m] if m < n_products else 0.0
             padded[1, m] = signals[w, m]
-        first_row[:] = 0.0
-        for m in range(0, n_products, _TOGETHER):
+        for b in range(width):
+            t0[b] = t1[b] = t2[b] = t3[b] = 0.0
+        # Loads take longer than products, so each sample that is loaded goes into four sums.
+        for m in range(0, n_products, _LANES):
             r, s = padded[0, m:], padded[1, m:]
             r0, r1, r2, r3, r4, r5, r6, r7 = r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7]
+            r8, r9, ra, rb, rc, rd, re, rf = r[8], r[9], r[10], r[11], r[12], r[13], r[14], r[15]
             for b in range(width):
-                lower = r0 * s[b] + r1 * s[b + 1] + r2 * s[b + 2] + r3 * s[b + 3]
-                upper = r4 * s[b + 4] + r5 * s[b + 5] + r6 * s[b + 6] + r7 * s[b + 7]
-                first_row[b] += lower + upper
-        diagonal = power = first_row[0]
+                s0, s4, s8, sc = s[b], s[b + 4], s[b + 8], s[b + 12]
+                t0[b] += (r0 * s0 + r4 * s4) + (r8 * s8 + rc * sc)
+                t1[b] += (r1 * s0 + r5 * s4) + (r9 * s8 + rd * sc)
+                t2[b] += (r2 * s0 + r6 * s4) + (ra * s8 + re * sc)
+                t3[b] += (r3 * s0 + r7 * s4) + (rb * s8 + rf * sc)
+        for b in range(order + 1):
+            t0[b] += t1[b + 1] + (t2[b + 2] + t3[b + 3])
+        diagonal = power = t0[0]
         for a in range(1, order + 1):
-            enters, leaves = signals[w, n_products - 1 + a], signals[w, a - 1]
-            generators[1, a], generators[3, a] = enters, leaves
-            diagonal += enters * enters - leaves * leaves
+            t1[a], t3[a] = signals[w, n_products - 1 + a], signals[w, a - 1]
+            diagonal += t1[a] * t1[a] - t3[a] * t3[a]
             power += diagonal
         ridge = alpha * power / (order + 1)
         if ridge == 0:
             continue
-        scale = 1 / np.sqrt(first_row[0] + ridge)
+        scale = 1 / np.sqrt(t0[0] + ridge)
         for b in range(width):
-            first_row[b] *= scale
-            generators[2, b] = first_row[b]
-        generators[:, 0], generators[:, order + 1 :] = 0.0, 0.0
-        first_row[0] = 1 / scale
-        plus = first_row
+            t0[b] *= scale
+            t2[b] = t0[b]
+        for b in range(order + 1, width + _LANES):
+            t0[b] = t1[b] = t2[b] = t3[b] = 0.0
+        t0[0], t1[0], t2[0], t3[0] = 1 / scale, 0.0, 0.0, 0.0
+        plus = t0
         for a in range(order):
             enters, minus, leaves = generators[1, a:], generators[2, a:], generators[3, a:]
             factor_row = factor[a]
@@ -135,12 +142,13 @@ def _fill_solutions(signals, alpha, padded, generators, factor, solutions):
         # The last column of the factor has been through forward substitution.
         for a in range(order - 1, -1, -1):
             factor_row, known = factor[a], solutions[w, a:]
-            sums[:_LANES] = 0.0
+            for lane in range(_LANES):
+                t0[lane] = 0.0
             for first in range(0, order - a, _LANES):
                 row, values = factor_row[first:], known[first:]
                 for lane in range(_LANES):
-                    sums[lane] += row[lane] * values[lane]
+                    t0[lane] += row[lane] * values[lane]
             total = 0.0
             for lane in range(_LANES // 4):
-                total += (sums[lane] + sums[lane + 4]) + (sums[lane + 8] + sums[lane + 12])
+                total += (t0[lane] + t0[lane + 4]) + (t0[lane + 8] + t0[lane + 12])
             known[0] = (factor_row[order - a] - total) / factor_row[0]

@@ -100,6 +100,8 @@ def _fill_levels(signals, window, floor, turns, phases, blocks, rows, levels):
     hop, n_segments = len(phases), len(rows)
     lower, upper = rows[(n_segments - 1) // 2], rows[n_segments // 2]
     for w in range(len(signals)):
+        mean, median = levels[0, w], levels[1, w]
+        mean[:] = np.float32(0.0)
         # Row k of the phases holds the samples k, k + hop, k + 2 hop ...
         for k in range(hop):
             samples = signals[w, k::hop]
@@ -112,22 +114,16 @@ def _fill_levels(signals, window, floor, turns, phases, blocks, rows, levels):
                 part = blocks[0, k // 2 * _LANES + k % 2 * _IMAGINARY :]
                 for lane in range(_LANES):
                     part[lane] = window[k] * samples[lane]
-            stride = _HALF // 4
             source, target = blocks[0], blocks[1]
-            while stride > 0:
+            for stride in (_HALF // 4, _HALF // 16, _HALF // 64):
                 _quarters(source, target, turns, stride)
                 source, target = target, source
-                stride //= 4
             _fill_power(source, turns, floor[w], target)
             for lane in range(min(_LANES, n_segments - first)):
+                row, power = rows[first + lane], target[lane:]
                 for band in range(_HALF):
-                    rows[first + lane, band] = target[lane + band * _LANES]
-        mean, median = levels[0, w], levels[1, w]
-        mean[:] = np.float32(0.0)
-        for s in range(n_segments):
-            row = rows[s]
-            for band in range(_HALF):
-                mean[band] += row[band]
+                    row[band] = power[band * _LANES]
+                    mean[band] += row[band]
         sort_columns(rows)
         for band in range(_HALF):
             mean[band] *= np.float32(1.0 / n_segments)
