@@ -169,10 +169,13 @@ def test_rows_with_tiny_sizes(row, sizes):
 
 def test_rows_of_checks():
     lines = checks.checks(n_rounds=2, n_windows=16, n_samples=200)
-    assert len(lines) == len(speed.table(lines)) == 8
-    for state, whole in zip(lines[::2], lines[1::2], strict=True):
+    assert len(lines) == len(speed.table(lines)) == 10
+    alone, shares = lines[::5], [line for n, line in enumerate(lines) if n % 5 > 0]
+    for state, whole in zip(shares[::2], shares[1::2], strict=True):
         assert 0 < state["reached"] < whole["reached"] < 1
-    assert [line.get("target") for line in lines] == [0.02, None, None, None] * 2
+    # A row takes less time in a batch.
+    assert all(line["reached"] > 1 and line["at_most"] for line in alone)
+    assert [line.get("target") for line in lines] == [2, 0.02, None, None, None] * 2
 
 
 def test_timed_functions_are_put_back_and_count_once():
