@@ -95,14 +95,3 @@ def test_each_signal_is_worked_on_by_itself():
     signals = ar2(9, 500)
     alone = np.concatenate([linear_prediction.predictors(s[np.newaxis], 32, 1e-9) for s in signals])
     np.testing.assert_array_equal(linear_prediction.predictors(signals, 32, 1e-9), alone)
-
-
-@pytest.mark.parametrize("order", [1, 3, 15, 16, 17])
-def test_loops_stay_within_their_memory(monkeypatch, order):
-    signals = ar2(2, 41)
-    expected = linear_prediction.predictors(signals, order, 1e-9)
-    # Python checks the indices that compiled loops do not.
-    loops = linear_prediction._fill_solutions.__wrapped__
-    monkeypatch.setattr(linear_prediction, "_fill_solutions", loops)
-    found = linear_prediction.predictors(signals, order, 1e-9)
-    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9)

@@ -79,6 +79,7 @@ def examine(module, chosen):
     tests = [str(own), *FURTHER_TESTS.get(module, [])]
     tests = [path, *(test for test in tests if Path(test).exists())]
     text = Path(path).read_text()
+    tests += ["tests/kernels/test_memory.py"] * ("@compiled" in text)
     loops, usual, said, alive, kills = compiled_functions(text), {}, [], [], Counter()
     for number, (line, change, program) in enumerate(mutants(text)):
         if number in chosen:
