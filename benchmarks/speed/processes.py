@@ -20,9 +20,8 @@ _COMMANDS = {"diagnose": 1.5, "info": 1.1}
 def _python(*arguments, cache):
     """Return what a new process prints."""
     environment = dict(os.environ, NUMBA_CACHE_DIR=str(cache), OMP_NUM_THREADS="1")
-    # Bytecode is what an installed package has.
+    # Bytecode is what an installed package has, whatever numba has cached.
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    environment.setdefault("PYTHONPYCACHEPREFIX", str(cache))
     done = subprocess.run(
         [sys.executable, *map(str, arguments)],
         cwd=ROOT,
