@@ -27,7 +27,7 @@ _SETTLING = 64
 _FLOOR = 1e-12
 #: Limits of the largest sample. Beyond them, the bound has no effect or is reached at once, and
 #: single precision has no room.
-_SIZES = 1e-9, 1e9
+_SMALLEST, _LARGEST = 1e-9, 1e9
 
 
 def member_gains(
@@ -117,8 +117,8 @@ def bank_levels(
         window's largest value. They are not below -27.6, which stands for no power.
     """
     n_windows, n_samples = innovations.shape
-    peak = np.maximum(innovations.max(axis=1), -innovations.min(axis=1))
-    size = np.clip(peak, *_SIZES)
+    peak = np.abs(innovations).max(axis=1)
+    size = np.minimum(np.maximum(peak, _SMALLEST), _LARGEST)
     scale = size / np.maximum(peak, np.finfo(np.float64).tiny)
     floor = (_FLOOR * size**2).astype(np.float32)
     # A member with gains of zero does nothing: such members fill the last block.
