@@ -112,8 +112,8 @@ def test_speed_is_taken_if_fit_knew_it(rpm, stretches):
     # Windows, and the blocks of a running sensor, agree on whether a speed is used.
     verdicts = window_verdicts(model, X, rpm=700.0)["verdict"].tolist()
     monitor = ConditionMonitor(model, 10_000, window_length=4000)
-    told = [v.window_verdict or "no signal" for v in monitor.update(X.ravel(), rpm=700.0)]
-    assert told == verdicts
+    of_monitor = [v.window_verdict or "no signal" for v in monitor.update(X.ravel(), rpm=700.0)]
+    assert of_monitor == verdicts
 
 
 @pytest.mark.parametrize("wrap", [searched, lambda d: Pipeline([("outer", d)])])

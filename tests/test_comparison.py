@@ -217,7 +217,7 @@ def test_a_group_that_is_the_same_everywhere_leaves_the_verdict_to_the_others():
     np.testing.assert_array_equal(with_it.argmin(axis=1), without.argmin(axis=1))
 
 
-def test_a_single_frequency_tells_nothing():
+def test_a_single_frequency_has_no_information():
     X, y = spectra(4)
     residuals = SpectralDistance(joint_weight=0.5).fit_transform(X[..., :1], y)
     np.testing.assert_allclose(residuals, np.full((12, 3), 1e-6))

@@ -148,8 +148,8 @@ def test_labels_stand_for_places(rows):
     X = np.concatenate([rows, rows])
     fitted = classifier().fit(X, ["N", "OR7", "fault at the inner race"] * 2, rpm=900)
     assert fitted.predict(rows, rpm=900).tolist() == ["N", "OR7", "fault at the inner race"]
-    told = classifier(places={7: "outer", 0: "healthy", 3: "inner"}).fit(X, [0, 7, 3] * 2, rpm=900)
-    assert told.predict(rows, rpm=900).tolist() == [0, 7, 3]
+    by_7 = classifier(places={7: "outer", 0: "healthy", 3: "inner"}).fit(X, [0, 7, 3] * 2, rpm=900)
+    assert by_7.predict(rows, rpm=900).tolist() == [0, 7, 3]
     shown = classifier().fit(X, [5, 4, 9] * 2, rpm=900)
     assert shown.class_places_.tolist() == [2, 3, 1]
     assert shown.predict(rows, rpm=900).tolist() == [5, 4, 9]

@@ -566,7 +566,7 @@ def test_two_members_of_one_name_are_refused(saved):
         load_diagnoser(saved)
 
 
-def test_missing_skops_tells_what_to_install(monkeypatch, tmp_path):
+def test_missing_skops_is_named_with_its_command(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "skops.io", None)
     for call in (lambda: load_diagnoser(tmp_path), lambda: save_diagnoser(make_alpio(), "d")):
         with pytest.raises(ImportError, match=r"pip install 'skarxlag\[io\]'"):

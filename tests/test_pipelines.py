@@ -54,7 +54,7 @@ def data():
 
 
 @pytest.mark.parametrize("make", MAKERS)
-def test_diagnoser_tells_conditions_apart_on_windows_of_another_size(make, data):
+def test_diagnoser_distinguishes_conditions_on_windows_of_another_size(make, data):
     diagnoser = make(healthy="normal").fit(*data)
     fresh, truth = simulate(10, seed=1)
     np.testing.assert_array_equal(confusion_matrix(truth, diagnoser.predict(fresh)).sum(1), 10)
@@ -435,7 +435,7 @@ class SpeedScaled(TransformerMixin, BaseEstimator):
 
 @pytest.fixture
 def speed_aware():
-    """Levels that tell the conditions apart only when they are divided by the speed."""
+    """Levels that separate the conditions only when they are divided by the speed."""
     rng = np.random.default_rng(0)
     rpm = rng.uniform(300, 3000, size=60)
     y = np.repeat(["good", "worn"], 30)

@@ -25,11 +25,11 @@ def test_hooks_run_the_version_that_the_tests_install(tool):
     assert revision == pinned
 
 
-def test_every_supported_python_is_tested_and_told():
+def test_every_supported_python_is_tested_and_stated():
     tests = (ROOT / ".github" / "workflows" / "tests.yml").read_text("utf-8")
     tested = re.findall(r'"(3\.\d+)"', re.search(r"^ +python: \[(.*)\]$", tests, flags=re.M)[1])
-    told = [each.rpartition(" ")[2] for each in PROJECT["classifiers"] if ":: 3." in each]
-    assert tested == told
+    stated = [each.rpartition(" ")[2] for each in PROJECT["classifiers"] if ":: 3." in each]
+    assert tested == stated
     assert PROJECT["requires-python"] == f">={tested[0]}"
 
 

@@ -211,13 +211,13 @@ def with_bearing(data):
 def test_combs_name_the_place_after_another_mounting(diagnoser, with_bearing, tmp_path):
     X, y = stretches(1100, seed=3)
     moved = remounted(X)
-    told = {model: model.predict_proba(moved, rpm=1100) for model in (diagnoser, with_bearing)}
-    right = {model: np.mean(model.classes_[p.argmax(axis=1)] == y) for model, p in told.items()}
+    found = {model: model.predict_proba(moved, rpm=1100) for model in (diagnoser, with_bearing)}
+    right = {model: np.mean(model.classes_[p.argmax(axis=1)] == y) for model, p in found.items()}
     assert right[with_bearing] == 1 > right[diagnoser]
     assert with_bearing.score(X, y, rpm=1100) == 1
     save_diagnoser(with_bearing, tmp_path / "model.skops")
     loaded, _ = load_diagnoser(tmp_path / "model.skops")
-    np.testing.assert_array_equal(loaded.predict_proba(moved, rpm=1100), told[with_bearing])
+    np.testing.assert_array_equal(loaded.predict_proba(moved, rpm=1100), found[with_bearing])
 
 
 def test_combs_join_the_spectra(diagnoser, with_bearing, data):

@@ -111,7 +111,7 @@ def test_two_outputs_name_a_place_together(run, plant):
     assert code == 1 and "No step compares order spectra" in err
 
 
-def test_what_is_wrong_with_one_recording_is_told(run, plant):
+def test_what_is_wrong_with_one_recording_is_reported(run, plant):
     code, _, err = run("diagnose", plant / "none.npy", plant / "inner.npy", "--bearing", "6205",
                        "--rpm", 900, *RATES)  # fmt: skip
     assert code == 1 and "none.npy" in err

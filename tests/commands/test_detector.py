@@ -77,7 +77,7 @@ def test_one_speed_for_all_files_of_a_folder(run, plant, tmp_path):
     assert code == 2 and "argument --rpm: for a folder" in err and "states its own" in err
 
 
-def test_recordings_at_a_speed_between_are_told(run, plant, model):
+def test_recordings_at_a_speed_between_are_distinguished(run, plant, model):
     detector, facts = load_diagnoser(model)
     assert facts["window_length"] == 8400
     np.testing.assert_allclose(detector[-1].speeds_, SPEEDS)

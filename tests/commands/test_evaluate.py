@@ -96,7 +96,7 @@ def check_matrix(table, true, predicted, order):
     np.testing.assert_allclose(below, precision, rtol=1e-5)
 
 
-def test_progress_and_folder_are_told(run, tmp_path, no_figures):
+def test_progress_and_folder_are_printed(run, tmp_path, no_figures):
     folder = tmp_path / "new" / "folder"
     code, out, err = run(*TINY, "-o", folder)
     assert code == 0

@@ -78,7 +78,7 @@ def test_fit_remembers_what_diagnose_must_know(model):
         (("0", "OK", "1"), "OK", "by its name"),
     ],
 )
-def test_the_healthy_condition_is_told(run, workshop, names, expected, reason):
+def test_the_healthy_condition_is_printed(run, workshop, names, expected, reason):
     lines = ["path,condition,sampling_rate"]
     for file, name in zip(COLOURS, names, strict=True):
         lines.append(f"{file}_300.npy,{name},50e3")
@@ -93,7 +93,7 @@ def test_the_healthy_condition_is_told(run, workshop, names, expected, reason):
     assert load_diagnoser(path)[1]["conditions"][0] == names[2]
 
 
-def test_fit_asks_for_the_healthy_condition_that_no_name_tells(run, workshop):
+def test_fit_requires_the_healthy_condition_that_no_name_states(run, workshop):
     table, path = workshop / "unnamed.csv", workshop / "m.skops"
     table.write_text("path,condition,sampling_rate\ngood_300.npy,a,5\ninner_300.npy,b,5\n")
     plain = ("fit", table, "-o", path, "--window-length", WINDOW)
@@ -119,7 +119,7 @@ def test_fit_asks_for_the_healthy_condition_that_no_name_tells(run, workshop):
     assert code == 0 and "Healthy: a (the only condition)" in out
 
 
-def test_missing_skops_is_told_before_anything_is_fitted(run, workshop, monkeypatch):
+def test_missing_skops_is_reported_before_anything_is_fitted(run, workshop, monkeypatch):
     monkeypatch.setitem(sys.modules, "skops", None)
     code, _, err = run("fit", workshop / "table.csv", "-o", workshop / "m.skops", *FIT)
     assert code == 1 and "needs skops: pip install 'skarxlag[io]'" in err and "fitting" not in err

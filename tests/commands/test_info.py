@@ -30,7 +30,7 @@ def card(out):
     return {name: text.strip() for name, text in rows.items()}, " ".join(limits.split())
 
 
-def test_what_fit_saved_is_told(run, tmp_path, windows):
+def test_what_fit_saved_is_printed(run, tmp_path, windows):
     lines = ["path,condition,rpm,sampling_rate,channel"]
     for name in ("worn", "good"):
         X = windows[0][windows[1] == name].ravel()
@@ -58,7 +58,7 @@ def test_what_fit_saved_is_told(run, tmp_path, windows):
     assert any("too few" in sentence for sentence in facts["limits"])
 
 
-def test_what_save_diagnoser_saved_is_told_as_far_as_it_is_known(run, tmp_path, windows):
+def test_what_save_diagnoser_saved_is_printed_as_far_as_it_is_known(run, tmp_path, windows):
     X, y = windows
     save_diagnoser(make_alpio(healthy="good").fit(X, y), tmp_path / "m.skops")
     rows, limits = card(run("info", tmp_path / "m.skops")[1])
@@ -125,7 +125,7 @@ def test_classifiers_of_others_in_all_commands(run, classifiers, windows, piped)
     assert json.loads(out)["verdict"] == "worn" and json.loads(out)["alarm"] is None
 
 
-def test_a_pipeline_within_a_pipeline_is_told_whole(run, classifiers):
+def test_a_pipeline_within_a_pipeline_is_printed_whole(run, classifiers):
     rows, _ = card(run("info", classifiers / "nested.skops")[1])
     assert rows["diagnoser"] == "Pipeline"
     assert rows["steps"].startswith("StandardScaler -> ARXLaguerre -> PIObserver")

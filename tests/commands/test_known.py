@@ -1,4 +1,4 @@
-"""fit and diagnose tell recordings that are of no condition of the training."""
+"""fit and diagnose recognize recordings that are of no condition of the training."""
 
 import json
 
@@ -52,7 +52,7 @@ def diagnose(run, model, plant, *options, names=OTHERS):
     return code, out, pd.read_csv(output)
 
 
-def test_what_is_of_no_condition_is_told(run, plant, model):
+def test_what_is_of_no_condition_is_reported(run, plant, model):
     code, out, rows = diagnose(run, model, plant, "--rpm", 500)
     assert code == 0
     assert set(rows["verdict"]) == {"none of these"}

@@ -142,7 +142,7 @@ def test_scripts_learn_of_an_alarm_by_the_exit_status(run, plant):
     assert run("diagnose", model, files["lost"], files["good"])[0] == 1
 
 
-def test_progress_is_told_and_can_be_silenced(run, plant):
+def test_progress_is_printed_and_can_be_silenced(run, plant):
     arguments = ("diagnose", plant / "bearing.skops", plant / "good.npy", plant / "worn.npy")
     _, out, err = run(*arguments, "--n-jobs", "1")
     assert [line[:5] for line in err.splitlines()] == ["[1/2]", "[2/2]"]

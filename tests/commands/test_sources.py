@@ -61,7 +61,7 @@ def test_speeds_of_the_training_are_a_range(run, folder):
     assert code == 2 and "--train-rpm: 650 to 750 holds no speed of" in err
 
 
-def test_windows_are_sampled_on_request_and_this_is_told(run, folder):
+def test_windows_are_sampled_on_request_and_this_is_reported(run, folder):
     path = folder / "m.skops"
     options = ("--pattern", PATTERN, "--sampling-rate", "5e3")
     code, out, _ = run("fit", folder / "runs", "-o", path, *FIT, *options, "--max-windows", 5)
@@ -71,7 +71,7 @@ def test_windows_are_sampled_on_request_and_this_is_told(run, folder):
     assert load_diagnoser(path)[1]["n_windows"] == [30, 30]
 
 
-def test_another_sampling_rate_is_resampled_on_request_and_this_is_told(run, folder, model):
+def test_another_sampling_rate_is_resampled_on_request_and_this_is_reported(run, folder, model):
     path = folder / "run.wav"
     wavfile.write(path, 10_000, signal("worn", 5).astype(np.float32))
     code, _, err = run("diagnose", model, path)

@@ -48,13 +48,13 @@ def test_csv_lines_on_standard_input(run, models, fitted, piped):
     code, out, err = run("watch", models[0], "-", "--half-life", 0.5)
     assert code == 0
     assert verdicts_of(out) == expected(fitted, signal, half_life=0.5)
-    heading, told = err.splitlines()
+    heading, summary = err.splitlines()
     assert heading.endswith("Healthy: good")
     last = verdicts_of(out)[-1]
-    assert told.startswith(
+    assert summary.startswith(
         "2050 samples; windows: 10 good; 0 gaps of 0.0 s; 0 alarms; last: 2.0 s, worn, probability "
     )
-    assert told.endswith(f"p-value {last['p_value']:.2g}")
+    assert summary.endswith(f"p-value {last['p_value']:.2g}")
 
 
 @pytest.mark.parametrize(("dtype", "scale"), [("<i2", 1000), ("<f4", 1.0), (">f8", 1.0)])
@@ -96,14 +96,14 @@ def test_a_growing_file_is_followed_and_a_restart_goes_on_where_it_was(
 
 
 def test_a_growing_file_that_is_started_afresh(tmp_path):
-    path, told = tmp_path / "log.bin", []
+    path, messages = tmp_path / "log.bin", []
     path.write_bytes(np.arange(6, dtype="<i2").tobytes())
-    blocks = from_growing_file(path, RawSamples("<i2", None), told.append)
+    blocks = from_growing_file(path, RawSamples("<i2", None), messages.append)
     assert next(blocks).samples.tolist() == [[0, 1, 2, 3, 4, 5]]
     path.write_bytes(np.array([7, 8], dtype="<i2").tobytes())
     assert next(blocks) is None
     assert next(blocks).samples.tolist() == [[7, 8]]
-    assert told == [f"{path} was started afresh"]
+    assert messages == [f"{path} was started afresh"]
     with open(path, "ab") as file:
         file.write(b"\x09")
     assert [block.samples.size for block in drained(blocks)] == [0]
@@ -127,7 +127,7 @@ def test_files_of_a_folder_are_one_recording(run, models, fitted, tmp_path):
     assert "skipped" in err and "3b.npy" in err
 
 
-def test_times_of_files_tell_gaps_and_the_state_which_files_were_read(run, models, tmp_path):
+def test_times_of_files_show_gaps_and_the_state_which_files_were_read(run, models, tmp_path):
     folder = tmp_path / "logger"
     folder.mkdir()
     state = tmp_path / "state.json"
@@ -166,7 +166,7 @@ def test_a_file_that_was_written_some_time_ago_may_still_grow(tmp_path):
     np.save(path, np.zeros(20))
     whole = path.read_bytes()
     path.write_bytes(whole[:-30])
-    told = []
+    messages = []
 
     def write(look):
         """The logger writes the rest of its buffer long after the first part."""
@@ -174,13 +174,13 @@ def test_a_file_that_was_written_some_time_ago_may_still_grow(tmp_path):
         if look == 1:
             path.write_bytes(whole)
 
-    source = blocks_of(tmp_path, told.append, settle=0.08)
+    source = blocks_of(tmp_path, messages.append, settle=0.08)
     blocks = drained(source, write, n_looks=9)
-    assert [block.samples.shape for block in blocks] == [(1, 20)] and told == []
+    assert [block.samples.shape for block in blocks] == [(1, 20)] and messages == []
 
 
-def test_files_after_a_clock_was_set_back_are_read_and_told(tmp_path):
-    told = []
+def test_files_after_a_clock_was_set_back_are_read_with_a_warning(tmp_path):
+    messages = []
     for name, moment in (("old", 900.0), ("a", 1000.0)):
         np.save(tmp_path / f"{name}.npy", np.zeros(10))
         os.utime(tmp_path / f"{name}.npy", (moment, moment))
@@ -191,15 +191,15 @@ def test_files_after_a_clock_was_set_back_are_read_and_told(tmp_path):
             os.utime(tmp_path / "b.npy", (950.0, 950.0))
 
     # What lay there when an earlier run had read up to 900 s counts as read.
-    source = blocks_of(tmp_path, told.append, [900 * 10**9, "old.npy"])
+    source = blocks_of(tmp_path, messages.append, [900 * 10**9, "old.npy"])
     blocks = drained(source, write)
     assert [block.source for block in blocks] == ["a.npy", "b.npy"]
-    assert told == [f"{tmp_path / 'b.npy'}: older than the file before, read nevertheless"]
+    assert messages == [f"{tmp_path / 'b.npy'}: older than the file before, read nevertheless"]
     # The place is that of the latest file: a restart does not read a file twice.
     assert [block.place for block in blocks] == [[1000 * 10**9, "a.npy"]] * 2
 
 
-def test_a_file_of_other_rate_or_channels_is_skipped_and_told(run, models, tmp_path):
+def test_a_file_of_other_rate_or_channels_is_skipped_with_a_warning(run, models, tmp_path):
     signal = sound("good", 450, 3)
     wavfile.write(tmp_path / "a.wav", 1001, signal.astype(np.float32))
     wavfile.write(tmp_path / "b.wav", 1100, signal.astype(np.float32))
@@ -213,9 +213,9 @@ def test_a_file_of_other_rate_or_channels_is_skipped_and_told(run, models, tmp_p
 
 
 def test_a_log_that_is_rotated_is_read_to_its_end_first(tmp_path):
-    path, told = tmp_path / "log.csv", []
+    path, messages = tmp_path / "log.csv", []
     path.write_text("x\n1\n2\n3\n4")
-    blocks = from_growing_file(path, text_samples(), told.append)
+    blocks = from_growing_file(path, text_samples(), messages.append)
     assert next(blocks).samples.tolist() == [[1, 2, 3]]
     with open(path, "a") as file:
         file.write("5\n6")
@@ -223,7 +223,7 @@ def test_a_log_that_is_rotated_is_read_to_its_end_first(tmp_path):
     path.write_text("time;x\ns;g\n0;7,5\n1;8,5\n")
     samples = [block.samples.tolist() for block in drained(blocks) if block.samples.size]
     assert samples == [[[45]], [[7.5, 8.5]]]
-    assert told == [f"{path} was started afresh"]
+    assert messages == [f"{path} was started afresh"]
 
 
 def test_a_stream_of_another_number_of_channels_is_refused(run, models, piped):
@@ -249,10 +249,10 @@ def test_european_lines_with_times_and_units(run, models, fitted, piped, tmp_pat
         out, err = run("watch", models[0], path, *options, *IDLE, "--state", state)[1:]
         found += verdicts_of(out)
         assert "no numbers" not in err
-    told = expected(fitted, signal)
+    wanted = expected(fitted, signal)
     # A later run takes the time anew from the lines, which are rounded.
-    assert [v.pop("time") for v in found] == pytest.approx([v.pop("time") for v in told])
-    assert found == told
+    assert [v.pop("time") for v in found] == pytest.approx([v.pop("time") for v in wanted])
+    assert found == wanted
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes")
@@ -348,7 +348,7 @@ def test_lines_come_in_any_pieces():
         (("-", "--half-life", 0), 2, "argument --half-life: '0', expected a number above 0"),
     ],
 )
-def test_mistakes_are_told_in_one_line(run, models, piped, argv, code, message):
+def test_mistakes_are_reported_in_one_line(run, models, piped, argv, code, message):
     piped(b"1.0\n2.0\n")
     found, out, err = run("watch", models[0], *argv)
     assert found == code and message in err and out == "" and "Traceback" not in err
@@ -374,7 +374,7 @@ def test_p_values_come_from_the_healthy_limits_of_the_model(run, fitted, piped, 
     assert last["none"]["p_value"] is None
 
 
-def test_limits_that_do_not_hold_are_told_once(run, fitted, piped, tmp_path):
+def test_limits_that_do_not_hold_are_reported_once(run, fitted, piped, tmp_path):
     path = tmp_path / "alone.skops"
     facts = {"conditions": ["worn", "good"], "sampling_rate": RATE, "train_rpm": [900.0]}
     save_diagnoser(fitted[0], path, window_length=WINDOW, **facts)

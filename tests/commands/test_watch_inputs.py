@@ -181,10 +181,10 @@ def test_a_file_that_is_removed_is_waited_for(tmp_path):
         elif steps[look] == "file":
             path.write_text("5\n6\n7\n8\n")
 
-    told = []
-    blocks = drained(from_growing_file(path, text_samples(), told.append), act, len(steps))
+    messages = []
+    blocks = drained(from_growing_file(path, text_samples(), messages.append), act, len(steps))
     assert [block.samples.tolist() for block in blocks] == [[[1, 2, 3, 4]], [[5, 6, 7, 8]]]
-    assert told == [f"{path} was started afresh"]
+    assert messages == [f"{path} was started afresh"]
 
 
 def test_a_state_belongs_to_its_source_and_model(run, models, fitted, tmp_path):
@@ -251,7 +251,7 @@ def test_a_place_that_is_none(run, models, fitted, tmp_path, place):
     assert code == 1 and out == "" and f"state.json: place {place!r}, expected two values" in err
 
 
-def test_a_state_that_cannot_be_written_is_told_at_once(run, models, piped, tmp_path):
+def test_a_state_that_cannot_be_written_is_reported_at_once(run, models, piped, tmp_path):
     piped(lines_of(sound("good", 450, 3)))
     code, out, err = run("watch", models[0], "-", "--state", tmp_path / "nowhere" / "state.json")
     assert code == 1 and out == "" and "nowhere" in err
@@ -263,18 +263,18 @@ def test_a_request_to_end_waits_for_the_end_of_a_file(run, models, tmp_path, mon
     folder.mkdir()
     np.save(folder / "a.npy", sound("good", 1000, 3))
     monkeypatch.setattr("skarxlag.recordings.live.block_length", lambda length: length)
-    told = []
+    written = []
 
     def write(self, verdicts, source):
-        told.extend(verdicts)
-        if len(told) == 2:
+        written.extend(verdicts)
+        if len(written) == 2:
             os.kill(os.getpid(), signal.SIGINT)
 
     monkeypatch.setattr("skarxlag.commands.watch_stream.SensorStream._report", write)
     run("watch", models[0], folder, *IDLE, "--state", state)
-    assert len(told) == 5
+    assert len(written) == 5
     run("watch", models[0], folder, *IDLE, "--state", state)
-    assert len(told) == 5
+    assert len(written) == 5
 
 
 def test_a_column_of_shaft_speeds(run, models, piped, tmp_path):

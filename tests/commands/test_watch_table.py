@@ -48,8 +48,8 @@ def test_each_sensor_has_its_own_verdicts_and_the_model_is_loaded_once(
         assert {verdict.pop("rpm") for verdict in found} == {speed}
         for verdict in found:
             assert verdict.pop("source", "a.npy") == "a.npy"
-        told = expected(fitted, signal)
-        assert found == [{k: v for k, v in each.items() if k != "rpm"} for each in told]
+        wanted = expected(fitted, signal)
+        assert found == [{k: v for k, v in each.items() if k != "rpm"} for each in wanted]
 
 
 def test_a_later_run_continues_each_sensor(run, plant):

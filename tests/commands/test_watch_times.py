@@ -47,20 +47,22 @@ def test_a_gap_across_lines_is_a_gap_of_the_record(run, models, fitted, piped):
         piped(timed(written, signal, header))
         code, out, err = run("watch", models[0], "-")
         monitor = ConditionMonitor(fitted[0], RATE, detector=fitted[1], window_length=WINDOW)
-        told = monitor.update(signal[:500], time=5.0) + monitor.update(signal[500:], time=13.0)
+        wanted = monitor.update(signal[:500], time=5.0) + monitor.update(signal[500:], time=13.0)
         found = verdicts_of(out)
         assert code == 0 and "1 gaps of 7.5 s" in err
         assert [v["start"] for v in found] == [0, 200, 500, 700]
-        assert [v["time"] - start for v in found] == pytest.approx([v.time for v in told], abs=1e-6)
-        assert [v["probability"] for v in found] == pytest.approx([v.probability for v in told])
+        assert [v["time"] - start for v in found] == pytest.approx(
+            [v.time for v in wanted], abs=1e-6
+        )
+        assert [v["probability"] for v in found] == pytest.approx([v.probability for v in wanted])
 
 
-def test_times_are_told_alike_however_the_lines_come():
+def test_times_are_equal_however_the_lines_come():
     rng = np.random.default_rng(0)
     times = np.cumsum(rng.normal(1 / RATE, 1e-4, size=25_000)) + np.repeat([0, 3.0], 12_500)
     data = timed(np.round(times, 5), rng.normal(size=25_000))
 
-    def told(size):
+    def parsed_in_parts(size):
         stream, place, found = parser(), 0, []
         for start in range(0, len(data), size):
             for samples, time in stream.parts(data[start : start + size]):
@@ -69,8 +71,8 @@ def test_times_are_told_alike_however_the_lines_come():
                 place += samples.shape[1]
         return found
 
-    whole = told(len(data))
-    assert whole == told(1000) == told(33_333)
+    whole = parsed_in_parts(len(data))
+    assert whole == parsed_in_parts(1000) == parsed_in_parts(33_333)
     places = [place for place, _ in whole]
     # Once in a second, and the leap.
     assert places == [*range(0, 12_500, 1000), *range(12_500, 25_000, 1000)]
@@ -137,9 +139,9 @@ def test_rounded_times_are_no_gaps():
     times = np.floor(np.arange(12_000) / RATE + 0.7) + 100
     found = list(parser("time", tolerance=1.0).parts(timed(times, np.ones(12_000))))
     assert (found[0][0].shape[1], found[0][1]) == (1300, 100.0)
-    told = np.cumsum([0] + [s.shape[1] for s, _ in found])[:-1] / RATE + 100.7
-    # Where a time is told it is the true one, but for the first, of which nobody knows the rest.
-    assert [t for _, t in found[1:]] == pytest.approx(told[1:])
+    stated = np.cumsum([0] + [s.shape[1] for s, _ in found])[:-1] / RATE + 100.7
+    # A stated time is the true one, but for the first, of which nobody knows the rest.
+    assert [t for _, t in found[1:]] == pytest.approx(stated[1:])
 
 
 def test_which_column_holds_times(run, models, fitted, piped):

@@ -15,7 +15,7 @@ from skarxlag.recordings.formats._isolation import end_readers
 LONGEST, MOST_BYTES = 100.0, 2 * 2**30
 #: Exit status of a child whose file was handled as promised, and of one that broke a promise.
 GOOD, BAD = 0, 9
-#: What a child tells of each file that was handled as promised.
+#: What a child writes for each file that was handled as promised.
 _HANDLED = b"\0"
 
 
@@ -116,7 +116,7 @@ def run_until_failure(paths):
             end_readers()
             os._exit(status)
     os.close(write)
-    told, is_late = b"", False
+    output, is_late = b"", False
     while True:
         ready, _, _ = select.select([report], [], [], LONGEST)
         if not ready:
@@ -126,15 +126,15 @@ def run_until_failure(paths):
         part = os.read(report, 4096)
         if not part:
             break
-        told += part
+        output += part
     os.close(report)
     status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    n_handled = len(told) - len(told.lstrip(_HANDLED))
+    n_handled = len(output) - len(output.lstrip(_HANDLED))
     if status == GOOD:
         return n_handled, None
     if is_late:
         return n_handled, f"took more than {LONGEST:g} s"
-    return n_handled, told[n_handled:].decode(errors="replace") or f"it died: status {status}"
+    return n_handled, output[n_handled:].decode(errors="replace") or f"it died: status {status}"
 
 
 def _bound_memory(n_bytes):

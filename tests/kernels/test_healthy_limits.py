@@ -107,7 +107,7 @@ def test_blocks_are_compared_with_the_others_only():
     assert odd.score_deviation > 4 * usual.score_deviation
 
 
-def test_blocks_of_many_speeds_are_told_apart():
+def test_blocks_of_many_speeds_are_distinguished():
     at = np.repeat(np.arange(12), 2)
     limits = calibrate(healthy(noise_rows(24), np.log(500.0 + 50 * np.arange(12)), at))
     assert limits.n_blocks == 24
@@ -271,7 +271,7 @@ def test_rows_that_are_all_alike_leave_the_least_deviations():
 def test_drift_and_slopes_are_those_that_are_stated():
     rows = noise_rows(10)
     limits = calibrate(healthy(rows, np.zeros(1), np.zeros(10, int)))
-    # One speed tells nothing of the slopes: what was assumed beforehand remains.
+    # One speed has no information on the slopes: what was assumed beforehand remains.
     np.testing.assert_allclose(limits.slopes, [[-0.7, 0.7**2], [1.5, 0.75**2]])
     mean = (part.mean(axis=0, keepdims=True) for part in (rows.colour, rows.steadiness))
     drift = limits.axes.T @ drift_covariance(*mean) @ limits.axes

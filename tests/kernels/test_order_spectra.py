@@ -324,7 +324,7 @@ def test_padded_length_is_even():
     assert step == 1 / 136 and log_power.shape == (1, 69)
 
 
-def test_of_two_factors_that_are_as_good_the_lower_one_is_told(rng):
+def test_of_two_factors_that_are_as_good_the_lower_one_is_returned(rng):
     # No order lies within the spectrum, so only the size of the factor counts. Several groups of
     # segments are tried, the lower factors first.
     envelopes = 1 + 0.1 * rng.normal(size=(1, 64))

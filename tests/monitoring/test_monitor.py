@@ -64,7 +64,7 @@ def test_blocks_of_any_lengths_give_the_same_verdicts_to_the_last_bit(make, hop)
     assert {v.quality for v in expected} >= {"good", "not finite", "constant"}
     for seed in range(3):
         monitor = make(hop=hop)
-        # A text tells NaN from NaN and every bit of a float.
+        # A text distinguishes NaN from NaN and every bit of a float.
         assert repr(fed(monitor, random_blocks(signal, seed))) == repr(expected)
         assert monitor.counts == whole.counts
     one_by_one = make(hop=hop)
@@ -537,7 +537,7 @@ def test_a_diagnoser_alone_and_a_detector_alone(diagnoser, detector):
         ConditionMonitor(LinearSVC().fit(np.eye(4), [0, 0, 1, 1]), RATE)
 
 
-def test_a_classifier_of_others_tells_conditions_and_raises_no_alarm():
+def test_a_classifier_of_others_names_conditions_and_raises_no_alarm():
     X = np.stack([make_windows(sound(c, 2000, 5), WINDOW) for c in ("good", "worn")]).reshape(
         -1, WINDOW
     )

@@ -6,8 +6,8 @@ that passes without the error, or takes too long. Tests that are slow without th
 out. If an error is in a loop, or in a constant next to one, all loops run as plain Python, so that
 nothing has to be compiled; an index out of bounds is then an error, which a compiled loop would not
 notice. Otherwise the loops are those that are compiled already.
-Mutants that no test can tell from the module are listed in `equivalent.txt`, each with its reason,
-and are not counted. Exit status: 0 if at least 99 % of each module are killed, 1 otherwise.
+Mutants that are equivalent to the module are listed in `equivalent.txt`, each with its reason, and
+are not counted. Exit status: 0 if at least 99 % of each module are killed, 1 otherwise.
 """
 
 import argparse

@@ -134,10 +134,10 @@ def run_tests(name, path, program, tests, usual=None, kills=None):
             os.kill(child, signal.SIGKILL)
         time.sleep(0.01)
     with os.fdopen(report) as file:
-        told = file.read()
-    if not told:
+        reply = file.read()
+    if not reply:
         return {}, ["import"]
-    seconds, failed = json.loads(told)
+    seconds, failed = json.loads(reply)
     return {test: took for test, took in seconds.items() if test not in failed}, failed
 
 

@@ -1,4 +1,4 @@
-"""Equations (21)-(32) as printed: what their residual and thresholds can tell apart."""
+"""Equations (21)-(32) as printed: what their residual and thresholds can distinguish."""
 
 import numpy as np
 import pytest

@@ -34,7 +34,7 @@ def test_new_axes_come_from_pyplot(draw):
 
 
 @pytest.mark.parametrize("draw", DRAW.values(), ids=DRAW)
-def test_missing_matplotlib_tells_what_to_install(monkeypatch, draw):
+def test_missing_matplotlib_is_named_with_its_command(monkeypatch, draw):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)
     with pytest.raises(ImportError, match=r"pip install 'skarxlag\[plot\]'"):

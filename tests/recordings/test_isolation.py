@@ -44,7 +44,7 @@ def program(monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("prelude", ["", "sys.stdin.buffer.read(1);"])
-def test_a_crash_is_told_and_the_next_file_is_read(run, program, monkeypatch, prelude):
+def test_a_crash_is_reported_and_the_next_file_is_read(run, program, monkeypatch, prelude):
     program(prelude + "import os; os.abort()")
     with pytest.raises(ValueError, match=r"run.mat: its reader crashed \(exit status .*damaged"):
         read_recording(run)

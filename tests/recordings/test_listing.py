@@ -47,7 +47,7 @@ def test_channel_and_type_of_all_files(tmp_path):
     np.testing.assert_array_equal(table.recordings[0], np.arange(1, 12, 2))
 
 
-def test_a_pattern_may_tell_channel_and_rate(tmp_path):
+def test_a_pattern_may_state_channel_and_rate(tmp_path):
     np.savez(tmp_path / "y@8000.npz", x=np.zeros(3), y=np.ones(3))
     pattern = r"(?P<channel>\w)@(?P<sampling_rate>\d+)"
     table = read_recording_table(tmp_path, pattern=pattern)

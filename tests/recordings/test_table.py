@@ -197,7 +197,7 @@ def test_table_that_is_no_text(tmp_path):
 
 
 @pytest.mark.parametrize("separator", [";", "\t"])
-def test_separator_is_told_from_the_first_line(folder, separator):
+def test_separator_is_inferred_from_the_first_line(folder, separator):
     lines = ["path,condition,rpm,sampling_rate,channel", "sub/b.mat,good,400.5,50e3,y"]
     text = "\n".join(lines).replace(",", separator).replace("400.5", "400,5")
     assert read_recording_table(write(folder, text)).rpm.tolist() == [400.5]
@@ -232,7 +232,7 @@ def test_rates_that_differ_by_rounding(folder):
 
 
 @pytest.mark.slow
-def test_resampling_is_told(folder):
+def test_resampling_is_reported(folder):
     wavfile.write(folder / "slow.wav", 25_000, RNG.normal(size=100))
     text = "path,sampling_rate,channel\nslow.wav,,\nsub/b.mat,50e3,y\n"
     with pytest.raises(ValueError, match=r"line 3: different sampling rates \(Hz\): 50000, but"):

@@ -80,7 +80,7 @@ def test_a_block_needs_its_marks(tmp_path, marks):
 
 @pytest.fixture
 def module(monkeypatch):
-    """Two constant conditions that one speed tells apart and the other one swaps."""
+    """Two constant conditions that one speed separates and the other one swaps."""
     levels = {("ok", 100.0): 0, ("bad", 100.0): 2, ("ok", 200.0): 2, ("bad", 200.0): 0}
     windows = 24
 

@@ -57,7 +57,7 @@ def test_ar_coefficients_recover_a_known_model():
 
 
 @pytest.mark.parametrize("name", NEEDS_NO_EXTRA)
-def test_peer_tells_two_resonances_apart_at_another_speed(name, rig):
+def test_peer_distinguishes_two_resonances_at_another_speed(name, rig):
     for pair in leave_one_speed_in(METHODS[name], rig, LENGTH):
         assert pair["window"]["accuracy"] > 0.95
         assert pair["group"]["accuracy"] == 1.0

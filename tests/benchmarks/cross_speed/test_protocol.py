@@ -18,7 +18,7 @@ LENGTH = 4
 
 
 def make_rig(speeds=(100.0, 200.0), windows=24):
-    """Constant windows whose level tells the condition, 0 or 1, times 1 + rpm / 1000."""
+    """Constant windows whose level shows the condition, 0 or 1, times 1 + rpm / 1000."""
 
     def make_windows(speed, condition):
         return np.full((windows, LENGTH), (condition == "bad") * (1 + speed / 1000))

@@ -11,7 +11,7 @@ def verdict(time, exceeds, alarm):
     )
 
 
-def test_row_tells_the_alarm_that_stays_from_those_that_went_off():
+def test_row_separates_the_alarm_that_stays_from_those_that_went_off():
     alarms = [False, True, False, False, True, True]
     exceeds = [False, True, False, True, True, True]
     verdicts = [

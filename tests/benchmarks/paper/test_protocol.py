@@ -40,7 +40,7 @@ def made():
 
 
 def load(crack_mm, rpm):
-    """Five windows a condition that tell rpm, start, and the verdict of the recorder."""
+    """Five windows a condition that hold rpm, start, and the verdict of the recorder."""
     target = np.repeat(CONDITIONS, 5)
     start = np.tile(np.arange(5) * 10, 3)
     verdict = (start + rpm / 50 + crack_mm) % 3
@@ -104,10 +104,10 @@ def test_one_rig_is_held_at_a_time(made):
     assert not alive
 
 
-def test_progress_tells_cracks_speeds_and_names(made):
-    told = []
-    run_protocol(load, {"one": made.make}, progress=told.append)
-    assert "".join(told) == "".join(
+def test_progress_shows_cracks_speeds_and_names(made):
+    lines = []
+    run_protocol(load, {"one": made.make}, progress=lines.append)
+    assert "".join(lines) == "".join(
         f"crack {crack} mm: 500 rpm, one, 300 rpm, 400 rpm, 450 rpm, done\n" for crack in (3, 6)
     )
 

@@ -54,14 +54,14 @@ def rig():
         lambda: WindowsVote(make_alpio, 1000),
     ],
 )
-def test_methods_tell_conditions_at_the_other_speed(rig, make):
+def test_methods_name_conditions_at_the_other_speed(rig, make):
     pairs = pd.DataFrame(command.speed_pairs(make, rig))
     assert pairs[["train_rpm", "test_rpm"]].to_numpy().tolist() == [[700, 900], [900, 700]]
     assert pairs["accuracy"].min() >= 6 / 9 and (pairs["place"] >= pairs["accuracy"]).all()
 
 
 @pytest.mark.parametrize("make", [LargestPeak, PyBearing])
-def test_rules_tell_the_place_by_the_geometry(rig, make):
+def test_rules_name_the_place_by_the_geometry(rig, make):
     if make is PyBearing:
         pytest.importorskip("pybearing.analysis.envelope_analysis")
     pairs = pd.DataFrame(command.speed_pairs(lambda: make(RATE, ORDERS), rig, of_place=True))

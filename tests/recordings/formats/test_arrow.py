@@ -76,7 +76,7 @@ def test_parquet_is_read_one_group_of_rows_after_another(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="tells no peak of memory")
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="states no peak of memory")
 def test_a_group_of_rows_is_not_loaded_whole(tmp_path):
     program = """
 import pathlib, sys
