@@ -72,9 +72,7 @@ class Diagnosis:
     @classmethod
     def failed(cls, recording: ListedRecording, reason: object) -> Self:
         """Return the result of a recording that could not be diagnosed, without its name."""
-        reason = str(reason)
-        for name in (recording.path, recording.name):
-            reason = reason.removeprefix(f"{name}: ").removeprefix(f"{name}, ")
+        reason = str(reason).removeprefix(f"{recording.path}: ").removeprefix(f"{recording.name}: ")
         return cls({"verdict": no_verdict(reason)}, None, error=" ".join(reason.split()))
 
     @property
