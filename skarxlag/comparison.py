@@ -270,7 +270,8 @@ class SpectralDistance(StretchTransformer):
 
         product = 1.0
         for chosen, axes, *of_part, weight in parts:
-            rows = _joined(X, chosen).astype(np.float64, copy=False)
+            # With rows of several layouts, the loop would be compiled for each.
+            rows = np.ascontiguousarray(_joined(X, chosen), dtype=np.float64)
             distances = drift.squared_distances(rows, axes, *of_part, places) + _LEAST
             product *= distances.prod(axis=-1) ** (weight / 2)
         return product.min(axis=0)

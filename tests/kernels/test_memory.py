@@ -36,7 +36,7 @@ CALLS = {
         noise(17, 2, 21), ORDERS, POLES, noise(3, 7), 4, np.empty((17, 3, 17))
     ),
     "distances": lambda: drift.squared_distances(
-        noise(3, 4), noise(4, 2), noise(5, 3, 2), noise(5, 2), np.array([[0, 4, 2]])
+        noise(3, 2, 4), noise(2, 4, 3), noise(5, 3, 2, 3), noise(5, 2, 3), np.array([[0, 4, 2]])
     ),
     "observer": lambda: observer.observe(noise(17, 2, 21), LOOP),
     "bank": lambda: observer_bank.bank_levels(noise(2, 7), 0.3, *np.full((3, 33), 0.1), 0.05),
