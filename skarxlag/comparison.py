@@ -329,7 +329,7 @@ class SpectralDistance(StretchTransformer):
 
     def _validate(self, X, y=None, *, reset=False):
         X, y = validate_signals(self, X, y, reset=reset)
-        largest = float(np.max(np.abs(X)))
+        largest = float(np.abs(X).max())
         expect(largest <= _LARGEST, "Largest size in X", largest, "natural logarithms of power")
         return X.reshape(len(X), -1, X.shape[-1]), y
 
