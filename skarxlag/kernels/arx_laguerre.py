@@ -179,11 +179,10 @@ def _subtract_predictions(
                 last = first + orders[channel]
                 advance_block(histories[first:last], signals[channel], poles[channel])
                 first = last
-            dropped = max(n_transient - start, 0)
-            if dropped < length:
+            if start + length > n_transient:
                 _subtract_block(coef, histories, signals[0], block)
                 for c in range(n_models):
-                    deinterleave(block[c], dropped, errors, w, c, start + dropped - n_transient)
+                    deinterleave(block[c], errors, w, c, start - n_transient)
             for n in range(coef.shape[1]):
                 carry(histories[n], length)
 

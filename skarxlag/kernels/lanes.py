@@ -30,37 +30,42 @@ def interleave(
     Parameters
     ----------
     signals : ndarray of shape (n_signals, n_channels, n_samples)
-        The signals. Lanes after the last signal stay unused.
+        The signals.
     first, channel, start : int
         First signal, channel and first sample.
     block : ndarray of shape (TILE * LANES,)
-        The block to write. Positions without a signal or a sample are not changed.
+        The block to write. Positions without a signal or a sample receive the nearest one.
     """
-    for lane in range(min(LANES, signals.shape[0] - first)):
-        for k in range(min(TILE, signals.shape[2] - start)):
-            block[k * LANES + lane] = signals[first + lane, channel, start + k]
+    # Loops of constant lengths. For others, the compiler takes gather instructions, which are slow.
+    for k in range(TILE):
+        sample = min(start + k, signals.shape[2] - 1)
+        for lane in range(LANES):
+            signal = min(first + lane, signals.shape[0] - 1)
+            block[k * LANES + lane] = signals[signal, channel, sample]
 
 
 @inlined
 def deinterleave(
-    block: NDArray[Any], dropped: int, signals: NDArray[Any], first: int, channel: int, start: int
+    block: NDArray[Any], signals: NDArray[Any], first: int, channel: int, start: int
 ) -> None:
     """Copy the samples of a block back into up to `LANES` signals.
 
     Parameters
     ----------
-    block : ndarray of shape (n_samples * LANES,)
-        A block or a history.
-    dropped : int
-        Number of samples at the beginning of the block that are skipped.
+    block : ndarray of shape (TILE * LANES,)
+        A block that began as a copy of these signals, or of signals in the same positions.
     signals : ndarray of shape (n_signals, n_channels, n_samples)
         The signals to write.
     first, channel, start : int
-        First signal, channel and first sample.
+        First signal, channel and place of the block's first sample. If it is negative, down to
+        ``1 - TILE``, the signals begin within the block.
     """
-    for lane in range(min(LANES, signals.shape[0] - first)):
-        for k in range(min(len(block) // LANES - dropped, signals.shape[2] - start)):
-            signals[first + lane, channel, start + k] = block[(dropped + k) * LANES + lane]
+    for k in range(TILE):
+        sample = min(max(start + k, 0), signals.shape[2] - 1)
+        for lane in range(LANES):
+            # Where there is no signal, the lane holds the last one, which is written once more.
+            signal = min(first + lane, signals.shape[0] - 1)
+            signals[signal, channel, sample] = block[(sample - start) * LANES + lane]
 
 
 @inlined

@@ -62,8 +62,8 @@ def _record_trajectories(innovations, loop, histories, error, fault_estimate):
             start_loop(histories)
             for start in range(0, n_samples, TILE):
                 observe_block(innovations, w, c, start, loop, histories)
-                deinterleave(histories[ERROR], 0, error, w, c, start)
-                deinterleave(histories[ESTIMATE], 0, fault_estimate, w, c, start)
+                deinterleave(histories[ERROR], error, w, c, start)
+                deinterleave(histories[ESTIMATE], fault_estimate, w, c, start)
                 carry_loop(histories, TILE)
 
 
