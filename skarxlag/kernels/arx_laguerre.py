@@ -6,6 +6,7 @@ The regressor x contains the Laguerre states of channel 0, then of channel 1, an
 strictly causal: x(k) depends on samples before k only.
 """
 
+import math
 from typing import Any
 
 import numpy as np
@@ -13,11 +14,11 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from .compiled import compiled, inlined
-from .laguerre import advance, advance_block, network_matrices
-from .lanes import LANES, TILE, carry, deinterleave, interleave
+from .laguerre import TOGETHER, advance, advance_block, network_matrices
+from .lanes import LANES, TILE, deinterleave, interleave
 
-#: States and models that one pass over a block of predictions takes together.
-_STATES, _MODELS = 4, 2
+#: Models whose predictions one pass over a block takes together.
+_MODELS = 2
 
 
 def accumulate_sums(
@@ -144,65 +145,66 @@ def innovations(
     ndarray
         `out`: the innovations, in the unit of the output.
     """
-    n_models, n_states = coef.shape
     # Coefficients of zero for models and states that are not there fill the last pass.
-    padded = np.zeros((-(-n_models // _MODELS) * _MODELS, -(-n_states // _STATES) * _STATES))
-    padded[:n_models, :n_states] = coef
+    filled = -(-orders // TOGETHER) * TOGETHER
+    is_used = [np.arange(n) < order for n, order in zip(filled, orders, strict=True)]
+    padded = np.zeros((-(-len(coef) // _MODELS) * _MODELS, filled.sum()))
+    padded[: len(coef), np.concatenate(is_used)] = coef
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
-    histories = np.zeros((padded.shape[1], (TILE + 1) * LANES))
-    signals, block = (np.zeros((n, TILE * LANES)) for n in (windows.shape[1], len(padded)))
-    _subtract_predictions(
-        windows, orders, poles, padded, n_transient, out, histories, signals, block
-    )
+    states, histories = np.empty((filled.sum(), LANES)), np.empty((TOGETHER, (TILE + 1) * LANES))
+    drive, block = np.empty(TILE * LANES), np.empty((len(padded), TILE * LANES))
+    memory = states, histories, drive, block
+    _subtract_predictions(windows, filled, poles, padded, n_transient, out, *memory)
     return out
 
 
 @compiled
 def _subtract_predictions(
-    windows, orders, poles, coef, n_transient, errors, histories, signals, block
+    windows, orders, poles, coef, n_transient, errors, states, histories, drive, block
 ):
     """Fill `errors` with the innovations, block by block.
 
-    `coef` is padded. The last three arrays are working memory for blocks of states, signals and
-    predictions. The caller allocates them, because their allocation in here would take as long to
-    compile as the rest of the function.
+    `orders` and `coef` are padded. The last four arrays are working memory, of which the fastest
+    holds all but the states. The caller allocates them, because their allocation in here would
+    take as long to compile as the rest of the function.
     """
     n_windows, n_channels, n_samples = windows.shape
-    n_models = errors.shape[1]
     for w in range(0, n_windows, LANES):
-        histories[:, :LANES] = 0.0
+        states[:] = 0.0
         for start in range(0, n_samples, TILE):
-            length = min(TILE, n_samples - start)
+            is_wanted = start + TILE > n_transient
             first = 0
             for channel in range(n_channels):
-                interleave(windows, w, channel, start, signals[channel])
+                interleave(windows, w, channel, start, drive)
+                if channel == 0:
+                    for c in range(len(block)):
+                        for i in range(TILE * LANES):
+                            block[c, i] = drive[i]
+                gain = math.sqrt(1.0 - poles[channel] * poles[channel])
+                for i in range(TILE * LANES):
+                    drive[i] *= gain
                 last = first + orders[channel]
-                advance_block(histories[first:last], signals[channel], poles[channel])
+                for n in range(first, last, TOGETHER):
+                    advance_block(states[n:], drive, poles[channel], histories)
+                    if is_wanted:
+                        _subtract_block(coef, n, histories, block)
                 first = last
-            if start + length > n_transient:
-                _subtract_block(coef, histories, signals[0], block)
-                for c in range(n_models):
+            if is_wanted:
+                for c in range(errors.shape[1]):
                     deinterleave(block[c], errors, w, c, start - n_transient)
-            for n in range(coef.shape[1]):
-                carry(histories[n], length)
 
 
 @inlined
-def _subtract_block(coef, histories, output, errors):
-    """Subtract predictions from the output; several states and models a pass save memory access."""
-    for c in range(0, coef.shape[0], _MODELS):
+def _subtract_block(coef, n, histories, errors):
+    """Subtract what some states add to the predictions."""
+    for c in range(0, len(coef), _MODELS):
+        a0, a1, a2, a3 = coef[c, n], coef[c, n + 1], coef[c, n + 2], coef[c, n + 3]
+        b0, b1 = coef[c + 1, n], coef[c + 1, n + 1]
+        b2, b3 = coef[c + 1, n + 2], coef[c + 1, n + 3]
         for i in range(TILE * LANES):
-            errors[c, i] = output[i]
-            errors[c + 1, i] = output[i]
-        for n in range(0, coef.shape[1], _STATES):
-            a0, a1, a2, a3 = coef[c, n], coef[c, n + 1], coef[c, n + 2], coef[c, n + 3]
-            b0, b1 = coef[c + 1, n], coef[c + 1, n + 1]
-            b2, b3 = coef[c + 1, n + 2], coef[c + 1, n + 3]
-            for i in range(TILE * LANES):
-                x0, x1 = histories[n, i], histories[n + 1, i]
-                x2, x3 = histories[n + 2, i], histories[n + 3, i]
-                errors[c, i] -= a0 * x0 + a1 * x1 + a2 * x2 + a3 * x3
-                errors[c + 1, i] -= b0 * x0 + b1 * x1 + b2 * x2 + b3 * x3
+            x0, x1, x2, x3 = histories[0, i], histories[1, i], histories[2, i], histories[3, i]
+            errors[c, i] = errors[c, i] - a0 * x0 - a1 * x1 - a2 * x2 - a3 * x3
+            errors[c + 1, i] = errors[c + 1, i] - b0 * x0 - b1 * x1 - b2 * x2 - b3 * x3
 
 
 def free_run(

@@ -11,6 +11,9 @@ from scipy.linalg import block_diag, toeplitz
 from .compiled import inlined
 from .lanes import LANES, TILE
 
+#: States that are advanced together.
+TOGETHER = 4
+
 
 def laguerre_matrices(order: int, pole: float) -> tuple[NDArray[Any], NDArray[Any]]:
     r"""Return the state space of one Laguerre network, Eqs. (13)-(15).
@@ -88,25 +91,40 @@ def advance(states: Any, sample: Any, pole: Any) -> None:
 
 
 @inlined
-def advance_block(histories: NDArray[Any], signal: NDArray[Any], pole: float) -> None:
-    """The same cascade on a block of signals, see `lanes`: one all-pass after another.
+def advance_block(
+    states: NDArray[Any], drive: NDArray[Any], pole: float, histories: NDArray[Any]
+) -> None:
+    r"""The same cascade on a block of signals, see `lanes`: the next `TOGETHER` all-passes.
+
+    Each state n follows :math:`x_n(k+1) = \zeta x_n(k) + d_n(k)`. The drive of the first state is
+    the signal times :math:`\sqrt{1-\zeta^2}`, and that of the others is
+    :math:`d_{n+1}(k) = x_n(k) - \zeta x_n(k+1)`.
 
     Parameters
     ----------
-    histories : ndarray of shape (order, (TILE + 1) * LANES)
-        States. The states at the first sample are given, and those at the others are written.
-    signal : ndarray of shape (TILE * LANES,)
-        Input of the network.
+    states : ndarray of shape (TOGETHER, LANES)
+        States at the first sample. They are replaced by those after the last one.
+    drive : ndarray of shape (TILE * LANES,)
+        Drive of the first of these states. It is replaced by that of the state after them.
     pole : float
         The shared pole.
+    histories : ndarray of shape (TOGETHER, (TILE + 1) * LANES)
+        Histories of the states, which are written.
     """
-    gain = math.sqrt(1.0 - pole * pole)
+    for n in range(TOGETHER):
+        for lane in range(LANES):
+            histories[n, lane] = states[n, lane]
     for i in range(TILE * LANES):
-        histories[0, i + LANES] = pole * histories[0, i] + gain * signal[i]
-    for n in range(1, histories.shape[0]):
+        histories[0, i + LANES] = pole * histories[0, i] + drive[i]
+    for n in range(1, TOGETHER):
         for i in range(TILE * LANES):
-            difference = histories[n, i] - histories[n - 1, i + LANES]
-            histories[n, i + LANES] = pole * difference + histories[n - 1, i]
+            driven = histories[n - 1, i] - pole * histories[n - 1, i + LANES]
+            histories[n, i + LANES] = pole * histories[n, i] + driven
+    for i in range(TILE * LANES):
+        drive[i] = histories[TOGETHER - 1, i] - pole * histories[TOGETHER - 1, i + LANES]
+    for n in range(TOGETHER):
+        for lane in range(LANES):
+            states[n, lane] = histories[n, TILE * LANES + lane]
 
 
 def settling_length(order: int, pole: float) -> int:
