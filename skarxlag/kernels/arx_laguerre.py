@@ -15,7 +15,7 @@ from scipy import linalg
 
 from .compiled import compiled, inlined
 from .laguerre import TOGETHER, advance, advance_block, network_matrices
-from .lanes import LANES, TILE, deinterleave, interleave
+from .lanes import LANES, TILE, aligned_zeros, deinterleave, interleave
 
 #: Models whose predictions one pass over a block takes together.
 _MODELS = 2
@@ -151,23 +151,25 @@ def innovations(
     padded = np.zeros((-(-len(coef) // _MODELS) * _MODELS, filled.sum()))
     padded[: len(coef), np.concatenate(is_used)] = coef
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
-    states, histories = np.empty((filled.sum(), LANES)), np.empty((TOGETHER, (TILE + 1) * LANES))
-    drive, block = np.empty(TILE * LANES), np.empty((len(padded), TILE * LANES))
-    memory = states, histories, drive, block
-    _subtract_predictions(windows, filled, poles, padded, n_transient, out, *memory)
+    states = aligned_zeros(filled.sum(), LANES)
+    histories = aligned_zeros(TOGETHER, (TILE + 1) * LANES)
+    blocks = aligned_zeros(1 + len(padded), TILE * LANES)
+    networks = filled, poles, padded
+    _subtract_predictions(windows, *networks, n_transient, out, states, histories, blocks)
     return out
 
 
 @compiled
 def _subtract_predictions(
-    windows, orders, poles, coef, n_transient, errors, states, histories, drive, block
+    windows, orders, poles, coef, n_transient, errors, states, histories, blocks
 ):
     """Fill `errors` with the innovations, block by block.
 
-    `orders` and `coef` are padded. The last four arrays are working memory, of which the fastest
+    `orders` and `coef` are padded. The last three arrays are working memory, of which the fastest
     holds all but the states. The caller allocates them, because their allocation in here would
     take as long to compile as the rest of the function.
     """
+    drive, remaining = blocks[0], blocks[1:]
     n_windows, n_channels, n_samples = windows.shape
     for w in range(0, n_windows, LANES):
         states[:] = 0.0
@@ -177,9 +179,9 @@ def _subtract_predictions(
             for channel in range(n_channels):
                 interleave(windows, w, channel, start, drive)
                 if channel == 0:
-                    for c in range(len(block)):
+                    for c in range(len(remaining)):
                         for i in range(TILE * LANES):
-                            block[c, i] = drive[i]
+                            remaining[c, i] = drive[i]
                 gain = math.sqrt(1.0 - poles[channel] * poles[channel])
                 for i in range(TILE * LANES):
                     drive[i] *= gain
@@ -187,11 +189,11 @@ def _subtract_predictions(
                 for n in range(first, last, TOGETHER):
                     advance_block(states[n:], drive, poles[channel], histories)
                     if is_wanted:
-                        _subtract_block(coef, n, histories, block)
+                        _subtract_block(coef, n, histories, remaining)
                 first = last
             if is_wanted:
                 for c in range(errors.shape[1]):
-                    deinterleave(block[c], errors, w, c, start - n_transient)
+                    deinterleave(remaining[c], errors, w, c, start - n_transient)
 
 
 @inlined

@@ -9,8 +9,10 @@ only. A history is a block with one additional sample in front, which is the las
 block.
 """
 
+import math
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import inlined
@@ -19,6 +21,23 @@ from .compiled import inlined
 LANES = 16
 #: Samples in a block: short enough for the states of a network to stay in the fastest memory.
 TILE = 16
+
+
+def aligned_zeros(*shape: int) -> NDArray[Any]:
+    """Allocate working memory that begins at a multiple of 64 bytes, a line of the cache.
+
+    A vector that crosses lines takes up to twice as long to read and write. NumPy aligns to 16
+    bytes.
+
+    Examples
+    --------
+    >>> aligned_zeros(2, 3).ctypes.data % 64
+    0
+    """
+    size = 8 * math.prod(shape)
+    memory = np.zeros(size + 64, dtype=np.uint8)
+    start = -memory.ctypes.data % 64
+    return memory[start : start + size].view(np.float64).reshape(shape)
 
 
 @inlined

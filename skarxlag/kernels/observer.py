@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from .compiled import compiled, inlined
-from .lanes import LANES, TILE, carry, deinterleave, interleave
+from .lanes import LANES, TILE, aligned_zeros, carry, deinterleave, interleave
 
 #: Rows of the histories of a loop.
 INNOVATION, ERROR, CORRECTION, INTEGRAL, ESTIMATE = range(5)
@@ -50,7 +50,7 @@ def observe(innovations: NDArray[Any], loop: tuple[Any, ...]) -> tuple[NDArray[A
 
 def loop_histories() -> Any:
     """Allocate the histories of the loop's signals and of the innovations, for one block."""
-    return np.zeros((5, (TILE + 1) * LANES))
+    return aligned_zeros(5, (TILE + 1) * LANES)
 
 
 @compiled
