@@ -6,7 +6,6 @@ The regressor x contains the Laguerre states of channel 0, then of channel 1, an
 strictly causal: x(k) depends on samples before k only.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -149,7 +148,8 @@ def innovations(
     filled = -(-orders // TOGETHER) * TOGETHER
     is_used = [np.arange(n) < order for n, order in zip(filled, orders, strict=True)]
     padded = np.zeros((-(-len(coef) // _MODELS) * _MODELS, filled.sum()))
-    padded[: len(coef), np.concatenate(is_used)] = coef
+    # The networks are driven by the signals themselves, so their gain is that of the coefficients.
+    padded[: len(coef), np.concatenate(is_used)] = coef * np.repeat(np.sqrt(1 - poles**2), orders)
     windows = np.require(windows, dtype=np.float64, requirements=["C", "W"])
     states = aligned_zeros(filled.sum(), LANES)
     histories = aligned_zeros(TOGETHER, (TILE + 1) * LANES)
@@ -174,7 +174,6 @@ def _subtract_predictions(
     for w in range(0, n_windows, LANES):
         states[:] = 0.0
         for start in range(0, n_samples, TILE):
-            is_wanted = start + TILE > n_transient
             first = 0
             for channel in range(n_channels):
                 interleave(windows, w, channel, start, drive)
@@ -182,16 +181,12 @@ def _subtract_predictions(
                     for c in range(len(remaining)):
                         for i in range(TILE * LANES):
                             remaining[c, i] = drive[i]
-                gain = math.sqrt(1.0 - poles[channel] * poles[channel])
-                for i in range(TILE * LANES):
-                    drive[i] *= gain
                 last = first + orders[channel]
                 for n in range(first, last, TOGETHER):
                     advance_block(states[n:], drive, poles[channel], histories)
-                    if is_wanted:
-                        _subtract_block(coef, n, histories, remaining)
+                    _subtract_block(coef, n, histories, remaining)
                 first = last
-            if is_wanted:
+            if start + TILE > n_transient:
                 for c in range(errors.shape[1]):
                     deinterleave(remaining[c], errors, w, c, start - n_transient)
 

@@ -96,9 +96,9 @@ def advance_block(
 ) -> None:
     r"""The same cascade on a block of signals, see `lanes`: the next `TOGETHER` all-passes.
 
-    Each state n follows :math:`x_n(k+1) = \zeta x_n(k) + d_n(k)`. The drive of the first state is
-    the signal times :math:`\sqrt{1-\zeta^2}`, and that of the others is
-    :math:`d_{n+1}(k) = x_n(k) - \zeta x_n(k+1)`.
+    Each state n follows :math:`x_n(k+1) = \zeta x_n(k) + d_n(k)`, with the drive
+    :math:`d_{n+1}(k) = x_n(k) - \zeta x_n(k+1)`. If the first drive is the signal itself, the
+    states are those of the network divided by :math:`\sqrt{1-\zeta^2}`.
 
     Parameters
     ----------
