@@ -85,18 +85,3 @@ def deinterleave(
             # Where there is no signal, the lane holds the last one, which is written once more.
             signal = min(first + lane, signals.shape[0] - 1)
             signals[signal, channel, sample] = block[(sample - start) * LANES + lane]
-
-
-@inlined
-def carry(history: NDArray[Any], n_samples: int) -> None:
-    """Copy one sample of a history to its beginning, as the state before the next block.
-
-    Parameters
-    ----------
-    history : ndarray of shape ((TILE + 1) * LANES,)
-        The history. Its first sample is overwritten.
-    n_samples : int
-        Index of the sample that is copied.
-    """
-    for lane in range(LANES):
-        history[lane] = history[n_samples * LANES + lane]

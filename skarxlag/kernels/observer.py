@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from .compiled import compiled, inlined
-from .lanes import LANES, TILE, aligned_zeros, carry, deinterleave, interleave
+from .lanes import LANES, TILE, aligned_zeros, deinterleave, interleave
 
 #: Rows of the histories of a loop.
-INNOVATION, ERROR, CORRECTION, INTEGRAL, ESTIMATE = range(5)
+INNOVATION, ERROR, CORRECTION, INTEGRAL, ESTIMATE, POWER = range(6)
 
 
 def observe(innovations: NDArray[Any], loop: tuple[Any, ...]) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -49,8 +49,8 @@ def observe(innovations: NDArray[Any], loop: tuple[Any, ...]) -> tuple[NDArray[A
 
 
 def loop_histories() -> Any:
-    """Allocate the histories of the loop's signals and of the innovations, for one block."""
-    return aligned_zeros(5, (TILE + 1) * LANES)
+    """Allocate the histories of the loop's signals and of the sum of e squared, for one block."""
+    return aligned_zeros(POWER + 1, (TILE + 1) * LANES)
 
 
 @compiled
@@ -87,8 +87,8 @@ def observe_block(
         First window, model and first sample.
     loop : tuple of 7 floats
         As in `observe`.
-    histories : ndarray of shape (5, (TILE + 1) * LANES)
-        Innovations, error, correction, integral and fault estimate.
+    histories : ndarray of shape (6, (TILE + 1) * LANES)
+        Innovations, error, correction, integral, fault estimate and sum of squared errors.
     """
     _, _, _, _, _, exponent, _ = loop
     interleave(innovations, first, model, start, histories[INNOVATION])
@@ -118,13 +118,15 @@ def _close_loop(histories, i, surface, loop):
     histories[CORRECTION, i + LANES] = correction
     histories[INTEGRAL, i + LANES] = integral
     histories[ESTIMATE, i + LANES] = gain * (1.0 + surface) * integral
+    histories[POWER, i + LANES] = histories[POWER, i] + e * e
 
 
 @inlined
 def carry_loop(histories: Any, n_samples: Any) -> None:
     """Copy one sample of the block to the beginning of the histories, for the next block."""
-    for row in range(CORRECTION, ESTIMATE + 1):
-        carry(histories[row], n_samples)
+    for row in range(CORRECTION, POWER + 1):
+        for lane in range(LANES):
+            histories[row, lane] = histories[row, n_samples * LANES + lane]
 
 
 def loop_matrix(pole: float, kp: float, ki: float, gain: float = 1.0) -> NDArray[Any]:

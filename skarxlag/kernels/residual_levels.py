@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .compiled import compiled
-from .lanes import LANES, TILE, carry
-from .observer import ERROR, carry_loop, loop_histories, observe, observe_block, start_loop
+from .lanes import LANES, TILE
+from .observer import POWER, carry_loop, loop_histories, observe, observe_block, start_loop
 from .scaling import root_mean_square
 from .spectra import cepstrum
 
@@ -110,7 +110,7 @@ def power_levels(innovations: NDArray[Any], loop: tuple[Any, ...]) -> NDArray[An
         Levels, in the unit of the innovations.
     """
     levels = np.empty(innovations.shape[:2])
-    _fill_power_levels(innovations, loop, loop_histories(), loop_histories()[0], levels)
+    _fill_power_levels(innovations, loop, loop_histories(), levels)
     # Squares of extreme windows may have overflowed or underflowed.
     extreme = np.flatnonzero(np.any(~((levels > 1e-140) & (levels < 1e140)), axis=1))
     if len(extreme) > 0:
@@ -119,22 +119,17 @@ def power_levels(innovations: NDArray[Any], loop: tuple[Any, ...]) -> NDArray[An
 
 
 @compiled
-def _fill_power_levels(innovations, loop, histories, squares, levels):
-    """Fill `levels`, block by block; `squares` is the history of the sum of squares."""
+def _fill_power_levels(innovations, loop, histories, levels):
+    """Fill `levels`, block by block."""
     n_windows, n_models, n_samples = innovations.shape
     for w in range(0, n_windows, LANES):
         for c in range(n_models):
             start_loop(histories)
-            squares[:LANES] = 0.0
             for start in range(0, n_samples, TILE):
                 observe_block(innovations, w, c, start, loop, histories)
-                for i in range(TILE * LANES):
-                    squares[i + LANES] = squares[i] + histories[ERROR, i] * histories[ERROR, i]
-                length = min(TILE, n_samples - start)
-                carry_loop(histories, length)
-                carry(squares, length)
+                carry_loop(histories, min(TILE, n_samples - start))
             for lane in range(min(LANES, n_windows - w)):
-                levels[w + lane, c] = math.sqrt(squares[lane] / n_samples)
+                levels[w + lane, c] = math.sqrt(histories[POWER, lane] / n_samples)
 
 
 def cepstral_norm(log_spectra: NDArray[Any], exponent: float) -> NDArray[Any]:
