@@ -54,8 +54,8 @@ def test_sums_are_weighted_products_of_states_and_output(case, n_transient):
 def test_blocks_leave_every_window_to_itself(n_windows, n_samples, n_transient):
     n_transient = min(n_transient, n_samples - 1)
     rng = np.random.default_rng(5)
-    orders, poles = np.array([3, 2]), np.array([0.4, -0.3])
-    windows, coef = rng.normal(size=(n_windows, 2, n_samples)), rng.normal(size=(3, 5))
+    orders, poles = np.array([5, 2]), np.array([0.4, -0.3])
+    windows, coef = rng.normal(size=(n_windows, 2, n_samples)), rng.normal(size=(5, 7))
     found = innovations(windows, orders, poles, coef, n_transient)
     for w, window in enumerate(windows):
         predicted = literal_states(window, orders, poles)[0] @ coef.T
