@@ -34,6 +34,7 @@ from benchmarks.speed.timing import matrix_product, ratio, take_turns
 
 ROWS = {
     "transforms": rows.transforms,
+    "alpio-predict": rows.alpio_predict,
     "extended-state-predict": rows.extended_state_predict,
     "diagnoser-predict": rows.diagnoser_predict,
     "diagnoser-fit": rows.diagnoser_fit,

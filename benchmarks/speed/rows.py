@@ -23,6 +23,7 @@ from skarxlag import (
     ARXLaguerre,
     ExtendedStatePIObserver,
     ThresholdLadder,
+    make_alpio,
     make_diagnoser,
     make_extended_state_pio,
 )
@@ -118,6 +119,11 @@ def _against_minirocket(what, ours, others, target, n_samples, n_rounds):
         "target": target,
         "spread": differs,
     }
+
+
+def alpio_predict(n_rounds=5, n_windows=800, n_samples=1200):
+    """make_alpio().predict against MiniRocket's."""
+    return _predict("make_alpio", make_alpio(), 40, **locals())
 
 
 def extended_state_predict(n_rounds=5, n_windows=800, n_samples=1200):

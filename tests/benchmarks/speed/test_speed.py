@@ -145,6 +145,7 @@ def test_normal_equations_find_the_system():
 
 ROWS = [
     (rows.transforms, {"n_windows": 16}),
+    (rows.alpio_predict, {"n_windows": 16}),
     (rows.extended_state_predict, {"n_windows": 16}),
     (rows.diagnoser_predict, {"n_windows": 16}),
     (rows.diagnoser_fit, {"n_windows": 16}),
@@ -159,7 +160,12 @@ ROWS = [
 def test_rows_with_tiny_sizes(row, sizes):
     n_samples = {} if "n_samples" in sizes else {"n_samples": 200}
     lines = row(n_rounds=2, **sizes, **n_samples)
-    needs_aeon = row.__name__ in ("extended_state_predict", "diagnoser_predict", "diagnoser_fit")
+    needs_aeon = row in (
+        rows.alpio_predict,
+        rows.extended_state_predict,
+        rows.diagnoser_predict,
+        rows.diagnoser_fit,
+    )
     assert lines or (needs_aeon and not peers.is_installed("aeon"))
     assert all(line["reached"] > 0 for line in lines)
     assert len(speed.table(lines)) == len(lines)
