@@ -181,11 +181,10 @@ def _subtract_predictions(
                     for c in range(len(remaining)):
                         for i in range(TILE * LANES):
                             remaining[c, i] = drive[i]
-                last = first + orders[channel]
-                for n in range(first, last, TOGETHER):
-                    advance_block(states[n:], drive, poles[channel], histories)
-                    _subtract_block(coef, n, histories, remaining)
-                first = last
+                for _ in range(0, orders[channel], TOGETHER):
+                    advance_block(states[first:], drive, poles[channel], histories)
+                    _subtract_block(coef, first, histories, remaining)
+                    first += TOGETHER
             if start + TILE > n_transient:
                 for c in range(errors.shape[1]):
                     deinterleave(remaining[c], errors, w, c, start - n_transient)

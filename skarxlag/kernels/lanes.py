@@ -34,10 +34,9 @@ def aligned_zeros(*shape: int) -> NDArray[Any]:
     >>> aligned_zeros(2, 3).ctypes.data % 64
     0
     """
-    size = 8 * math.prod(shape)
-    memory = np.zeros(size + 64, dtype=np.uint8)
-    start = -memory.ctypes.data % 64
-    return memory[start : start + size].view(np.float64).reshape(shape)
+    memory = np.zeros(math.prod(shape) + 8)
+    start = -memory.ctypes.data % 64 // 8
+    return memory[start : start + math.prod(shape)].reshape(shape)
 
 
 @inlined

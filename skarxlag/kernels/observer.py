@@ -59,18 +59,12 @@ def _record_trajectories(innovations, loop, histories, error, fault_estimate):
     n_windows, n_models, n_samples = innovations.shape
     for w in range(0, n_windows, LANES):
         for c in range(n_models):
-            start_loop(histories)
+            histories[CORRECTION:, :LANES] = 0.0
             for start in range(0, n_samples, TILE):
                 observe_block(innovations, w, c, start, loop, histories)
                 deinterleave(histories[ERROR], error, w, c, start)
                 deinterleave(histories[ESTIMATE], fault_estimate, w, c, start)
                 carry_loop(histories, TILE)
-
-
-@inlined
-def start_loop(histories: Any) -> None:
-    """Set the state before the first sample to zero."""
-    histories[CORRECTION:, :LANES] = 0.0
 
 
 @inlined

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from .compiled import compiled
 from .lanes import LANES, TILE
-from .observer import POWER, carry_loop, loop_histories, observe, observe_block, start_loop
+from .observer import CORRECTION, POWER, carry_loop, loop_histories, observe, observe_block
 from .scaling import root_mean_square
 from .spectra import cepstrum
 
@@ -124,7 +124,7 @@ def _fill_power_levels(innovations, loop, histories, levels):
     n_windows, n_models, n_samples = innovations.shape
     for w in range(0, n_windows, LANES):
         for c in range(n_models):
-            start_loop(histories)
+            histories[CORRECTION:, :LANES] = 0.0
             for start in range(0, n_samples, TILE):
                 observe_block(innovations, w, c, start, loop, histories)
                 carry_loop(histories, min(TILE, n_samples - start))
