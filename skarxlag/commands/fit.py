@@ -204,17 +204,13 @@ def _roles(recording, n_outputs):
 def _check_options(args, recordings):
     present = {recording.condition for recording in recordings}
     only = present.pop() if len(present) == 1 else None
-    is_healthy = _is_healthy(only) if args.healthy is None else only == args.healthy
+    is_healthy = place_of_label(only) == HEALTHY if args.healthy is None else only == args.healthy
     if args.bearing is not None:
         args.diagnoser = args.diagnoser or "stretches"
     elif args.diagnoser is None and only is not None and is_healthy:
         args.diagnoser = "detector"
     if args.diagnoser != "stretches":
         refuse(args, ["bearing"], "belongs to --diagnoser stretches")
-
-
-def _is_healthy(name):
-    return place_of_label(str(name)) == HEALTHY
 
 
 def _make(args, kind, healthy=None, rate=None):
@@ -290,7 +286,7 @@ def _healthy_condition(args, kind, rig, chosen):
         raise CommandError(f"{args.table}: conditions {found}; {expected}; {alone}")
     if rig.target is None:
         rig.target, present = np.full(len(rig.recording), HEALTHY), [HEALTHY]
-    named = list(filter(_is_healthy, present))
+    named = [name for name in present if place_of_label(name) == HEALTHY]
     if args.healthy in present:
         return args.healthy, "--healthy"
     if args.healthy == "none" and kind != "detector":

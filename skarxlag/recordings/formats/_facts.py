@@ -127,10 +127,9 @@ def _rate_of(name, number):
     plain = "".join(c for c in name.lower() if c.isalpha())
     if match := _RATE_NAME.fullmatch(plain):
         return number * (1e3 if match[1] == "khz" else 1.0)
-    if match := _STEP_NAME.fullmatch(plain):
-        rate = 1 / (number * SECONDS.get(match[1], 1.0))
-        return rounded(rate, 1e-9) if is_rate(rate) else None
-    return None
+    match = _STEP_NAME.fullmatch(plain)
+    rate = 1 / (number * SECONDS.get(match[1], 1.0)) if match else np.nan
+    return rounded(rate, 1e-9) if is_rate(rate) else None
 
 
 def names_speed(name: str, unit: str | None = None) -> bool:
