@@ -67,7 +67,7 @@ def band_levels(
         _TURNS,
         np.zeros((hop, n_columns), dtype=np.float32),
         np.empty((2, 2 * _IMAGINARY), dtype=np.float32),
-        np.zeros((n_segments, _HALF), dtype=np.float32),
+        np.zeros(n_segments * _HALF, dtype=np.float32),
         levels,
     )
     return levels[..., 1:]
@@ -97,8 +97,8 @@ def windowed_segments(signals: NDArray[Any], window: NDArray[Any], hop: int) -> 
 @compiled
 def _fill_levels(signals, window, floor, turns, phases, blocks, rows, levels):
     """Fill mean and median; the arrays from `phases` to `rows` are working memory."""
-    hop, n_segments = len(phases), len(rows)
-    lower, upper = rows[(n_segments - 1) // 2], rows[n_segments // 2]
+    hop, n_segments = len(phases), len(rows) // _HALF
+    lower, upper = rows[(n_segments - 1) // 2 * _HALF :], rows[n_segments // 2 * _HALF :]
     for w in range(len(signals)):
         mean, median = levels[0, w], levels[1, w]
         mean[:] = np.float32(0.0)
@@ -120,11 +120,11 @@ def _fill_levels(signals, window, floor, turns, phases, blocks, rows, levels):
                 source, target = target, source
             _fill_power(source, turns, floor[w], target)
             for lane in range(min(_LANES, n_segments - first)):
-                row, power = rows[first + lane], target[lane:]
+                row, power = rows[(first + lane) * _HALF :], target[lane:]
                 for band in range(_HALF):
                     row[band] = power[band * _LANES]
                     mean[band] += row[band]
-        sort_columns(rows)
+        sort_columns(rows, _HALF)
         for band in range(_HALF):
             mean[band] *= np.float32(1.0 / n_segments)
             median[band] = (lower[band] + upper[band]) * np.float32(0.5)
@@ -179,7 +179,7 @@ def _fill_power(block, turns, floor, power):
 
 
 @inlined
-def sort_columns(rows: NDArray[Any]) -> None:
+def sort_columns(rows: NDArray[Any], n_columns: int) -> None:
     """Sort each column in place, by merge exchange.
 
     The sequence of comparisons does not depend on the values, so all columns are sorted together.
@@ -188,11 +188,12 @@ def sort_columns(rows: NDArray[Any]) -> None:
 
     Parameters
     ----------
-    rows : ndarray of shape (n_rows, n_columns)
-        Values without NaN; overwritten.
+    rows : ndarray of shape (n_rows * n_columns,)
+        Values without NaN, row by row; overwritten.
+    n_columns : int
+        Number of columns.
     """
-    n_rows, n_columns = rows.shape
-    flat = rows.reshape(-1)
+    n_rows = len(rows) // n_columns
     top = 1
     while 2 * top < n_rows:
         top *= 2
@@ -202,7 +203,7 @@ def sort_columns(rows: NDArray[Any]) -> None:
         while distance > 0:
             # Rows first, first + 1, ... first + p - 1 of every 2 p meet those at the distance.
             for row in range(first, n_rows - distance, 2 * p):
-                lower, upper = flat[row * n_columns :], flat[(row + distance) * n_columns :]
+                lower, upper = rows[row * n_columns :], rows[(row + distance) * n_columns :]
                 for i in range(min(p, n_rows - distance - row) * n_columns):
                     low, high = lower[i], upper[i]
                     lower[i] = low if low < high else high

@@ -9,7 +9,7 @@ from skarxlag.kernels import short_time
 def test_sort_columns_sorts_each_column(n_rows):
     rows = np.random.default_rng(n_rows).integers(0, n_rows, size=(n_rows, 5)).astype(float)
     expected = np.sort(rows, axis=0)
-    short_time.sort_columns(rows)
+    short_time.sort_columns(rows.reshape(-1), rows.shape[1])
     np.testing.assert_array_equal(rows, expected)
 
 
@@ -18,7 +18,7 @@ def test_sort_columns_sorts_zeros_and_ones():
     for n in range(2, 13):
         rows = np.array([[k >> i & 1 for k in range(2**n)] for i in range(n)], dtype=float)
         expected = np.sort(rows, axis=0)
-        short_time.sort_columns(rows)
+        short_time.sort_columns(rows.reshape(-1), rows.shape[1])
         np.testing.assert_array_equal(rows, expected)
 
 
