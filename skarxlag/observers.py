@@ -13,10 +13,11 @@ from sklearn.base import clone
 from sklearn.utils import Bunch
 
 from ._base import GroupTransformer, InnovationsTransformer
-from ._parallel import map_batches
+from ._parallel import BATCH, map_batches
 from ._state import INNOVATIONS, Values, expect, uses_fitted
 from ._validation import ABOVE_0, UP_TO_1, WITHIN_1, check_count, check_real, validate_innovations
 from .kernels import observer, residual_levels, spectra
+from .kernels.lanes import LANES
 from .kernels.observer_bank import bank_levels, member_gains
 
 #: Exponent of the cepstral norm, half-way between the plain norm (0) and Martin's metric (1).
@@ -115,7 +116,9 @@ class Observer(InnovationsTransformer):
             rows = np.require(innovations[batch], dtype=np.float64, requirements=["C", "W"])
             return RESIDUAL_EVALUATIONS[self.evaluation].levels(rows, self)
 
-        parts = map_batches(of_batch, len(innovations), self.n_jobs)
+        # The trajectories of a batch stay in the processor's caches.
+        together = max(LANES, BATCH // innovations.shape[1])
+        parts = map_batches(of_batch, len(innovations), self.n_jobs, together)
         return np.concatenate(parts).astype(innovations.dtype, copy=False)
 
     @uses_fitted

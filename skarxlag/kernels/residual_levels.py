@@ -36,7 +36,10 @@ def sliding_surface(error: NDArray[Any], slope: float) -> NDArray[Any]:
     >>> sliding_surface(np.array([1.0, 3.0, 2.0]), slope=0.5)
     array([0.5, 3.5, 0. ])
     """
-    return slope * error + np.diff(error, axis=-1, prepend=error[..., :1])
+    surface = (slope + 1) * error
+    surface[..., 1:] -= error[..., :-1]
+    surface[..., 0] -= error[..., 0]
+    return surface
 
 
 def switching_gain(surface: NDArray[Any], step: float) -> NDArray[Any]:
@@ -54,13 +57,14 @@ def switching_gain(surface: NDArray[Any], step: float) -> NDArray[Any]:
     ndarray of shape (n_signals, n_samples)
         The gain, in the unit of the surface.
     """
-    gain = np.abs(surface)
+    # Signals side by side in memory are worked on together.
+    gain = np.abs(surface.T, order="C")
     adapt_switching_gain(gain, root_mean_square(surface), step)
-    return gain
+    return gain.T
 
 
 @compiled
-def adapt_switching_gain(sizes: NDArray[Any], start: NDArray[Any], step: float) -> None:
+def adapt_switching_gain(sizes: NDArray[Any], gain: NDArray[Any], step: float) -> None:
     r"""Replace the sizes of the sliding surface by the switching gain, which follows them.
 
     The gain changes by :math:`\ln K_s^+ = \ln K_s + \mathrm{step}\,\mathrm{sgn}(|S| - K_s)`. It
@@ -69,22 +73,23 @@ def adapt_switching_gain(sizes: NDArray[Any], start: NDArray[Any], step: float) 
 
     Parameters
     ----------
-    sizes : ndarray of shape (n_signals, n_samples)
+    sizes : ndarray of shape (n_samples, n_signals)
         Sizes :math:`|S|` of the sliding surface. Receives the gain after each sample.
-    start : ndarray of shape (n_signals,)
-        Gain before the first sample, above 0. A gain that starts at 0 stays at 0.
+    gain : ndarray of shape (n_signals,)
+        Gain before the first sample, above 0. A gain that starts at 0 stays at 0. Receives the gain
+        after the last sample.
     step : float
         Step of the logarithm, above 0.
     """
-    n_signals, n_samples = sizes.shape
     up, down = math.exp(step), math.exp(-step)
-    for signal in range(n_signals):
-        k_s = start[signal]
-        for k in range(n_samples):
-            size = sizes[signal, k]
+    for k in range(len(sizes)):
+        row = sizes[k]
+        for signal in range(len(gain)):
+            size, k_s = row[signal], gain[signal]
             # A selection, because branches that depend on noise are mispredicted.
             k_s *= up if size > k_s else (down if size < k_s else 1.0)
-            sizes[signal, k] = k_s
+            gain[signal] = k_s
+            row[signal] = k_s
 
 
 def settled_level(gain: NDArray[Any]) -> NDArray[Any]:

@@ -18,9 +18,9 @@ WORK = """
 import numpy as np, skarxlag
 from skarxlag.kernels.residual_levels import adapt_switching_gain
 assert skarxlag.__file__.startswith({root!r}), skarxlag.__file__
-gain = np.full((1, 2), 3.0)
-adapt_switching_gain(gain, np.full(1, 3.0), 0.5)
-assert adapt_switching_gain.dispatcher.signatures and gain.tolist() == [[3.0, 3.0]]
+sizes, gain = np.full((2, 1), 3.0), np.full(1, 3.0)
+adapt_switching_gain(sizes, gain, 0.5)
+assert adapt_switching_gain.dispatcher.signatures and sizes.tolist() == [[3.0], [3.0]]
 """
 
 

@@ -126,15 +126,16 @@ def test_cepstral_norm_does_not_see_the_gain():
 
 def test_switching_gain_by_hand():
     up, down = np.exp(0.5), np.exp(-0.5)
-    gain = np.array([[2.0, 2.0, 0.0], [0, 0, 0]])
-    adapt_switching_gain(gain, np.array([1.0, 0.0]), 0.5)
-    np.testing.assert_allclose(gain, [[up, up * up, up * up * down], [0, 0, 0]])
+    sizes, gain = np.array([[2.0, 0], [2.0, 0], [0, 0]]), np.array([1.0, 0.0])
+    adapt_switching_gain(sizes, gain, 0.5)
+    np.testing.assert_allclose(sizes, [[up, 0], [up * up, 0], [up * up * down, 0]])
+    np.testing.assert_array_equal(gain, sizes[-1])
 
 
 def test_switching_gain_rests_where_the_surface_equals_it():
-    gain = np.full((1, 5), 3.0)
-    adapt_switching_gain(gain, np.array([3.0]), 0.5)
-    np.testing.assert_array_equal(gain, np.full((1, 5), 3.0))
+    sizes = np.full((5, 1), 3.0)
+    adapt_switching_gain(sizes, np.array([3.0]), 0.5)
+    np.testing.assert_array_equal(sizes, np.full((5, 1), 3.0))
 
 
 @pytest.mark.parametrize("n_samples", [8, TILE + 8])
