@@ -272,6 +272,7 @@ def test_batches_need_no_memory_for_all_innovations(data):
 def test_fit_by_batches_is_that_of_scikit_learn_bit_for_bit(make, table, routed, data, monkeypatch):
     monkeypatch.setattr(map_batches, "__defaults__", (20,))
     monkeypatch.setattr("skarxlag._base.BATCH", 20)
+    monkeypatch.setattr("skarxlag.observers.BATCH", 3 * 20)  # innovations of three models
     seen, innovations = [], ARXLaguerre._innovations
     monkeypatch.setattr(
         ARXLaguerre,

@@ -96,7 +96,8 @@ def settled_level(gain: NDArray[Any]) -> NDArray[Any]:
     """Return the geometric mean of a gain over the last half of the window; 0 if the gain is 0."""
     tail = gain[:, int(_SETTLED * gain.shape[1]) :]
     with np.errstate(divide="ignore"):
-        return np.exp(np.mean(np.log(tail), axis=1))
+        # A sum's order follows the order in memory, and may not depend on the number of signals.
+        return np.exp(np.mean(np.log(tail, order="C"), axis=1))
 
 
 def power_levels(innovations: NDArray[Any], loop: tuple[Any, ...]) -> NDArray[Any]:
