@@ -140,7 +140,7 @@ def test_rounded_times_are_no_gaps():
     found = list(parser("time", tolerance=1.0).parts(timed(times, np.ones(12_000))))
     assert (found[0][0].shape[1], found[0][1]) == (1300, 100.0)
     stated = np.cumsum([0] + [s.shape[1] for s, _ in found])[:-1] / RATE + 100.7
-    # A stated time is the true one, but for the first, of which nobody knows the rest.
+    # The first time is rounded down, and nothing before it shows by how much. Later ones are exact.
     assert [t for _, t in found[1:]] == pytest.approx(stated[1:])
 
 
