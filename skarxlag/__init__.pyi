@@ -3,6 +3,7 @@ from ._version import __version__ as __version__
 from .bearings import BearingGeometry as BearingGeometry
 from .bearings import bearing_orders as bearing_orders
 from .comparison import SpectralDistance as SpectralDistance
+from .condition_classifier import ConditionClassifier as ConditionClassifier
 from .detection import FaultDetector as FaultDetector
 from .detection import KnownConditions as KnownConditions
 from .diagnosers import make_alpio as make_alpio

@@ -39,6 +39,13 @@ class Answers:
         Whether it returns the probability that a healthy row deviates as much.
     none_of_these : bool, default=False
         Whether it rejects rows that resemble none of the conditions.
+    states_unknown : bool, default=False
+        Whether it returns the probability of an unknown condition.
+    places : tuple of str or None, default=None
+        Place of each condition: "healthy", "inner", "outer", "ball", or None for a condition that
+        is a place of its own. None if places are not known.
+    n_specimens : tuple of int or None, default=None
+        Number of specimens of each condition in `fit`. None if it is not known.
     stated_rate : float or None, default=None
         Share of healthy rows that may be flagged, or of known rows that may be rejected.
     takes_rpm : bool, default=False
@@ -65,6 +72,9 @@ class Answers:
     alarm: bool = False
     healthy_p_value: bool = False
     none_of_these: bool = False
+    states_unknown: bool = False
+    places: tuple[str | None, ...] | None = None
+    n_specimens: tuple[int, ...] | None = None
     stated_rate: float | None = None
     takes_rpm: bool = False
     needs_rpm: bool = False

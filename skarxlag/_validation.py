@@ -52,8 +52,9 @@ def validate_signals(
     """
     if isinstance(X, OnDemand):
         # The model before has checked the windows, and that there are as many conditions.
+        y = None if y is None else column_or_1d(y)
         validate_signals(estimator, X[:1], y if y is None else y[:1], reset=reset)
-        return X, None if y is None else column_or_1d(y)
+        return X, y
     # scikit-learn converts big-endian float32 to float64, but the byte order must not matter.
     if isinstance(X, np.ndarray) and not X.dtype.isnative:
         X = X.astype(X.dtype.newbyteorder("="))

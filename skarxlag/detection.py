@@ -531,7 +531,7 @@ class KnownConditions(RowOutlierDetector):
 
     where :math:`p_c` is the probability that a row of condition c deviates at least as much. The
     test of the unsteadiness is two-sided: a row with fewer impacts than expected is rejected, too.
-    A row is "none of these" if p is below the stated rate. Since :math:`p \ge p_c`, a row of a
+    A row is rejected if p is below the stated rate. Since :math:`p \ge p_c`, a row of a
     known condition c is rejected with a probability of at most the rate that the limits of c hold.
 
     docs/detection.md shows how many rows of unknown conditions are rejected. At other speeds than

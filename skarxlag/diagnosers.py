@@ -5,6 +5,7 @@ from typing import Any
 
 from .bearings import BearingLike
 from .comparison import SpectralDistance
+from .condition_classifier import ConditionClassifier
 from .detection import FaultDetector, KnownConditions
 from .fault_classifier import FaultOrderClassifier
 from .identification import ARXLaguerre
@@ -13,12 +14,10 @@ from .observers import ExtendedStatePIObserverBank, PIObserver
 from .pipelines import DiagnosisPipeline
 from .stretches import OrderResidual, StretchResidual, window_comparison
 
-#: Constants of the recommended diagnoser, see ``python -m benchmarks.recipe constants``: order of
-#: the model, for the output and for measured inputs; and the exponents of residuals in
-#: probabilities, if the rows of `fit` have one speed and if they have several. Only the simulated
-#: rig has measured inputs, so their order is chosen there.
+#: Order of the model of the recommended diagnoser, for the output and for measured inputs, see
+#: ``python -m benchmarks.recipe constants``. Only the simulated rig has measured inputs, so their
+#: order is chosen there.
 MODEL_ORDER = (4, 32)
-CONFIDENCE_SCALE = (32.0, 50.0)
 #: Order of the model before what compares rows with healthy ones.
 _DETECTOR_ORDER = 8
 
@@ -173,20 +172,17 @@ def make_diagnoser(
     >>> diagnoser.predict(X_500, rpm=[500, 500])
     array(['healthy', 'worn'], dtype='<U7')
     """
-    windows = window_comparison(n_jobs)
-    compare = windows.steps
+    residual = window_comparison(n_jobs)
     if sampling_rate is not None:
         orders = OrderResidual(sampling_rate=sampling_rate, n_jobs=n_jobs)
-        compare = [("compare", StretchResidual(window_residual=windows, order_residual=orders))]
-    ladder = ThresholdLadder(healthy=healthy, confidence_scale=CONFIDENCE_SCALE)
-    steps = [*compare, ("decide", ladder)]
+        residual = StretchResidual(window_residual=residual, order_residual=orders)
+    decide = ConditionClassifier(residual=residual, healthy=healthy, places=places)
     if bearing is not None:
         options = {"bearing": bearing, "sampling_rate": sampling_rate, "n_jobs": n_jobs}
-        learned = DiagnosisPipeline(steps, n_jobs=n_jobs)
-        decide = FaultOrderClassifier(places=places, conditions=learned, **options)
-        steps = [("decide", decide)]
+        decide = FaultOrderClassifier(places=places, conditions=decide, **options)
     identify = ARXLaguerre(order=MODEL_ORDER, bank=False, n_jobs=n_jobs)
-    return DiagnosisPipeline([("identify", identify), *steps], n_jobs=n_jobs, **pipeline)
+    steps = [("identify", identify), ("decide", decide)]
+    return DiagnosisPipeline(steps, n_jobs=n_jobs, **pipeline)
 
 
 def make_detector(

@@ -23,6 +23,7 @@ from ._parallel import map_rows
 from ._state import INNOVATIONS, FittedOn, Labels, Values, expect, finish_fit, uses_fitted
 from ._validation import ABOVE_0, check_real, of_one_model, validate_innovations, weighted_windows
 from .bearings import BearingLike, bearing_orders, listed
+from .condition_classifier import decided
 from .envelope_spectra import LEAST_TURNS, best_combs, turns_of_rows
 from .evidence import COMB_CORRELATION, effective_number
 from .fault_places import FAULTS, HEALTHY, NOT_IDENTIFIABLE, PLACES
@@ -64,12 +65,13 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
     With `conditions`, a classifier that learned the spectra of several conditions, the probability
     of condition c is
 
-    .. math:: p_c \propto P_c\, q_c^a, \quad a = r_{\min}^{-2}
+    .. math:: p_c \propto P_c\, q_c
 
-    with the probability :math:`P_c` of its place by combs, its probability :math:`q_c` by spectra,
-    and the residual :math:`r_{\min} \ge 1` of the nearest condition. If no condition is near, as
-    after another mounting or load, combs decide the place. Conditions of one place share the combs;
-    spectra decide among them, and alone in rows without `rpm` or of less than two turns.
+    with the probability :math:`P_c` of its place by combs, and its probability :math:`q_c` by
+    spectra. An unknown condition has the :math:`P_c` of a healthy one, and its own :math:`q_c`, see
+    `ConditionClassifier`. If no condition is near, as after another mounting or load, the
+    probabilities by spectra are similar, and combs decide the place. Conditions of one place share
+    the combs; spectra decide among them, and alone in rows without `rpm` or of less than two turns.
 
     Parameters
     ----------
@@ -82,9 +84,9 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
         Place of each label in `y`: "healthy", "inner", "outer" or "ball". Other labels get the
         place that their name says, such as "IR7" or "outer race", or else the one that their rows
         show: that of the largest mean score, or healthy if it is below the limit.
-    conditions : DiagnosisPipeline or None, default=None
-        Learns the spectra of conditions if `y` has several: residuals of conditions and a
-        `ThresholdLadder`, as in `make_diagnoser`. None: combs decide alone.
+    conditions : ConditionClassifier or None, default=None
+        Learns the spectra of conditions if `y` has several, as in `make_diagnoser`. None: combs
+        decide alone.
     gear_ratio : float, default=1.0
         Turns of the bearing's shaft in a turn of the shaft whose speed is given, above 0.
     false_alarm_rate : float, default=0.02
@@ -93,11 +95,11 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
         Share in (0, 0.5) of wrong places among the rows that are named. `diagnose` names a row "not
         identifiable" if the two best scores are closer than the margin that this share needs.
     speed_tolerance : float, default=0.1
-        Largest logarithm of the true speed over the nominal speed, in [0, 0.3]. It covers slip of
-        the elements, too.
+        Largest logarithm of the true speed over the nominal speed, in [0, 0.3]. All combs share it.
     slip : float, default=0.03
-        Logarithm of the speed at which .15 nepers are subtracted from the score, above 0. The
-        subtraction is proportional to the square of the logarithm.
+        Largest logarithm of the factor by which slip of the elements moves the order of one comb,
+        above 0. The largest slip costs .15 nepers. An error of the speed of this size costs all
+        combs .4 nepers. Both costs are proportional to the square of the logarithm.
     speed_range : tuple of two floats or None, default=None
         Lowest and highest speed in revolutions per minute. Without `rpm`, the speed of each row is
         searched in this range, as in :func:`skarxlag.estimate_shaft_speed`. None: `rpm` is
@@ -120,7 +122,7 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
         Limit above the reference in nepers, at the speeds of the healthy rows.
     healthy_scores_, healthy_speeds_ : ndarray of shape (n_healthy,)
         Largest scores above the reference, and speeds of the healthy rows, each ascending.
-    conditions_ : DiagnosisPipeline or None
+    conditions_ : ConditionClassifier or None
         The fitted `conditions`. None if `y` has one condition or is not given.
     n_models_, n_features_in_ : int
         1 and 1 if rows were innovations; 0 and the samples of a plain row.
@@ -179,7 +181,7 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
     }
 
     #: Metadata routing passes `rpm` without `set_fit_request` and its siblings.
-    __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True}
+    __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True, "specimen": True}
     __metadata_request__predict: ClassVar = {"rpm": True}
     __metadata_request__predict_proba: ClassVar = {"rpm": True}
     __metadata_request__decision_function: ClassVar = {"rpm": True}
@@ -191,6 +193,7 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
         y: ArrayLike | None = None,
         rpm: ArrayLike | None = None,
         sample_weight: ArrayLike | None = None,
+        specimen: ArrayLike | None = None,
     ) -> Self:
         """Note the shape of rows; learn limits from healthy ones, and conditions from their labels.
 
@@ -204,6 +207,9 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
             Nominal speed in revolutions per minute. It is needed with `y`.
         sample_weight : array-like of shape (n_rows,) or None, default=None
             How many rows each one stands for, at least 0; combs count the next integer. None: one.
+        specimen : array-like of shape (n_rows,) or None, default=None
+            Identifier of the specimen of each row, for `conditions`. None: each condition is one
+            specimen.
 
         Returns
         -------
@@ -225,13 +231,13 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
         self._calibrate(np.empty((0, len(FAULTS))), np.empty(0))
         labels, places = PLACES, range(len(PLACES))
         if y is not None:
-            labels, places = self._learn(X, y, rpm, sample_weight)
+            labels, places = self._learn(X, y, rpm, sample_weight, specimen)
         classes, index = np.unique(labels, return_index=True)
         self.classes_: NDArray[Any] = classes
         self.class_places_: NDArray[Any] = np.asarray(places)[index]
         return finish_fit(self)
 
-    def _learn(self, X, y, rpm, sample_weight):
+    def _learn(self, X, y, rpm, sample_weight, specimen):
         """Learn limits and spectra from labelled rows, and return classes and their places."""
         rows, labels, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
         speeds = None
@@ -248,8 +254,11 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
         healthy = places[target] == PLACES.index(HEALTHY)
         self._calibrate(scores[healthy], speeds[healthy])
         if len(classes) > 1 and self.conditions is not None:
-            learner = clone(self.conditions)
-            self.conditions_ = learner.fit(X, y, rpm=rpm, sample_weight=sample_weight)
+            stated = dict(zip(classes.tolist(), self._stated_places(classes, places), strict=True))
+            stated = {name: place for name, place in stated.items() if place is not None}
+            learner = clone(self.conditions).set_params(places=stated)
+            metadata = {"rpm": rpm, "sample_weight": sample_weight, "specimen": specimen}
+            self.conditions_ = learner.fit(X, y, **metadata)
         if len(classes) == 1 and classes.dtype.kind in "UO" and healthy.all():
             return [*FAULTS, classes[0]], range(len(PLACES))
         return classes, places
@@ -261,6 +270,12 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
             return PLACES.index(named)
         mean = scores.mean(axis=0)
         return int(mean.argmax()) if mean.max() > self.limit_ else PLACES.index(HEALTHY)
+
+    def _stated_places(self, classes, places):
+        """Place of each class; None for a class that shows no comb and is not named healthy."""
+        for name, place in zip(classes.tolist(), places, strict=True):
+            named = (self.places or {}).get(name, fault_places.place_of_label(name))
+            yield named if named is not None or PLACES[place] == HEALTHY else PLACES[place]
 
     def _calibrate(self, scores, speeds):
         """Reference and limit from the scores and speeds of healthy rows."""
@@ -338,16 +353,19 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
             ``score``, ``probability``, ``verdict`` and ``p_value``: the results of
             `decision_function`, `predict_proba`, `predict` and `p_values`. ``alarm``: True for a
             comb that healthy rows exceed at the stated false-alarm rate only; with `conditions`,
-            the alarm of their `ThresholdLadder`. ``named``: the verdict, or "not identifiable" if a
-            comb exceeds the limit, but the second place is too close, see `wrong_name_rate`.
-            ``refusal``: without `conditions`, why a row has no verdict but equal probabilities: its
-            speed is not plausible, or it has less than two turns; else an empty text. ``evidence``:
-            a sentence with the order and the place of the best comb, its contrast in dB, and the
-            difference from the nominal order, which slip and an error of the speed cause together.
-            If it exceeds `slip`, the sentence asks to check the speed and the bearing.
-            ``contrasts`` and ``rpm``: as in `match`. With `conditions`, ``spectra`` are the log
-            probabilities by spectra alone, as they count, and ``comb`` is the probability of a
-            fault by combs alone, NaN for rows whose combs are not used.
+            their alarm, or none without a healthy condition. ``named``, without `conditions`: the
+            verdict, or "not identifiable" if a comb exceeds the limit, but the second place is too
+            close, see `wrong_name_rate`. ``refusal``: without `conditions`, why a row has no
+            verdict but equal probabilities: its speed is not plausible, or it has less than two
+            turns; else an empty text. ``evidence``: a sentence with the order and the place of the
+            best comb, its contrast in dB, and the difference from the nominal order, which slip and
+            an error of the speed cause together. If it exceeds `slip`, the sentence asks to check
+            the speed and the bearing.
+            ``contrasts`` and ``rpm``: as in `match`. With `conditions`, ``log_probability`` are
+            those of the conditions and, in the last column, of an unknown one, ``spectra`` are the
+            same by spectra alone, ``levels`` and ``recorded`` are those of
+            `ConditionClassifier.diagnose`, and ``comb`` is the probability of a fault by combs
+            alone, NaN for rows whose combs are not used.
         """
         X, _ = validate_innovations(self, X, reset=False, any_length=True)
         found = self._match(X, rpm)
@@ -356,12 +374,13 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
             judged.refusal = np.where(np.isnan(found.rpm), _NO_COMBS, "").astype(object)
         else:
             learned = self.conditions_.diagnose(X, rpm=rpm)
-            # Spectra that decide alone need not count less.
-            levels = np.where(np.isnan(found.rpm)[:, np.newaxis], 1.0, learned.levels)
-            logs = np.log(np.maximum(learned.probability, fault_places.LEAST_P))
-            spectra = fault_places.discounted(logs, levels)
-            judged = self._judge(found, spectra)
-            judged.update(alarm=learned.alarm, spectra=spectra)
+            judged = self._judge(found, learned.log_probability)
+            judged.update(spectra=learned.log_probability, recorded=learned.recorded)
+            judged.update(levels=learned.levels)
+            # The limits of combs do not belong to conditions that were learned.
+            judged.pop("alarm")
+            if "alarm" in learned:
+                judged.alarm = learned.alarm
         judged.update(contrasts=found.contrasts, rpm=found.rpm)
         return judged
 
@@ -384,7 +403,7 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
             Number of rows, or the sum of their weights.
         rpm : float
             Their speed. NaN: combs are not used.
-        spectra : ndarray of shape (n_classes,) or None, default=None
+        spectra : ndarray of shape (n_classes + 1,) or None, default=None
             Mean of ``spectra`` times the effective number of rows. Required with `conditions`, and
             not used without them.
 
@@ -444,21 +463,24 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
             beyond, shown = above - limits[:, np.newaxis], fault_places.VISIBLE_ALONE
             scores = fault_places.comb_evidence(beyond, self.class_places_, visible=shown)
             scores[np.isnan(found.rpm)] = 0.0
-        else:
-            scores, judged.comb = self._joint_scores(found, spectra, gain)
-            is_close = False
-        judged.verdict = self.classes_[scores.argmax(axis=1)]
-        judged.named = np.where(is_close, NOT_IDENTIFIABLE, judged.verdict.astype(object))
-        judged.score = scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
-        judged.probability = np.exp(log_softmax(scores, axis=1))
+            judged.verdict = self.classes_[scores.argmax(axis=1)]
+            judged.named = np.where(is_close, NOT_IDENTIFIABLE, judged.verdict.astype(object))
+            judged.score = scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
+            judged.probability = np.exp(log_softmax(scores, axis=1))
+            return judged
+        scores, judged.comb = self._joint_scores(found, spectra, gain)
+        judged.log_probability = log_softmax(scores, axis=1)
+        judged.update(decided(judged.log_probability, self.classes_, *self.conditions_.questions()))
         return judged
 
     def _joint_scores(self, found, spectra, gain):
         """Return log probabilities by combs and spectra, and the probability of a comb."""
         without = self.reference_ if len(self.healthy_scores_) > 0 else fault_places.WITHOUT_COMB
         scores = gain * (found.scores - without)
-        by_combs = fault_places.comb_evidence(scores, self.class_places_)
-        is_fault = self.class_places_ != PLACES.index(HEALTHY)
+        # An unknown condition need not show a comb.
+        places = np.append(self.class_places_, PLACES.index(HEALTHY))
+        by_combs = fault_places.comb_evidence(scores, places)
+        is_fault = places != PLACES.index(HEALTHY)
         of_fault = np.exp(by_combs).max(axis=1, where=is_fault, initial=0.0)
         is_used = ~np.isnan(found.rpm)
         scores = spectra + np.where(is_used[:, np.newaxis], by_combs, 0.0)
@@ -574,7 +596,8 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
         own = {"alarm": True, "sampling_rate": self.sampling_rate}
         if self.conditions_ is not None:
             learned = vars(answers(self.conditions_))
-            names = "healthy", "stated_rate", "speeds", "is_stretch"
+            names = "alarm", "healthy", "stated_rate", "speeds", "is_stretch"
+            names += "places", "n_specimens", "states_unknown"
             return own | {name: learned[name] for name in names}
         healthy = self.classes_[self.class_places_ == PLACES.index(HEALTHY)].tolist()
         own |= {"healthy": healthy[0] if healthy else None, "stated_rate": self.false_alarm_rate}

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import log_softmax, logsumexp
+from scipy.special import logsumexp
 from scipy.stats import gumbel_r
 
 from .kernels.fault_orders import PLACES as FAULTS
@@ -25,10 +25,9 @@ _CONFIDENCE_NAMED, _MEAN_MARGIN = 10.0, 1.6
 HEALTHY_LOCATION, OTHER_SPEED_LOCATION, HEALTHY_SCALE = 0.86, 0.06, 0.31
 #: Rows that `HEALTHY_SCALE` counts for when healthy rows of the machine are at hand.
 _PRIOR_ROWS = 10
-#: Settings of `comb_evidence` and `discounted`, chosen by leaving rigs out, by
-#: `python -m benchmarks.fault_orders joint`: log odds for each neper, probability that a fault
-#: shows its comb, and distrust of spectra that are far from all conditions.
-ODDS, VISIBLE, DISTRUST = 8.0, 0.1, 2.0
+#: Settings of `comb_evidence`, chosen by leaving rigs out, by `python -m benchmarks.fault_orders
+#: joint`: log odds for each neper, and probability that a fault shows its comb.
+ODDS, VISIBLE = 8.0, 0.1
 #: Probability that a fault shows its comb, if combs decide alone, see `python -m
 #: benchmarks.fault_orders --visible`: of 7 values, .4 or .6 has the least log loss on recordings
 #: and stretches if one of six rigs is left out.
@@ -142,34 +141,6 @@ def comb_evidence(
     log_odds[:, :-1] = np.logaddexp(np.log(visible) + odds * scores, np.log1p(-visible))
     every = logsumexp(log_odds[:, np.unique(class_places)], axis=1, keepdims=True)
     return (log_odds - every)[:, class_places]
-
-
-def discounted(
-    log_probability: NDArray[Any], residuals: NDArray[Any], distrust: float = DISTRUST
-) -> NDArray[Any]:
-    """Compute log probabilities by spectra that count less if all conditions are far.
-
-    Parameters
-    ----------
-    log_probability : ndarray of shape (n_rows, n_classes)
-        By spectra.
-    residuals : ndarray of shape (n_rows, n_classes)
-        Of the spectra, in units of the variation that is expected.
-    distrust : float, default=2.0
-        Power of the nearest residual by which spectra count less.
-
-    Returns
-    -------
-    ndarray of shape (n_rows, n_classes)
-        Log probabilities.
-
-    Examples
-    --------
-    >>> np.exp(discounted(np.log([[0.1, 0.9]]), np.array([[2.0, 3.0]]))).round(3)
-    array([[0.366, 0.634]])
-    """
-    nearest = np.maximum(residuals.min(axis=1, keepdims=True), 1.0)
-    return log_softmax(nearest**-distrust * log_probability, axis=1)
 
 
 def impact_orders(orders: NDArray[Any]) -> NDArray[Any]:

@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import softmax
+from scipy.special import log_softmax, softmax
 from sklearn.base import BaseEstimator, clone, is_classifier
 from sklearn.metrics import accuracy_score
 from sklearn.utils import Bunch, get_tags
@@ -18,7 +18,9 @@ from ._answers import answers
 from ._base import SignalEstimator
 from ._state import WINDOWS, expect, finish_fit, is_fitted, uses_fitted
 from ._validation import check_count, validate_signals
+from .condition_classifier import decided
 from .evidence import SMALLEST_PROBABILITY
+from .fault_places import HEALTHY
 from .pipelines import in_one_pass
 
 #: Parameters of detectors that are shares of rows.
@@ -166,15 +168,27 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         Returns
         -------
         Bunch
-            ``verdict`` of shape (n_rows,); ``probability`` of shape (n_rows, n_classes);
+            ``verdict`` of shape (n_rows,); ``probability`` of shape (n_rows, n_classes); if
+            `estimator` states them, ``log_probability``, with that of an unknown condition, and
+            ``recorded``, the mean probability of a recorded specimen;
             ``verdict_of_outputs``, the verdict of each output by itself, of shape
             (n_rows, n_outputs); if `estimator` has a detection threshold, ``alarm``, of bool; and
             ``refusal``, if `estimator` returns it.
         """
         found = self._asked("diagnose", X, params)
-        logs = np.log(np.maximum([each.probability for each in found], SMALLEST_PROBABILITY))
-        probability = softmax(logs.mean(axis=0), axis=1)
-        answer = Bunch(probability=probability, verdict=self.classes_[probability.argmax(axis=1)])
+        states_unknown = "log_probability" in found[0]
+        names = "log_probability" if states_unknown else "probability"
+        values = np.array([each[names] for each in found])
+        logs = values if states_unknown else np.log(np.maximum(values, SMALLEST_PROBABILITY))
+        logs = np.maximum(logs, np.log(SMALLEST_PROBABILITY)).mean(axis=0)
+        if states_unknown:
+            answer = Bunch(log_probability=log_softmax(logs, axis=1))
+            answer.update(decided(answer.log_probability, self.classes_, *_places_of(self)))
+            answer.recorded = np.mean([each.recorded for each in found], axis=0)
+        else:
+            probability = softmax(logs, axis=1)
+            verdict = self.classes_[probability.argmax(axis=1)]
+            answer = Bunch(probability=probability, verdict=verdict)
         answer.verdict_of_outputs = np.array([each.verdict for each in found], dtype=object).T
         if all("alarm" in each for each in found):
             answer.alarm = np.any([each.alarm for each in found], axis=0)
@@ -337,6 +351,16 @@ class SensorFusion(SignalEstimator, BaseEstimator):
             # Made for signals of bearings: on arbitrary features it need not separate anything.
             tags.classifier_tags.poor_score = True
         return tags
+
+
+def _places_of(fusion):
+    """Number of the place of each condition, and that of the healthy one."""
+    known = answers(fusion)
+    names = known.places or len(known.conditions) * [None]
+    keys = [place or (name,) for place, name in zip(names, known.conditions, strict=True)]
+    order = list(dict.fromkeys(keys))
+    healthy = order.index(HEALTHY) if HEALTHY in order else -1
+    return np.array([order.index(key) for key in keys]), healthy
 
 
 def _channels(X, s, n_outputs):

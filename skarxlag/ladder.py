@@ -14,6 +14,7 @@ from sklearn.utils.validation import validate_data
 from ._base import DocumentedEstimator
 from ._state import TABLE, CheckedEstimator, Labels, Values, expect, finish_fit, uses_fitted
 from ._validation import ABOVE_0, check_labels, check_rate, check_real, is_plain, weighted_windows
+from .fault_places import HEALTHY, place_of_label
 from .kernels import ladder
 from .kernels.scaling import root_mean_square
 from .kernels.speed_references import group_speeds
@@ -298,6 +299,9 @@ class ThresholdLadder(CheckedEstimator, DocumentedEstimator, ClassifierMixin, Ba
 
     def _answers(self):
         healthy = self.classes_.tolist()[self.healthy_index_]
+        # The condition of the lowest level need not be healthy.
+        if self.healthy is None and place_of_label(healthy) != HEALTHY:
+            return {"alarm": False}
         return {"healthy": healthy, "alarm": True, "stated_rate": self.false_alarm_rate}
 
     def _check_parameters(self):

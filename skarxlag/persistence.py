@@ -21,7 +21,7 @@ from ._version import __version__
 from .detection import FaultDetector, KnownConditions
 from .fusion import SensorFusion
 from .monitoring import ConditionMonitor
-from .verdicts import check_conditions
+from .verdict_names import check_conditions
 
 #: Classes of scikit-learn that a model may contain next to the estimators of this package:
 #: pipelines, calibration, scalers and linear models. They hold arrays and plain values only.
@@ -55,6 +55,7 @@ TRUSTED_TYPES = {
         "skarxlag.observers.PIObserver",
         "skarxlag.observers.ExtendedStatePIObserver",
         "skarxlag.comparison.SpectralDistance",
+        "skarxlag.condition_classifier.ConditionClassifier",
         "skarxlag.stretches.OrderResidual",
         "skarxlag.stretches.StretchResidual",
         "skarxlag.bearings.BearingGeometry",

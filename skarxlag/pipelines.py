@@ -239,7 +239,8 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         Returns
         -------
         Bunch
-            ``levels``, the input of the last step, of shape (n_windows, n_levels); ``verdict``, as
+            ``levels``, the input of the last step, of shape (n_windows, n_levels), or the residuals
+            that a `ConditionClassifier` computes from it; ``verdict``, as
             `predict` returns it; and, if the last step offers them, ``probability``
             (`predict_proba`), ``score`` (`decision_function`) and ``alarm``, of bool: the result of
             `ThresholdLadder.detect`, or, of a detector, whether the verdict is -1. A last step with
@@ -261,7 +262,7 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         levels, routed = self._before_last_step(X, params)
         last = self.steps[-1][1]
         if offers(last, "diagnose"):
-            return Bunch(**last.diagnose(levels, **routed) | {"levels": levels})
+            return Bunch(**{"levels": levels} | last.diagnose(levels, **routed))
         offered = {name: method for name, method in _METHODS.items() if offers(last, method)}
         found = {name: getattr(last, offered[name])(levels, **routed) for name in offered}
         if "alarm" not in found and not is_classifier(last):

@@ -273,10 +273,9 @@ def order_comparison(diagnoser: Pipeline) -> tuple[Pipeline | None, OrderResidua
     """
     is_pipeline = isinstance(diagnoser, Pipeline)
     steps = [step for _, step in diagnoser.steps] if is_pipeline else [diagnoser]
-    # A FaultOrderClassifier may have learned conditions.
-    learned = vars(steps[-1]).get("conditions_")
-    if learned is not None:
-        steps[-1] = learned[0]
+    # A FaultOrderClassifier may hold a ConditionClassifier, and this holds the residual.
+    learned = vars(steps[-1]).get("conditions_") or steps[-1]
+    steps[-1] = vars(learned).get("residual_", learned)
     for place, residual in enumerate(steps):
         if isinstance(residual, StretchResidual):
             residual = residual.order_residual_

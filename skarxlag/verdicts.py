@@ -12,72 +12,41 @@ from sklearn.pipeline import Pipeline
 from sklearn.utils import Bunch, check_consistent_length
 
 from . import evidence
-from ._answers import answers
+from ._answers import Answers, answers
 from ._state import expect
-from .fault_places import HEALTHY, NOT_IDENTIFIABLE
+from .fault_places import NOT_IDENTIFIABLE
 from .kernels.speed_references import SAME_LOG_SPEED, UNIT_DISTANCE
 from .pipelines import in_one_pass
 from .quality import signal_quality
 from .speeds import speed_errors, speeds_of_rows
+from .verdict_names import (
+    CHANGED,
+    NO_SIGNAL,
+    NO_VERDICT,
+    UNKNOWN,
+    Named,
+    VerdictNames,
+    check_conditions,
+    no_verdict,
+)
 
-#: Verdict on a recording whose healthy limits are exceeded and whose condition cannot be named.
-CHANGED = "changed"
-#: Verdict on a recording that resembles none of the conditions.
-NONE_OF_THESE = "none of these"
-#: Verdict on a window, or on a recording, that carries no signal.
-NO_SIGNAL = "no signal"
-#: Begin of the verdict on a recording that cannot be judged; a colon and the reason follow.
-NO_VERDICT = "no verdict"
 #: Entry of the column ``limits`` if healthy limits hold. Other entries are reasons.
 HOLD = "hold"
+#: The same for a recording that resembles no recorded specimen closely.
+HOLD_FOR_RECORDED = "hold for the recorded bearing, load and mounting only"
 #: Probability of a fault by combs above which a condition is named although spectra resemble none.
 _CLEAR_COMB = 0.9
 _NOTHING = pd.Series(dtype=float)
-#: What `DiagnosisPipeline.diagnose` returns of any classifier. Some return more.
-_OF_EVERY_CLASSIFIER = {"levels", "verdict", "probability", "score", "alarm", "p_value"}
-#: Columns for some of that.
-_COLUMNS = {"comb": "probability of a comb", "evidence": "evidence"}
+#: Columns for what some classifiers return.
+_COLUMNS = {
+    "recorded": "probability of a recorded specimen",
+    "comb": "probability of a comb",
+    "evidence": "evidence",
+}
+#: Results of a bearing's combs that a monitor gathers.
+_GATHERED = ("contrasts", "rpm", "spectra", "verdict_of_outputs")
 #: Without p-values, a recording exceeds the limits if more than this share of its windows does.
 _MOST_WINDOWS = 0.5
-
-
-def no_verdict(reason: object) -> str:
-    """Return the verdict on a recording that cannot be judged."""
-    return f"{NO_VERDICT}: {' '.join(str(reason).split())}"
-
-
-def check_conditions(conditions: Sequence[Any], known: Sequence[Any] | None) -> None:
-    """Check the conditions that a user states for a model.
-
-    Parameters
-    ----------
-    conditions : sequence of label
-        Stated conditions.
-    known : sequence of label or None
-        Conditions of the model. None for a detector, which has the healthy one only.
-
-    Raises
-    ------
-    ValueError
-        If they are no permutation of those of the model, or one is named like another verdict.
-
-    Examples
-    --------
-    >>> check_conditions(["worn"], ["good", "worn"])
-    Traceback (most recent call last):
-        ...
-    ValueError: conditions == ['worn'], expected a permutation of ['good', 'worn'].
-    """
-    # A set has no order, and no axis.
-    is_whole = np.ndim(conditions) == 1 and len(conditions) == len(known or [HEALTHY])
-    is_whole = is_whole and (known is None or {*conditions} == {*known})
-    expected = "the healthy one only" if known is None else f"a permutation of {list(known)}"
-    expect(is_whole, "conditions", conditions, expected)
-    verdicts = (CHANGED, NONE_OF_THESE, NO_SIGNAL, NOT_IDENTIFIABLE)
-    for name in map(str, conditions):
-        folded = name.casefold()
-        is_verdict = folded in verdicts or folded.startswith(NO_VERDICT)
-        expect(not is_verdict, "condition", name, "another name: this one is a verdict of its own")
 
 
 class Judge:
@@ -159,6 +128,12 @@ class Judge:
         is_detector = limits.alarm and limits.conditions is None
         expect(is_detector or detector is None, "detector", detector, "an outlier detector")
         self.detects: bool = limits.alarm
+        described = self._can.get("diagnoser", Answers())
+        self._names = VerdictNames(self.conditions, self.healthy, described)
+        n_conditions = len(self.conditions) if "diagnoser" in self._can else 0
+        #: Probabilities of a window: those of conditions, and of an unknown one.
+        self.states_unknown: bool = described.states_unknown
+        self.n_answers: int = n_conditions + described.states_unknown
         self.alarm_rate: float | None = limits.stated_rate
         speeds = [train_rpm, *(can.speeds for can in self._can.values())]
         n_outputs = max(can.n_outputs for can in self._can.values())
@@ -168,7 +143,7 @@ class Judge:
         self.sampling_rate: float | None = next(filter(None, rates), None)
 
     def opinions(self, X: NDArray[Any], rpm: ArrayLike | None = None) -> Bunch:
-        """Ask all models about windows.
+        """Evaluate all models on windows.
 
         Parameters
         ----------
@@ -182,65 +157,126 @@ class Judge:
         Bunch
             ``table``: a dict of the columns of `window_verdicts`, in which ``alarm`` is 1, 0, or
             NaN if healthy limits do not hold. ``refusal``: why there can be no verdict, else an
-            empty text. ``probability``: of shape (n_windows, n_conditions), or (n_windows, 0)
-            without a classifier. With a bearing also ``contrasts`` over orders, of shape
-            (n_windows, 4001), and ``rpm``, and with learned conditions ``spectra``, as
-            `FaultOrderClassifier.diagnose` returns them. Numbers are NaN if they are not known.
+            empty text. ``log_probability``: of shape (n_windows, n_conditions + 1), that of each
+            condition and of an unknown one, or (n_windows, 0) without a classifier. With a bearing
+            also ``contrasts`` over orders, of shape (n_windows, 4001), and ``rpm``, and with
+            learned conditions ``spectra``, as `FaultOrderClassifier.diagnose` returns them. Numbers
+            are NaN if they are not known.
         """
-        n, can = len(X), self._can
+        status = self._status(X, rpm)
+        said = self._classified(X, status)
+        verdict = np.array([no_verdict(reason) for reason in status.refusal], dtype=object)
+        verdict[status.quality != "good"] = NO_SIGNAL
+        table = {"verdict": verdict, "alarm": np.full(len(X), np.nan), "quality": status.quality}
+        table |= {"quality share": status.share, "limits": status.limits}
+        found = Bunch(table=table, refusal=status.refusal, log_probability=np.empty((len(X), 0)))
+        within = status.usable & (status.limits == HOLD)
+        if "detector" in self._can:
+            self._add_detector(table, X, status, within)
+        if "diagnoser" in self._can:
+            self._add_classifier(found, said, status.usable, within)
+        else:
+            is_changed = table["alarm"][status.usable] == 1
+            verdict[status.usable] = np.where(is_changed, CHANGED, self.healthy)
+        if "known" in self._can:
+            self._add_known(found, X, status)
+        return found
+
+    def _status(self, X, rpm):
+        """Return speed, quality and limits of each window, and whether it can be diagnosed."""
+        n = len(X)
         refusal = np.full(n, "", dtype=object)
         if rpm is not None:
             refusal = speed_errors(rpm, n, self.train_rpm)
             rpm = speeds_of_rows(rpm, n)
         mean = rpm if rpm is None or rpm.ndim == 1 else rpm.mean(axis=1)
-        (quality, share), limits = self._quality(X, mean), self._limits(mean, n)
-        if "diagnoser" not in can:
+        quality, share = self._quality(X, mean)
+        limits = self._limits(mean, n)
+        if "diagnoser" not in self._can:
             # Without limits, a detector says nothing.
             refusal = np.where((refusal == "") & (limits != HOLD), limits, refusal)
         usable = (quality == "good") & (refusal == "")
-        said = self._asked("diagnoser", X, rpm, usable) if "diagnoser" in can else Bunch()
+        facts = {"quality": quality, "share": share, "limits": limits}
+        return Bunch(rpm=rpm, refusal=refusal, usable=usable, **facts)
+
+    def _classified(self, X, status):
+        """Return the results of the classifier on usable windows, and refuse those it refuses."""
+        if "diagnoser" not in self._can:
+            return Bunch()
+        said = self._asked("diagnoser", X, status.rpm, status.usable)
         if "refusal" in said:
-            refusal[usable] = reasons = said.pop("refusal")
+            reasons = said.pop("refusal")
+            status.refusal[status.usable] = reasons
             said = Bunch(**{name: each[reasons == ""] for name, each in said.items()})
-            usable &= refusal == ""
-        within = usable & (limits == HOLD)
-        verdict = np.array([no_verdict(reason) for reason in refusal], dtype=object)
-        verdict[quality != "good"] = NO_SIGNAL
-        table = {"verdict": verdict, "alarm": np.full(n, np.nan), "quality": quality}
-        table |= {"quality share": share, "limits": limits}
-        found = Bunch(table=table, refusal=refusal, probability=np.empty((n, 0)))
-        if "detector" in can:
-            watched = self._asked("detector", X, rpm, within)
-            table["alarm"][within] = watched.alarm
-            # The score is the logarithm of the p-value over the stated rate.
-            rate = self.alarm_rate if can["detector"].healthy_p_value else np.nan
-            table["score"] = _of_all_rows(watched.score, within)
-            table["p-value"] = np.exp(table["score"]) * rate
-        if "diagnoser" in can:
-            order = [can["diagnoser"].conditions.index(name) for name in self.conditions]
-            probability = said.probability[:, order]
-            names = np.array(self.conditions, dtype=object)
-            verdict[usable] = said.get("named", names[probability.argmax(axis=1)])
-            if self.detects and "detector" not in can:
-                table["alarm"][within] = said.alarm[within[usable]]
-                # The p-value of combs does not belong to the alarm of learned conditions.
-                if "p_value" in said and "comb" not in said:
-                    table["p-value"] = _of_all_rows(said.p_value[within[usable]], within)
-            found.probability = _of_all_rows(probability, usable)
-            for name, values in zip(self.conditions, found.probability.T, strict=True):
-                table[f"probability of {name}"] = values
-            further = said.keys() - _OF_EVERY_CLASSIFIER
-            found |= {name: _of_all_rows(said[name], usable) for name in further}
-            table |= {_COLUMNS[name]: found[name] for name in _COLUMNS if name in further}
-            of_outputs = found.get("verdict_of_outputs", np.empty((n, 0)))
-            for name, own in zip(self.outputs, of_outputs.T, strict=False):
-                table[f"verdict of {name}"] = own
-        else:
-            verdict[usable] = np.where(table["alarm"][usable] == 1, CHANGED, self.healthy)
-        if "known" in can:
-            scores = _of_all_rows(self._asked("known", X, rpm, usable).score, usable)
-            table["p-value of nearest"] = np.exp(scores) * can["known"].stated_rate
-        return found
+            status.usable &= status.refusal == ""
+        return said
+
+    def _add_detector(self, table, X, status, within):
+        """Fill the columns of the detector."""
+        watched = self._asked("detector", X, status.rpm, within)
+        table["alarm"][within] = watched.alarm
+        # The score is the logarithm of the p-value over the stated rate.
+        rate = self.alarm_rate if self._can["detector"].healthy_p_value else np.nan
+        table["score"] = _of_all_rows(watched.score, within)
+        table["p-value"] = np.exp(table["score"]) * rate
+
+    def _add_known(self, found, X, status):
+        """Fill the column of the known conditions, and reject windows that are of none of them."""
+        table, rate = found.table, self._can["known"].stated_rate
+        scores = self._asked("known", X, status.rpm, status.usable).score
+        p_value = np.exp(_of_all_rows(scores, status.usable)) * rate
+        table["p-value of nearest"] = p_value
+        if not self.states_unknown:
+            return
+        # A clear comb shows the place of a fault of another bearing, too.
+        is_clear = table.get("probability of a comb", np.zeros(len(X))) > _CLEAR_COMB
+        rejected = np.flatnonzero((p_value < rate) & ~is_clear)
+        share = p_value[rejected, np.newaxis] / rate
+        known = np.exp(found.log_probability[rejected, :-1]) * share
+        every = np.column_stack([known, 1 - known.sum(axis=1)])
+        found.log_probability[rejected] = np.log(np.maximum(every, evidence.SMALLEST_PROBABILITY))
+        for place, name in enumerate([*self.conditions, UNKNOWN]):
+            table[f"probability of {name}"][rejected] = every[:, place]
+        for row, probability in zip(rejected, every, strict=True):
+            named = self._names.name(probability[:-1], probability[-1])
+            table["verdict"][row] = named.verdict
+            table["most like"][row] = named.most_like
+
+    def _add_classifier(self, found, said, usable, within):
+        """Fill the columns of the classifier."""
+        table = found.table
+        logs = said.get("log_probability")
+        if logs is None:
+            with np.errstate(divide="ignore"):
+                known = np.log(said.probability)
+            logs = np.column_stack([known, np.full(len(known), -np.inf)])
+        logs = logs[:, [*self._order(), -1]]
+        every = np.exp(logs)
+        named = [self._names.name(row[:-1], row[-1]) for row in every]
+        verdicts = np.empty(len(named), dtype=object)
+        verdicts[:] = [each.verdict for each in named]
+        table["verdict"][usable] = said.get("named", verdicts)
+        if self.detects and "detector" not in self._can:
+            table["alarm"][within] = said.alarm[within[usable]]
+            # The p-value of combs does not belong to the alarm of learned conditions.
+            if "p_value" in said and "comb" not in said:
+                table["p-value"] = _of_all_rows(said.p_value[within[usable]], within)
+        found.log_probability = _of_all_rows(logs, usable)
+        columns = self.conditions
+        if self.states_unknown:
+            columns = [*self.conditions, UNKNOWN]
+            most_like = np.full(len(usable), None, dtype=object)
+            most_like[usable] = [each.most_like for each in named]
+            table["most like"] = most_like
+        for place, name in enumerate(columns):
+            table[f"probability of {name}"] = _of_all_rows(every[:, place], usable)
+        found |= {name: _of_all_rows(said[name], usable) for name in _GATHERED if name in said}
+        for name, title in _COLUMNS.items():
+            if name in said:
+                table[title] = _of_all_rows(said[name], usable)
+        of_outputs = found.get("verdict_of_outputs", np.empty((len(usable), 0)))
+        for name, own in zip(self.outputs, of_outputs.T, strict=False):
+            table[f"verdict of {name}"] = own
 
     def _quality(self, X, rpm):
         """Return quality and share of each row: of several outputs, of the first that is bad."""
@@ -258,7 +294,8 @@ class Judge:
         """Return what a model says of some rows."""
         if not rows.any():
             none = np.empty(0)
-            return Bunch(alarm=none, score=none, probability=np.empty((0, len(self.conditions))))
+            empty = np.empty((0, len(self.conditions)))
+            return Bunch(alarm=none, score=none, probability=empty)
         some = X if rows.all() else np.asarray(X)[rows]
         params = {} if rpm is None or not self._can[name].takes_rpm else {"rpm": rpm[rows]}
         return self._models[name].diagnose(some, **params)
@@ -315,10 +352,10 @@ class Judge:
         for name in (each for each in usable if each.startswith("verdict of ")):
             answer[name] = usable[name].mode().get(0)
         if not usable.empty:
-            answer["verdict"], answer["probability"] = self._recording_condition(usable, answer)
+            answer |= self._recording_condition(usable, answer)
         elif is_refused.any():
             answer["verdict"] = windows.loc[is_refused, "verdict"].mode()[0]
-        possible = self.conditions if "diagnoser" in self._can else [self.healthy, CHANGED]
+        possible = self._names.names if "diagnoser" in self._can else [self.healthy, CHANGED]
         return (
             answer
             | {"windows": len(windows), "no signal": int((~has_signal).sum()), "limits": limits}
@@ -334,33 +371,84 @@ class Judge:
         exceeds = p_value < self.alarm_rate
         if np.isnan(p_value):
             exceeds = within["alarm"].astype(float).mean() > _MOST_WINDOWS
-        return "yes" if exceeds else "no", p_value, HOLD
+        recorded = within.get("probability of a recorded specimen", _NOTHING).median()
+        limits = HOLD_FOR_RECORDED if recorded < _MOST_WINDOWS else HOLD
+        return "yes" if exceeds else "no", p_value, limits
 
     def _recording_condition(self, usable, answer):
-        """Verdict and its probability."""
+        """Return the entries of the verdict, its probability and what it resembles."""
         is_clear = usable.get("probability of a comb", _NOTHING).median() > _CLEAR_COMB
         known = self._can.get("known")
+        nothing = {"probability": np.nan}
         if known and answer["p-value of nearest"] < known.stated_rate and not is_clear:
-            return NONE_OF_THESE, np.nan
+            return {"verdict": UNKNOWN} | nothing
         if (usable["verdict"] == NOT_IDENTIFIABLE).mean() > _MOST_WINDOWS:
-            return NOT_IDENTIFIABLE, np.nan
-        columns = [f"probability of {name}" for name in self.conditions if "diagnoser" in self._can]
-        logs = np.log(usable[columns].clip(lower=evidence.SMALLEST_PROBABILITY))
-        return self.named(logs.mean().to_numpy(), len(usable), answer["alarm"] == "yes")
+            return {"verdict": NOT_IDENTIFIABLE} | nothing
+        names = self.conditions if "diagnoser" in self._can else []
+        names = [*names, UNKNOWN] if "most like" in usable else names
+        probability = usable[[f"probability of {name}" for name in names]]
+        logs = np.log(probability.clip(lower=evidence.SMALLEST_PROBABILITY))
+        found = self.named(logs.mean().to_numpy(), len(usable), answer["alarm"] == "yes")
+        entries = {"verdict": found.verdict, "probability": found.probability}
+        return entries | ({"most like": found.most_like} if "most like" in usable else {})
 
-    def named(
-        self, mean: NDArray[Any], n_windows: float, alarm: bool | None
-    ) -> tuple[object, float]:
-        """Return verdict and probability by the mean log probabilities of windows, and the alarm.
+    def named(self, mean: NDArray[Any], n_windows: float, alarm: bool | None) -> Named:
+        """Return the verdict by the mean log probabilities of windows, and the alarm.
 
-        Without a classifier, there are no probabilities.
+        Parameters
+        ----------
+        mean : ndarray of shape (n_conditions,) or (n_conditions + 1,)
+            Of the conditions, and of an unknown one if the classifier states it. Empty without a
+            classifier.
+        n_windows : float
+            Number of windows, or the sum of their weights.
+        alarm : bool or None
+            Whether healthy limits are exceeded.
+
+        Returns
+        -------
+        Named
+            The verdict; "changed" instead of the healthy condition with an alarm.
         """
-        verdict, probability = self.healthy, np.nan
+        found = Named(self.healthy, np.nan, None)
         if "diagnoser" in self._can:
             scores = evidence.effective_number(n_windows) * mean
             every = np.exp(scores - np.logaddexp.reduce(scores))
-            verdict, probability = self.conditions[every.argmax()], float(every.max())
-        return (CHANGED, np.nan) if alarm and verdict == self.healthy else (verdict, probability)
+            n = len(self.conditions)
+            found = self._names.name(every[:n], float(every[n:].sum()))
+        return self._changed(found, alarm)
+
+    def gathered(self, found: Bunch, alarm: bool | None) -> Named:
+        """Return the verdict by the combs of several windows, and the alarm.
+
+        Parameters
+        ----------
+        found : Bunch
+            As `FaultOrderClassifier.diagnose_gathered` returns it.
+        alarm : bool or None
+            Whether healthy limits are exceeded.
+
+        Returns
+        -------
+        Named
+            As `named` returns it.
+        """
+        if "named" in found:
+            verdict = found.named[0]
+            is_condition = verdict in self.conditions
+            probability = float(found.probability.max()) if is_condition else np.nan
+            return self._changed(Named(verdict, probability, None), alarm)
+        every = np.exp(found.log_probability[0, [*self._order(), -1]])
+        return self._changed(self._names.name(every[:-1], float(every[-1])), alarm)
+
+    def _changed(self, found, alarm):
+        """Return "changed" instead of the healthy condition if healthy limits are exceeded."""
+        is_changed = alarm and found.verdict == self.healthy
+        return Named(CHANGED, np.nan, None) if is_changed else found
+
+    def _order(self):
+        """Return the place of each condition among those of the classifier."""
+        return [self._can["diagnoser"].conditions.index(name) for name in self.conditions]
 
 
 def _of_all_rows(values, rows):
@@ -405,14 +493,16 @@ def window_verdicts(
     Returns
     -------
     DataFrame
-        ``verdict``: the most probable condition, of a detector alone the healthy condition or
+        ``verdict``: as of `recording_verdicts`, of a detector alone the healthy condition or
         ``"changed"``; ``"no signal"``; or ``"no verdict: ..."`` with the reason. ``alarm``: whether
         the healthy limits are exceeded, NaN if this is not known; ``quality`` and
         ``quality share``, as :func:`skarxlag.signal_quality` returns them, of several outputs with
         the name of the first bad one, such as ``"constant in output 2"``; ``limits``: ``"hold"``,
         or why the healthy limits do not hold at this speed. With a detector, ``score``, the
         logarithm of the p-value over the false-alarm rate, and ``p-value``, the probability that a
-        healthy window deviates as much. Of a classifier, ``probability of`` each condition. With
+        healthy window deviates as much. Of a classifier, ``probability of`` each condition; if it
+        states it, that of ``unknown condition``, too, with which they sum to 1, ``probability of a
+        recorded specimen``, and ``most like``. With
         `known`, ``p-value of nearest`` condition. Of a diagnoser that has a bearing, ``evidence``:
         a sentence on the combs, and the verdict can be ``"not identifiable"``, see
         `FaultOrderClassifier.diagnose`; if it learned conditions, too, ``probability of a comb``:
@@ -453,17 +543,22 @@ def recording_verdicts(
 
     - ``"no signal"`` if no window carries a signal, or ``"no verdict: ..."`` with the reason, such
       as an implausible speed;
-    - ``"none of these"`` if the recording resembles no condition (with `known`), and combs of the
-      bearing, if the diagnoser uses them, show no place of a fault;
+    - ``"unknown condition"`` if the recording resembles no condition (with `known`), and combs of
+      the bearing, if the diagnoser uses them, show no place of a fault;
     - ``"not identifiable"`` if most windows are, see `FaultOrderClassifier.diagnose`;
-    - the most probable condition;
+    - ``"unknown condition"`` if that is more probable than a healthy condition and than a fault,
+      for diagnosers that state its probability;
+    - the healthy condition, if it is more probable than a fault;
+    - ``"faulty, place uncertain"`` if several places of a bearing are probable;
+    - the place of the fault, such as ``"inner race"``, or the condition, if it is the only one of
+      its place or if `fit` had several specimens of each condition of the place;
     - but ``"changed"`` instead of the healthy condition if the healthy limits are exceeded.
 
     Windows of a recording share specimen, mounting and load, so they are no independent evidence.
     With a correlation :math:`\varrho`, n windows count as
     :math:`n_e = n / (1 + (n - 1) \varrho)`: the probabilities are the softmax of :math:`n_e` times
     the mean log probability (:math:`\varrho = 0.7`), and p-values are combined by Stouffer's method
-    for correlated tests (:math:`\varrho = 0.8` for healthy limits, 0.5 for "none of these").
+    for correlated tests (:math:`\varrho = 0.8` for healthy limits, 0.5 for the nearest condition).
 
     Parameters
     ----------
@@ -480,12 +575,14 @@ def recording_verdicts(
     -------
     DataFrame
         One row for each recording, in order of appearance. ``verdict``; ``probability`` of the
-        verdict, NaN if it is no condition; ``alarm``: ``"yes"`` if the healthy limits are exceeded,
+        verdict, NaN if it has none; ``most like``, for diagnosers that state the probability of an
+        unknown condition: the most similar condition of the place, or the places of an uncertain
+        fault; ``alarm``: ``"yes"`` if the healthy limits are exceeded,
         ``"no"`` if not, ``"-"`` if they do not hold at this speed; ``p-value``: probability that a
         healthy recording deviates as much, NaN if it is not known; with `known`, ``p-value of
         nearest`` condition; ``windows``, how many there are; ``no signal``, how many of them carry
-        none; ``limits``: ``"hold"``, or why healthy limits do not hold; and ``share of`` the
-        windows with a signal that got each verdict.
+        none; ``limits``: ``"hold"``, for which recordings they hold, or why healthy limits do not
+        hold; and ``share of`` the windows with a signal that got each verdict.
 
     Raises
     ------

@@ -39,6 +39,7 @@ LADDER = {
     "alarm": True,
     "stated_rate": 0.01,
 }
+SPECIMENS = {"states_unknown": True, "places": ("healthy", None), "n_specimens": (1, 1)}
 FOREIGN = {"conditions": CONDITIONS, "states_probabilities": True}
 
 
@@ -60,7 +61,7 @@ def searched(diagnoser):
     ("model", "expected"),
     [
         (make_alpio(healthy="good"), LADDER | ROWS),
-        (make_diagnoser(healthy="good"), LADDER | ROWS),
+        (make_diagnoser(healthy="good"), LADDER | ROWS | SPECIMENS),
         (searched(make_alpio(healthy="good")), LADDER | ROWS),
         (Pipeline([("outer", make_alpio(healthy="good"))]), LADDER | ROWS),
         (calibrated(make_alpio(healthy="good")), FOREIGN | ROWS | {"healthy": "good"}),

@@ -21,6 +21,7 @@ from sklearn.utils.estimator_checks import (
 import skarxlag
 from skarxlag import (
     ARXLaguerre,
+    ConditionClassifier,
     DiagnosisPipeline,
     ExtendedStatePIObserver,
     ExtendedStatePIObserverBank,
@@ -64,6 +65,7 @@ ESTIMATORS = [
     SpectralDistance(joint_weight=0.5),
     OrderResidual(),
     StretchResidual(),
+    ConditionClassifier(),
     ThresholdLadder(),
     FaultDetector(),
     FaultOrderClassifier(bearing="6205", sampling_rate=100.0, speed_range=(2000.0, 2600.0)),
@@ -88,6 +90,7 @@ TABLES = [e for e in CHECKED if e in TRANSFORMERS and not isinstance(e, THREE_AX
 #: Checks that scikit-learn 1.6.1 and 1.9 make of one estimator of each class, at least.
 LEAST = {
     "ARXLaguerre": 47,
+    "ConditionClassifier": 52,
     "ExtendedStatePIObserver": 47,
     "ExtendedStatePIObserverBank": 47,
     "FaultDetector": 46,

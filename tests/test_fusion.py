@@ -45,10 +45,16 @@ def test_probabilities_are_geometric_means_of_those_of_each_sensor(fused):
     X, fusion = fused
     new = rows(2, seed=1)
     alone = of_each_sensor(lambda: make_diagnoser(healthy="good"), X, Y, rpm=RPM)
-    each = [model.predict_proba(new[:, s], rpm=1000) for s, model in enumerate(alone)]
-    product = np.sqrt(np.prod(np.clip(each, 1e-6, 1), axis=0))
+    found_alone = [model.diagnose(new[:, s], rpm=1000) for s, model in enumerate(alone)]
+    each = [found.probability for found in found_alone]
+    logs = [np.clip(np.exp(found.log_probability), 1e-6, 1) for found in found_alone]
+    product = np.sqrt(np.prod(logs, axis=0))
+    product /= product.sum(axis=1, keepdims=True)
     found = fusion.diagnose(new, rpm=1000)
-    np.testing.assert_allclose(found.probability, product / product.sum(axis=1, keepdims=True))
+    np.testing.assert_allclose(np.exp(found.log_probability), product)
+    np.testing.assert_allclose(found.probability, product[:, :2] + product[:, 2:] / 2)
+    recorded = np.mean([alone.recorded for alone in found_alone], axis=0)
+    np.testing.assert_allclose(found.recorded, recorded)
     verdicts = np.array(["good", "worn"])[np.argmax(each, axis=2)].T
     np.testing.assert_array_equal(found.verdict_of_outputs, verdicts)
     assert (verdicts[:, 0] != verdicts[:, 1]).any()

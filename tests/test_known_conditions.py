@@ -313,7 +313,7 @@ def test_pickled_saved_and_loaded(tmp_path, fitted):
     np.testing.assert_array_equal(alone.p_values(new, rpm=900), fitted.p_values(new, rpm=900))
     save_diagnoser(diagnoser, path)
     assert "known_conditions" not in load_diagnoser(path)[1]
-    with pytest.raises(TypeError, match="known_conditions is a ThresholdLadder, expected"):
+    with pytest.raises(TypeError, match="known_conditions is a ConditionClassifier, expected"):
         save_diagnoser(diagnoser, path, known_conditions=diagnoser[-1])
     with pytest.raises(sklearn.exceptions.NotFittedError):
         save_diagnoser(diagnoser, path, known_conditions=KnownConditions())

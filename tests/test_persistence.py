@@ -38,8 +38,10 @@ from sklearn.svm import LinearSVC
 import skarxlag
 from skarxlag import (
     ARXLaguerre,
+    DiagnosisPipeline,
     ExtendedStatePIObserver,
     ExtendedStatePIObserverBank,
+    LogSpectra,
     PIObserver,
     SensorFusion,
     SpectralDistance,
@@ -234,7 +236,7 @@ def test_detector_and_known_conditions_are_saved_with_the_diagnoser(tmp_path):
 )
 def test_parameter_out_of_its_range_is_refused_at_load(step, name, value, tmp_path):
     diagnoser = make_diagnoser(sampling_rate=10_000).fit(X, Y, rpm=20_000.0)
-    part = diagnoser[step] if step != "compare" else diagnoser[step].order_residual_
+    part = diagnoser["decide"].residual_.order_residual_ if step == "compare" else diagnoser[step]
     part._fitted_parameters[name] = value
     setattr(part, name, value)
     content = {"format": "skarxlag diagnoser 1", "diagnoser": diagnoser, "facts": {}}
@@ -418,33 +420,59 @@ def forge(path, content):
 @pytest.mark.parametrize(
     ("step", "name", "value"),
     [
-        (0, "coef_", np.zeros((1, 0))),
-        (0, "orders_", np.array([-5])),
-        (0, "orders_", np.array([10**9])),
-        (0, "poles_", np.array([1.5])),
-        (0, "poles_", np.array([1.0000001])),
-        (0, "window_shape_", np.array([0])),
-        (1, "n_models_", 7),
-        (1, "spectrum_order", 0),
-        (2, "axes_", np.zeros((0, 0))),
-        (2, "axes_", np.full((3, 62, 62), np.nan)),
-        (2, "references_", np.zeros((3, 10**6))),
-        (2, "joint_axes_", np.zeros((1, 1))),
-        (2, "joint_references_", np.zeros((3, 10**6))),
-        (2, "joint_groups", (0, 0)),
-        (3, "rungs_", np.array(["good"])),
-        (3, "isolation_thresholds_", np.zeros(0)),
-        (3, "healthy_index_", 3),
-        (3, "n_features_in_", 4),
+        ("identify", "coef_", np.zeros((1, 0))),
+        ("identify", "orders_", np.array([-5])),
+        ("identify", "orders_", np.array([10**9])),
+        ("identify", "poles_", np.array([1.5])),
+        ("identify", "poles_", np.array([1.0000001])),
+        ("identify", "window_shape_", np.array([0])),
+        ("measure", "n_models_", 7),
+        ("measure", "spectrum_order", 0),
+        ("compare", "axes_", np.zeros((0, 0))),
+        ("compare", "axes_", np.full((3, 62, 62), np.nan)),
+        ("compare", "references_", np.zeros((3, 10**6))),
+        ("compare", "joint_axes_", np.zeros((1, 1))),
+        ("compare", "joint_references_", np.zeros((3, 10**6))),
+        ("compare", "joint_groups", (0, 0)),
+        ("decide", "rungs_", np.array(["good"])),
+        ("decide", "isolation_thresholds_", np.zeros(0)),
+        ("decide", "healthy_index_", 3),
+        ("decide", "n_features_in_", 4),
     ],
 )
 def test_tampered_model_is_refused_at_load_by_name(tmp_path, step, name, value):
-    diagnoser = make_diagnoser().fit(X, Y)
+    steps = [
+        ("identify", ARXLaguerre(bank=False)),
+        ("measure", LogSpectra()),
+        ("compare", SpectralDistance(joint_weight=0.5, joint_groups=(0, 2))),
+        ("decide", ThresholdLadder()),
+    ]
+    diagnoser = DiagnosisPipeline(steps).fit(X, Y)
     setattr(diagnoser[step], name, value)
     content = {"format": "skarxlag diagnoser 1", "diagnoser": diagnoser, "facts": {}}
     # Of two attributes that contradict each other either may be named.
     names = f"({name}|coef_|isolation_thresholds_)"
     with pytest.raises(ValueError, match=rf"d\.skops: .*Step '\w+': .*{names}"):
+        load_diagnoser(forge(tmp_path / "d.skops", content))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("class_places_", np.array([0, 99])),
+        ("healthy_index_", 7),
+        ("noise_gaps_", np.array([0.1, -1.0])),
+        ("place_exponent_", 1e9),
+        ("n_specimens_", np.array([0, 1])),
+        ("recorded_prior", 1.0),
+    ],
+)
+def test_tampered_probabilities_are_refused_at_load_by_name(tmp_path, name, value):
+    diagnoser = make_diagnoser().fit(X, Y)
+    setattr(diagnoser["decide"], name, value)
+    diagnoser["decide"]._fitted_parameters["recorded_prior"] = diagnoser["decide"].recorded_prior
+    content = {"format": "skarxlag diagnoser 1", "diagnoser": diagnoser, "facts": {}}
+    with pytest.raises(ValueError, match=rf"d\.skops: .*Step 'decide': .*{name}"):
         load_diagnoser(forge(tmp_path / "d.skops", content))
 
 

@@ -83,7 +83,7 @@ OUT_OF_RANGE = {
     "weights_": [-1.0],
     "detection_threshold_": [-1.0],
     "confidence_scale_": [-1.0, 0.0],
-    "healthy_index_": [-1, 2],
+    "healthy_index_": [-2, 2],
     "spectral_radius_": [1.0, -0.1],
     "whitener_": [1e300],
 }

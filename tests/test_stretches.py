@@ -48,7 +48,7 @@ def test_diagnoser_at_another_speed(diagnoser, enabled):
 def test_diagnoser_without_any_speed():
     X, y = map(np.concatenate, zip(*(stretches(900, seed=seed) for seed in (1, 2, 3)), strict=True))
     # White noise with impacts: its spectra have no shape, only orders differ.
-    diagnoser = make_diagnoser(sampling_rate=RATE).set_params(compare__order_weight=1.0)
+    diagnoser = make_diagnoser(sampling_rate=RATE).set_params(decide__residual__order_weight=1.0)
     diagnoser.fit(*stretches(1200))
     assert np.mean(diagnoser.predict(X) == y) > 0.7
 
@@ -67,9 +67,9 @@ def test_diagnoser_in_cross_validation(data):
 def test_batches_order_and_threads_change_no_bit(diagnoser, data):
     X = np.concatenate([data[0]] * 3)
     rpm = np.linspace(850, 950, len(X))
-    expected = diagnoser[:-1].transform(X, rpm=rpm)
-    rows = [diagnoser[:-1].transform(X[i : i + 1], rpm=rpm[i : i + 1]) for i in range(len(X))]
-    np.testing.assert_array_equal(np.concatenate(rows), expected)
+    expected = diagnoser.diagnose(X, rpm=rpm).levels
+    rows = [diagnoser.diagnose(X[i : i + 1], rpm=rpm[i : i + 1]) for i in range(len(X))]
+    np.testing.assert_array_equal(np.concatenate([row.levels for row in rows]), expected)
     threads = make_diagnoser(sampling_rate=RATE, n_jobs=2).fit(*data, rpm=900)
     np.testing.assert_array_equal(threads.diagnose(X, rpm=rpm).levels, expected)
     names = [name for name in threads.get_params() if name.endswith("n_jobs")]
@@ -138,11 +138,11 @@ def test_windows_of_a_bank_keep_their_models():
 
 
 def test_adapt_moves_the_residual_of_windows_only(diagnoser):
-    adapted, other = copy.deepcopy(diagnoser), diagnoser["compare"]
+    adapted, other = copy.deepcopy(diagnoser), diagnoser["decide"].residual_
     X, y = stretches(600, seed=1)
     healthy = y == "inner"
     adapted.adapt(0.3 * X[healthy] ** 3, y[healthy])
-    moved = adapted["compare"]
+    moved = adapted["decide"].residual_
     before, after = (each.window_residual_["compare"].references_ for each in (other, moved))
     assert not np.allclose(np.concatenate(before), np.concatenate(after))
     orders = moved.order_residual_.references_
@@ -168,11 +168,11 @@ def test_healthy_chooses_the_condition_that_gamma_is_for(data):
 
 def test_state_of_the_parts_is_checked(diagnoser):
     broken = copy.deepcopy(diagnoser)
-    broken["compare"].order_residual_.classes_ = np.array(["a", "b"])
+    broken["decide"].residual_.order_residual_.classes_ = np.array(["a", "b"])
     with pytest.raises(ValueError, match=r"order_residual_ == .*expected a fitted est"):
         check_model_state(broken)
     broken = copy.deepcopy(diagnoser)
-    broken["compare"].order_residual_.variances_ *= -1
+    broken["decide"].residual_.order_residual_.variances_ *= -1
     with pytest.raises(ValueError, match="variances_"):
         check_model_state(broken)
     check_model_state(diagnoser)
@@ -223,17 +223,19 @@ def test_combs_name_the_place_after_another_mounting(diagnoser, with_bearing, tm
 def test_combs_join_the_spectra(diagnoser, with_bearing, data):
     X = np.concatenate([data[0], remounted(data[0])])
     spectra = diagnoser.diagnose(X, rpm=900)
-    by_spectra, nearest = spectra.probability, np.maximum(spectra.levels.min(axis=1), 1)
-    assert nearest[:8].max() == 1 < nearest[8:].min()
+    by_spectra, nearest = np.exp(spectra.log_probability), spectra.levels.min(axis=1)
+    assert nearest[:8].max() < 1 < nearest[8:].min()
     scores = with_bearing["decide"].match(diagnoser[0].transform(X), rpm=900).scores
-    by_place = np.exp(comb_evidence(scores - WITHOUT_COMB, np.array([1, 2])))
+    # An unknown condition counts as one without a comb.
+    by_place = np.exp(comb_evidence(scores - WITHOUT_COMB, np.array([1, 2, 3])))
     assert by_place[np.arange(4), 0].min() > 0.9 and by_place[4:8, 1].min() > 0.9
-    joint = by_place * by_spectra ** (1 / nearest[:, np.newaxis] ** 2)
+    joint = by_place * by_spectra
     joint /= joint.sum(axis=1, keepdims=True)
     found = with_bearing.diagnose(X, rpm=900)
-    np.testing.assert_allclose(found.probability, joint)
-    np.testing.assert_array_equal(found.alarm, spectra.alarm)
-    np.testing.assert_allclose(found.comb, by_place.max(axis=1))
+    np.testing.assert_allclose(np.exp(found.log_probability), joint, rtol=1e-6)
+    np.testing.assert_allclose(found.probability, joint[:, :2] + joint[:, 2:] / 2, rtol=1e-6)
+    np.testing.assert_array_equal(found.recorded, spectra.recorded)
+    np.testing.assert_allclose(found.comb, by_place[:, :2].max(axis=1))
     assert all(sentence.startswith("impacts at 5.") for sentence in found.evidence[:4])
     # Without a speed, or in rows of less than two turns, spectra decide alone.
     innovations, decide = diagnoser[0].transform(X), with_bearing["decide"]
@@ -259,7 +261,7 @@ def test_healthy_rows_alone_suffice_with_a_bearing(data):
 def test_a_bearing_keeps_adapt_and_the_display_of_orders(with_bearing, data):
     X, y = data
     learned = with_bearing["decide"].conditions_
-    assert order_comparison(with_bearing)[1] is learned["compare"].order_residual_
+    assert order_comparison(with_bearing)[1] is learned.residual_.order_residual_
     adapted = copy.deepcopy(with_bearing).adapt(lfilter([1], [1, -0.5], X), y)
     assert not np.array_equal(adapted.predict_proba(X), with_bearing.predict_proba(X))
 

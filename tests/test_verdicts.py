@@ -110,7 +110,7 @@ def test_detector_alone_says_healthy_or_changed(detector, healthy):
     assert found.loc["a", "p-value"] > 0.01 > found.loc["b", "p-value"]
     assert found["probability"].isna().all() and (found["limits"] == "hold").all()
     assert (found["share of changed"] > 0.9).tolist() == [False, True]
-    assert Judge(detector).opinions(X, 900.0).probability.shape == (40, 0)
+    assert Judge(detector).opinions(X, 900.0).log_probability.shape == (40, 0)
     named = recording_verdicts(detector, X[:20], np.zeros(20), ["ok"], rpm=1000.0)
     assert named["verdict"].tolist() == ["ok"]
     without = recording_verdicts(detector, X[:20], np.zeros(20))
@@ -177,7 +177,7 @@ def test_recording_that_resembles_no_condition(diagnoser, windows, healthy):
     known = make_known_conditions().fit(healthy, np.repeat(["a", "b"], 100), rpm=900.0)
     new, run = np.concatenate([windows[0][-8:], healthy[:8]]), np.repeat(["strange", "known"], 8)
     found = recording_verdicts(diagnoser, new, run, known=known, rpm=900.0)
-    assert found["verdict"].tolist() == ["none of these", "white"]
+    assert found["verdict"].tolist() == ["unknown condition", "white"]
     assert np.isnan(found.loc["strange", "probability"])
     nearest = window_verdicts(diagnoser, new, known=known, rpm=900.0)["p-value of nearest"]
     np.testing.assert_allclose(nearest, np.exp(known.score_samples(new, rpm=900.0)))
@@ -243,7 +243,7 @@ def test_a_detector_has_one_condition(conditions, detector, healthy):
         window_verdicts(detector, healthy[:2], conditions)
 
 
-@pytest.mark.parametrize("name", ["no signal", "Changed", "none of these", "no verdict: x"])
+@pytest.mark.parametrize("name", ["no signal", "Changed", "unknown condition", "no verdict: x"])
 def test_condition_named_like_a_verdict_is_refused(name, windows):
     with pytest.raises(ValueError, match="this one is a verdict of its own"):
         check_conditions(["healthy", name], ["healthy", name])
@@ -348,8 +348,8 @@ def test_recording_whose_p_value_is_the_stated_rate_is_healthy(detector, healthy
     ("p_value", "combs", "verdict"),
     [
         (0.05, None, "white"),
-        (0.0499, None, "none of these"),
-        (0.0499, [0.2, 0.9, 0.95], "none of these"),
+        (0.0499, None, "unknown condition"),
+        (0.0499, [0.2, 0.9, 0.95], "unknown condition"),
         (0.0499, [0.2, 0.95, 0.95], "white"),
     ],
 )
@@ -459,8 +459,8 @@ def test_combs_name_a_place_although_spectra_resemble_no_condition():
         recording_verdicts(model, rows, recording, rpm=1100, known=known)["verdict"].tolist()
         for model in (with_combs, without)
     ]
-    assert verdicts[0] == ["inner", "outer", "none of these"]
-    assert verdicts[1][1:] == ["none of these"] * 2
+    assert verdicts[0] == ["inner", "outer", "unknown condition"]
+    assert verdicts[1][1:] == ["unknown condition"] * 2
 
 
 def test_rows_without_two_turns_have_no_verdict_by_combs():

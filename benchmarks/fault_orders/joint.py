@@ -23,20 +23,11 @@ from scipy.signal import oaconvolve
 from benchmarks.fault_orders.rigs import RIGS, recordings
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from skarxlag import FaultOrderClassifier, make_diagnoser
-from skarxlag.fault_places import (
-    DISTRUST,
-    LEAST_P,
-    ODDS,
-    PLACES,
-    VISIBLE,
-    WITHOUT_COMB,
-    comb_evidence,
-    discounted,
-)
+from skarxlag.fault_places import ODDS, PLACES, VISIBLE, WITHOUT_COMB, comb_evidence
 
-#: Log odds for each neper, probability of a visible comb, and distrust of far spectra.
-SETTINGS = list(product([3.0, 5.0, 8.0, 12.0], [0.05, 0.1, 0.2, 0.4], [0.0, 1.0, 2.0, 3.0]))
-IN_USE = SETTINGS.index((ODDS, VISIBLE, DISTRUST))
+#: Log odds for each neper, and probability of a visible comb.
+SETTINGS = list(product([3.0, 5.0, 8.0, 12.0], [0.05, 0.1, 0.2, 0.4]))
+IN_USE = SETTINGS.index((ODDS, VISIBLE))
 #: Size of the log gain in nepers, level of the noise, and seeds of the filters.
 _MOUNTINGS = {
     "remounted mildly": (0.5, 0.2, (10, 11)),
@@ -66,8 +57,7 @@ class Rows(NamedTuple):
 class Scored(NamedTuple):
     """Rows after the comparison: by spectra, scores of combs, and the truth."""
 
-    probability: np.ndarray
-    residuals: np.ndarray
+    log_probability: np.ndarray
     scores: np.ndarray
     by_combs: np.ndarray
     class_places: np.ndarray
@@ -151,8 +141,7 @@ def compare(diagnoser, rows, bearing):
     named = np.searchsorted(classes, combs._judge(found).verdict)
     known = np.searchsorted(classes, rows.y).clip(max=len(classes) - 1)
     return Scored(
-        probability=learned.probability,
-        residuals=learned.levels,
+        log_probability=learned.log_probability,
         scores=found.scores - without,
         by_combs=combs.class_places_[named],
         class_places=combs.class_places_,
@@ -163,12 +152,11 @@ def compare(diagnoser, rows, bearing):
 
 def accuracies(part, setting):
     """Return the shares of right conditions and places by spectra, combs and both."""
-    odds, visible, distrust = setting
-    evidence = comb_evidence(part.scores, part.class_places, odds, visible)
-    log_probability = np.log(np.maximum(part.probability, LEAST_P))
-    spectra = discounted(log_probability, part.residuals, distrust)
+    evidence = comb_evidence(part.scores, part.class_places, *setting)
+    # An unknown condition is no answer here.
+    spectra = part.log_probability[:, :-1]
     both = (spectra + evidence).argmax(axis=1)
-    nearest = part.probability.argmax(axis=1)
+    nearest = spectra.argmax(axis=1)
     return {
         "condition, spectra": np.mean(nearest == part.truth),
         "condition, both": np.mean(both == part.truth),
@@ -194,8 +182,8 @@ def settings_left_out(parts):
     rows = []
     for rig in by_rig:
         best = int(by_rig.drop(columns=rig).mean(axis=1).argmax())
-        odds, visible, distrust = SETTINGS[best]
-        found = {"rig left out": rig, "odds": odds, "visible": visible, "distrust": distrust}
+        odds, visible = SETTINGS[best]
+        found = {"rig left out": rig, "odds": odds, "visible": visible}
         found |= {"place": by_rig.loc[best, rig], "place, in use": by_rig.loc[IN_USE, rig]}
         rows.append(found)
     return pd.DataFrame(rows)
@@ -223,7 +211,7 @@ def main(arguments=None):
         chosen = settings_left_out(parts)
         blocks["fault orders joint settings"] = (
             f"{len(SETTINGS)} settings were scored. For each rig, those that are best on the mean "
-            "of all other rigs: log odds of a neper, probability of a visible comb, distrust of "
-            f"far spectra.\n\n{markdown(chosen)}"
+            "of all other rigs: log odds of a neper, probability of a visible comb."
+            f"\n\n{markdown(chosen)}"
         )
     publish(options, blocks)

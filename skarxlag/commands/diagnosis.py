@@ -26,7 +26,7 @@ from joblib import effective_n_jobs, parallel_config
 from joblib.externals.loky import get_reusable_executor
 
 from ..recordings.listing import ListedRecording
-from ..verdicts import no_verdict
+from ..verdict_names import no_verdict
 from .messages import CommandError, Progress, require
 
 #: Entries of the verdict on a recording that the commands need.

@@ -98,7 +98,9 @@ def run(args: argparse.Namespace) -> int:
     with as_command_error(), parallel_config("threading", n_jobs=args.n_jobs):
         diagnoser = of_outputs(args, _make(args, kind, healthy, rate))
         notes = _fit_quietly(diagnoser, X, None if kind == "detector" else y, rpm)
-        companions = {} if kind == "detector" else _companions(args, X, y, rpm, healthy, notes)
+        companions = {}
+        if kind != "detector":
+            companions = _companions(args, X, y, rpm, healthy, notes)
         # Places of faults that no recording shows are conditions, too.
         conditions = sorted(answers(diagnoser).conditions or [healthy], key=lambda c: c != healthy)
         counts = pd.Series(rig.recording[chosen]).groupby(y).agg(["nunique", "count"])
@@ -236,18 +238,18 @@ def _companions(args, X, y, rpm, healthy, notes):
     """Return the fitted known conditions and healthy limits; the notes say why one is missing."""
     fitted, wanted = {}, {}
     if len(set(y)) > 1:
-        without = "The verdict 'none of these' is not possible"
+        without = "The verdict 'unknown condition' is not possible"
         wanted["known_conditions"] = (make_known_conditions(), slice(None), y, without)
     if healthy is not None:
         wanted["detector"] = (_make(args, "detector"), y == healthy, None, "No healthy limits")
-    for name, (model, rows, labels, without) in wanted.items():
-        model = of_outputs(args, model)
+    for name, (companion, rows, labels, without) in wanted.items():
+        companion = of_outputs(args, companion)
         try:
-            _fit_quietly(model, X[rows], labels, None if rpm is None else rpm[rows])
-            left_out = [] if labels is None else sorted(set(labels) - set(model.classes_))
+            _fit_quietly(companion, X[rows], labels, None if rpm is None else rpm[rows])
+            left_out = [] if labels is None else sorted(set(labels) - set(companion.classes_))
             if left_out:
                 raise ValueError(f"fewer than two windows at one speed of {', '.join(left_out)}")
-            fitted[name] = model
+            fitted[name] = companion
         except ValueError as error:
             notes.append(f"{without}: {error}")
     return fitted

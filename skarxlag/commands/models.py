@@ -22,7 +22,8 @@ from ..recordings.listing import ListedRecording
 from ..recordings.rates import NO_RATE, rates_agree, resampled_blocks
 from ..recordings.windows import block_length, cut_blocks
 from ..speeds import SPEED_FACTOR
-from ..verdicts import CHANGED, HOLD, NO_SIGNAL, NONE_OF_THESE, Judge
+from ..verdict_names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
+from ..verdicts import HOLD, HOLD_FOR_RECORDED, Judge
 from .diagnosis import Diagnosis, cancelled
 from .messages import CommandError, as_command_error, listed, printable
 
@@ -37,7 +38,9 @@ NO_SPEED = "rpm is missing; expected --rpm, a column, or the file to state it"
 #: Advice on verdicts that are no condition.
 _ADVICE = {
     NO_SIGNAL: "No window carries a signal. Check the sensor, its cable and the logger.",
-    NONE_OF_THESE: "None of these: check sensor, speed, load, mounting; else the condition is new.",
+    UNKNOWN: "The recording resembles no condition of the model. Check the sensor, the speed, the "
+    "load and the mounting. If they are as in training, the condition is new.",
+    UNCERTAIN: "The recording is not healthy. The place of the fault is not certain.",
     CHANGED: "Changed: a new fault, or another load, mounting or sensor, can be the reason.",
 }
 
@@ -226,11 +229,18 @@ def _cached_model(path, changed):
 def _remarks(windows, verdict):
     if verdict["verdict"] in _ADVICE:
         yield _ADVICE[verdict["verdict"]]
+    if isinstance(verdict.get("most like"), str):
+        yield f"Most like: {verdict['most like']}."
     if verdict["no signal"]:
         reasons = windows.loc[windows["quality"] != "good", "quality"].value_counts()
         listed = ", ".join(f"{reason}: {count}" for reason, count in reasons.items())
         yield f"{verdict['no signal']} of {verdict['windows']} windows carry no signal ({listed})."
-    if verdict["limits"] not in ("", HOLD):
+    if verdict["limits"] == HOLD_FOR_RECORDED:
+        yield (
+            "The recording resembles none of the training closely: it is of another bearing, load, "
+            "mounting or machine. Healthy limits may not hold for it."
+        )
+    elif verdict["limits"] not in ("", HOLD):
         yield f"No alarm: {verdict['limits']}."
 
 

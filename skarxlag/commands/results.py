@@ -22,7 +22,7 @@ from .._version import __version__
 from ..fault_places import place_of_label
 from ..recordings.formats.text import distinct
 from ..recordings.listing import ListedRecording
-from ..verdicts import NO_SIGNAL, NO_VERDICT
+from ..verdict_names import NO_SIGNAL, NO_VERDICT
 from .diagnosis import Diagnosis
 from .messages import CommandError, UsageError, percent, printable, require
 

@@ -4,6 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy import fft
 from scipy.ndimage import maximum_filter1d
@@ -36,6 +37,9 @@ _MEDIAN_OF_NOISE = math.log(math.log(2))
 #: Step of the logarithm of the factor on the speed.
 FACTOR_STEP = 0.002
 _LEAST_POWER = 1e-12
+#: Nepers that the largest slip costs a comb, and that an error of the speed of the same size costs
+#: all combs together.
+_SLIP_COST, _SPEED_COST = 0.15, 0.4
 #: Multiples of each part of a fault's comb.
 RACE_MULTIPLES, SPIN_MULTIPLES, CAGE_MULTIPLES = 3, 4, 4
 #: Weight of the cage's comb in the score of a ball.
@@ -261,13 +265,18 @@ def fault_comb(
 ) -> Comb:
     r"""Compute how well the comb of each place fits a contrast.
 
-    The comb of order o with K multiples is the largest over a factor s on the speed of
+    An error of the nominal speed multiplies all orders by one factor :math:`e^d`. Slip of the
+    rolling elements multiplies each order by a factor :math:`e^t` of its own. The comb of order o
+    with K multiples is
 
-    .. math:: \frac{1}{K} \sum_{k=1}^{K} C(k s o) - 0.15 \left(\frac{\ln s}{\sigma}\right)^2
+    .. math:: \max_{|t| \le \sigma}\; \frac{1}{K} \sum_{k=1}^{K} C(k\, e^{d + t} o)
+        - 0.15 \left(\frac{t}{\sigma}\right)^2
 
-    with the contrast C. A race has the comb of its order with 3 multiples. A ball has half the sum
-    of the combs of twice its spin (3) and of its spin (4), plus .6 times the comb of the cage (4),
-    but at most .6 nepers.
+    with the contrast C and the slip :math:`\sigma`. A race has the comb of its order with 3
+    multiples. A ball has half the sum of the combs of twice its spin (3) and of its spin (4), plus
+    .6 times the comb of the cage (4), but at most .6 nepers. The common d maximises the median of
+    the three scores less :math:`0.4\, (d / \sigma)^2`, so that a line that fits a single comb
+    does not move the speed.
 
     Parameters
     ----------
@@ -276,36 +285,49 @@ def fault_comb(
     orders : ndarray of shape (4,)
         Orders of the cage, the spin of a rolling element, the inner and the outer race.
     tolerance : float
-        Largest logarithm of the factor s, at least 0.
+        Largest size of d, at least 0.
     slip : float
-        The standard deviation :math:`\sigma` of the logarithm, above 0.
+        Largest size :math:`\sigma` of t, above 0.
     cage_weight : float, default=0.6
         Weight of the cage's comb in the score of a ball.
 
     Returns
     -------
     Comb
-        Scores and factors of ball, inner and outer race. The factor of the ball is that of the
-        better comb of its spin.
+        Scores and factors :math:`e^{d + t}` of ball, inner and outer race. The factor of the ball
+        is that of the better comb of its spin.
     """
-    n_steps = int(tolerance / FACTOR_STEP + 1e-9)
-    shifts = FACTOR_STEP * np.arange(-n_steps, n_steps + 1)
-    first = orders[0], orders[1], 2 * orders[1], *orders[2:]
+    n_slip = int(slip / FACTOR_STEP + 1e-9)
+    n_error = int(tolerance / FACTOR_STEP + 1e-9)
+    n_shifts = n_error + n_slip
+    shifts = FACTOR_STEP * np.arange(-n_shifts, n_shifts + 1)
+    first = np.array([orders[0], orders[1], 2 * orders[1], *orders[2:]])
     multiples = CAGE_MULTIPLES, SPIN_MULTIPLES, *3 * [RACE_MULTIPLES]
-    found = [_comb(contrast, *part, shifts, slip) for part in zip(first, multiples, strict=True)]
-    (cage, spin, twice, inner, outer), factors = zip(*found, strict=True)
-    ball = (spin + twice) / 2 + cage_weight * min(cage, MOST_OF_CAGE)
-    of_ball = factors[1] if spin > twice else factors[2]
-    return Comb(np.array([ball, inner, outer]), np.array([of_ball, *factors[3:]]))
+    heights = np.stack(
+        [_heights(contrast, *part, shifts) for part in zip(first, multiples, strict=True)]
+    )
+    slips = FACTOR_STEP * np.arange(-n_slip, n_slip + 1)
+    slipped = sliding_window_view(heights, len(slips), axis=1) - _SLIP_COST * (slips / slip) ** 2
+    cage, spin, twice, inner, outer = slipped.max(axis=2)
+    ball = (spin + twice) / 2 + cage_weight * np.minimum(cage, MOST_OF_CAGE)
+    scores = np.stack([ball, inner, outer])
+    errors = shifts[n_slip : len(shifts) - n_slip]
+    fit = np.median(scores, axis=0) - _SPEED_COST * (errors / slip) ** 2
+    at = _nearest_best(fit, errors)
+    best_slips = [slips[_nearest_best(of_comb[at], slips)] for of_comb in slipped[1:]]
+    of_ball = best_slips[0] if spin[at] > twice[at] else best_slips[1]
+    factors = np.exp(errors[at] + np.array([of_ball, *best_slips[2:]]))
+    return Comb(scores[:, at], factors)
 
 
-def _comb(contrast, order, n_multiples, shifts, slip):
-    """Score of the comb of an order, and the factor that it belongs to."""
+def _heights(contrast, order, n_multiples, shifts):
+    """Mean contrast at the multiples of an order, for each logarithm of a factor on the speed."""
     multiples = np.arange(1, n_multiples + 1) * order / ORDER_STEP
     positions = np.multiply.outer(np.exp(shifts), multiples)
-    heights = np.interp(positions, np.arange(len(contrast)), contrast, right=0.0)
-    scores = heights.mean(axis=1) - 0.15 * (shifts / slip) ** 2
-    best = np.flatnonzero(scores == scores.max())
-    # Of equals the nominal speed.
-    chosen = best[np.abs(shifts[best]).argmin()]
-    return scores[chosen], np.exp(shifts[chosen])
+    return np.interp(positions, np.arange(len(contrast)), contrast, right=0.0).mean(axis=1)
+
+
+def _nearest_best(values, shifts):
+    """Index of the largest value; of equal ones, that of the smallest shift."""
+    best = np.flatnonzero(values == values.max())
+    return best[np.abs(shifts[best]).argmin()]

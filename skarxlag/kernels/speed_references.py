@@ -17,7 +17,7 @@ UNIT_DISTANCE = float(np.log(1.3))
 SAME_SPEED = 0.04
 #: A change of log speed over which log spectra drift as `smooth_variance` states, and the least
 #: share of that drift, for recordings at one and the same speed.
-_SPECTRAL_DISTANCE, _LEAST_DRIFT = 0.4, 0.2
+_SPECTRAL_DISTANCE, LEAST_DRIFT = 0.4, 0.2
 #: Speeds within this distance of each other count as one.
 SAME_LOG_SPEED = 0.02
 
@@ -111,7 +111,7 @@ def drift_factor(variance: NDArray[Any]) -> NDArray[Any]:
     >>> drift_factor(at.variance).round(3)
     array([0.2, 0.5, 1. ])
     """
-    return np.maximum(variance * (UNIT_DISTANCE / _SPECTRAL_DISTANCE), _LEAST_DRIFT)
+    return np.maximum(variance * (UNIT_DISTANCE / _SPECTRAL_DISTANCE), LEAST_DRIFT)
 
 
 def group_speeds(log_speed: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -17,7 +17,8 @@ from .._validation import ABOVE_0, check_count, check_rate, check_real
 from ..evidence import SMALLEST_PROBABILITY, combined_score, effective_number, p_value_score
 from ..kernels.fault_orders import N_ORDERS
 from ..speeds import speeds_of_rows
-from ..verdicts import CHANGED, NO_VERDICT, Judge
+from ..verdict_names import NO_VERDICT
+from ..verdicts import Judge
 from . import _memory
 
 #: Largest number of windows that are diagnosed together.
@@ -223,7 +224,7 @@ class ConditionMonitor:
 
     def _start_afresh(self):
         self._stream = _memory.WindowStream(**self._windowing)
-        self._evidence = _memory.FadingEvidence(len(self.conditions), self._half_life)
+        self._evidence = _memory.FadingEvidence(self._judge.n_answers, self._half_life)
         # The speed of the windows is one more value.
         n_values = 0 if self._combs is None else N_ORDERS + 1
         self._contrasts = _memory.FadingEvidence(n_values, self._half_life)
@@ -385,12 +386,12 @@ class ConditionMonitor:
 
     def _add(self, found, i):
         """Add the evidence of a window, and return its condition."""
-        probabilities = found.probability[i]
-        kept = np.exp(found.spectra[i]) if "spectra" in found else probabilities
-        self._evidence.add(np.log(np.maximum(kept, SMALLEST_PROBABILITY)))
+        logs = found.spectra[i] if "spectra" in found else found.log_probability[i]
+        logs = logs[: self._judge.n_answers]
+        self._evidence.add(np.maximum(logs, np.log(SMALLEST_PROBABILITY)))
         if self._combs is not None and not np.isnan(found.rpm[i]):
             self._contrasts.add([*found.contrasts[i], found.rpm[i]])
-        return self.conditions[int(probabilities.argmax())] if self.conditions else None
+        return found.table["verdict"][i] if self.conditions else None
 
     def _condition(self, alarm):
         """Verdict by the evidence of all recent windows, and its probability."""
@@ -398,17 +399,14 @@ class ConditionMonitor:
         if mean is None:
             return None, np.nan
         if self._combs is None:
-            return self._judge.named(mean, self._evidence.weight, alarm)
+            return self._judge.named(mean, self._evidence.weight, alarm)[:2]
         gathered = self._contrasts.mean()
         if gathered is None:
             gathered = np.append(np.zeros(N_ORDERS), np.nan)
         *contrast, rpm = gathered
         logs = effective_number(self._evidence.weight) * mean
         found = self._combs.diagnose_gathered(contrast, self._contrasts.weight, rpm, logs)
-        verdict = found.named[0]
-        if alarm and verdict == self.healthy:
-            return CHANGED, np.nan
-        return verdict, float(found.probability.max()) if verdict in self.conditions else np.nan
+        return self._judge.gathered(found, alarm)[:2]
 
     def _p_value(self):
         mean = self._p_values.mean()

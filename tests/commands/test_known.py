@@ -55,10 +55,10 @@ def diagnose(run, model, plant, *options, names=OTHERS):
 def test_what_is_of_no_condition_is_reported(run, plant, model):
     code, out, rows = diagnose(run, model, plant, "--rpm", 500)
     assert code == 0
-    assert set(rows["verdict"]) == {"none of these"}
+    assert set(rows["verdict"]) == {"unknown condition"}
     assert (rows["p_value_of_nearest"] < 0.01).all() and rows["probability"].isna().all()
-    assert rows["remark"].str.contains("None of these: check sensor").all()
-    assert out.count("All recordings: None of these: ") == 1
+    assert rows["remark"].str.contains("resembles no condition of the model").all()
+    assert out.count("All recordings: The recording resembles no condition") == 1
     windows = pd.read_csv(plant / "out_windows.csv")
     p_values = windows.groupby("recording")["p_value_of_nearest"].agg(
         combined_p_value, correlation=NEAREST_CORRELATION
@@ -69,7 +69,7 @@ def test_what_is_of_no_condition_is_reported(run, plant, model):
 def test_known_conditions_are_not_rejected(run, plant, model):
     code, out, rows = diagnose(run, model, plant, "--rpm", 500, names=["new_good", "new_inner"])
     assert code == 0 and rows["verdict"].tolist() == ["good", "inner"]
-    assert (rows["p_value_of_nearest"] > 0.01).all() and "none of these" not in out
+    assert (rows["p_value_of_nearest"] > 0.01).all() and "unknown condition" not in out
 
 
 @pytest.mark.parametrize("options", [(), ("--rpm", 600)])
@@ -88,13 +88,13 @@ def test_json_html_and_exit_status(run, plant, model):
     code, _, _ = run(*arguments, "-o", plant / "out.json", "--fail-on", "alarm")
     found = json.loads((plant / "out.json").read_text())
     assert code == 3 and found["model"]["false_rejection_rate"] == 0.01
-    assert [row["verdict"] for row in found["recordings"]] == ["none of these", "good"]
+    assert [row["verdict"] for row in found["recordings"]] == ["unknown condition", "good"]
     assert found["recordings"][0]["p_value_of_nearest"] < 0.01
     assert found["recordings"][0]["window_rows"][0]["p_value_of_nearest"] < 0.01
     code, _, _ = run(*arguments, "-o", plant / "out.html")
     page = (plant / "out.html").read_text()
-    assert code == 0 and page.count(">none of these<") == 3
-    assert "None of these: check sensor" in page
+    assert code == 0 and page.count(">unknown condition<") == 3
+    assert "resembles no condition of the model" in page
     code, _, _ = run("diagnose", model, plant / "new_good.npy", "--rpm", 500, "--fail-on", "alarm")
     assert code == 0
 
@@ -113,7 +113,7 @@ def test_too_few_rows_are_said(run, plant):
     path = plant / "short.skops"
     arguments = ("fit", table, "-o", path, "--window-length", WINDOW, "--diagnoser", "alpio")
     code, out, _ = run(*arguments)
-    assert code == 0 and "'none of these' is not possible: fewer than two windows" in out
+    assert code == 0 and "'unknown condition' is not possible: fewer than two windows" in out
     assert "outer" in out.partition("not possible")[2]
 
 

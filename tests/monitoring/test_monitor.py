@@ -86,7 +86,8 @@ def test_verdicts_on_windows_are_those_of_the_diagnoser_and_the_detector(make, d
 
 def test_evidence_fades_with_the_stated_half_life(make, diagnoser):
     signal = np.concatenate([sound("good", 2000, 3), sound("worn", 2000, 4)])
-    log_p = np.log(np.maximum(diagnoser.predict_proba(make_windows(signal, WINDOW)), 1e-6))
+    log_p = diagnoser.diagnose(make_windows(signal, WINDOW)).log_probability
+    log_p = np.maximum(log_p, np.log(1e-6))
     half_life = 0.7
     verdicts = make(half_life=half_life).update(signal)
     for k, verdict in enumerate(verdicts):
@@ -95,7 +96,7 @@ def test_evidence_fades_with_the_stated_half_life(make, diagnoser):
         expected = softmax(
             effective_number(weights.sum()) * weights @ log_p[: k + 1] / weights.sum()
         )
-        best = diagnoser.classes_[expected.argmax()]
+        best = [*diagnoser.classes_, "unknown condition"][expected.argmax()]
         if verdict.alarm and best == "good":
             assert verdict.verdict == "changed" and np.isnan(verdict.probability)
         else:
@@ -282,9 +283,9 @@ def test_state_of_a_calibrated_monitor_keeps_the_calibration(make):
     [
         (lambda s: s["settings"].update(hop=7), "hop == 7, expected 200"),
         (lambda s: s["settings"].update(conditions=["a"]), "conditions == "),
-        (lambda s: s["evidence"].update(sums=[1.0]), "expected 2 finite sums"),
-        (lambda s: s["evidence"].update(sums=[np.nan, 0.0]), "expected 2 finite sums"),
-        (lambda s: s["evidence"].update(time=np.inf), "expected 2 finite sums"),
+        (lambda s: s["evidence"].update(sums=[1.0]), "expected 3 finite sums"),
+        (lambda s: s["evidence"].update(sums=[np.nan, 0.0]), "expected 3 finite sums"),
+        (lambda s: s["evidence"].update(time=np.inf), "expected 3 finite sums"),
         (lambda s: s["evidence"].update(age=None), "damaged"),
         (lambda s: s["alarm"].update(sum=10**6), "expected a sum from 0 to"),
         (lambda s: s["stream"].update(rest=[[0.0] * 5] * 2), "that fit each other"),
@@ -602,7 +603,7 @@ def test_combs_are_gathered_beside_learned_spectra(joint):
     remounted = lfilter([1], [1, -0.5], turning(40, 4, 2).ravel())
     found = joint.diagnose(remounted.reshape(40, -1), rpm=900)
     # One by one, combs leave the rows in doubt, and so does the mean of their probabilities.
-    logs = np.log(found.probability).mean(axis=0)
+    logs = found.log_probability.mean(axis=0)
     doubt = softmax(effective_number(40) * logs).max()
     monitor = ConditionMonitor(joint, 1e4, window_length=2000, half_life=np.inf)
     last = monitor.update(remounted, rpm=900)[-1]
@@ -612,6 +613,7 @@ def test_combs_are_gathered_beside_learned_spectra(joint):
     contrast, decide = found.contrasts.mean(axis=0), joint["decide"]
     orders, places = decide.orders_, decide.class_places_
     scores = best_combs(contrast, 3, orders, 0.1, 0.03)["scores"] - decide.reference_
+    places = np.append(places, 3)  # an unknown condition shows no comb
     combs = comb_evidence(np.sqrt(effective_number(40, 0.2)) * scores[np.newaxis], places)[0]
     assert last.probability == pytest.approx(softmax(spectra + combs).max())
 
@@ -620,7 +622,7 @@ def test_spectra_decide_alone_while_the_speed_is_not_known(joint):
     rows = turning(8, 9, 3)
     monitor = ConditionMonitor(joint, 1e4, window_length=2000, half_life=np.inf)
     blind = monitor.update(rows[:4].ravel())[-1]
-    logs = np.log(joint.predict_proba(rows[:4])).mean(axis=0)
+    logs = joint.diagnose(rows[:4]).log_probability.mean(axis=0)
     assert blind.probability == pytest.approx(softmax(effective_number(4) * logs).max())
     seen = monitor.update(rows[4:].ravel(), rpm=900)[-1]
     assert monitor.state()["contrasts"]["weight"] == 4

@@ -1,0 +1,1 @@
+"""Verdicts on another bearing than those of the training."""

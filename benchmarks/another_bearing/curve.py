@@ -1,0 +1,72 @@
+"""Measure how verdicts on another bearing depend on the number of bearings in the training.
+
+Run ``python -m benchmarks.another_bearing curve`` from the root of the repository. The rigs are
+those with three specimens of a place. Of the specimens that a fold keeps, the first one or two of
+each place train, as in the main command. ``specimen`` is given to `fit`.
+"""
+
+import os
+import sys
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.another_bearing.methods import by_place
+from benchmarks.another_bearing.metrics import table
+from benchmarks.another_bearing.protocol import ANOTHER, ANOTHER_SPEED, BEARINGS, folds
+from benchmarks.pages.blocks import markdown, page_parser, publish
+from benchmarks.recipe.rigs import real_rigs
+from skarxlag import make_diagnoser
+from skarxlag.fault_places import PLACES
+
+_NUMBERS = (1, 2)
+
+
+def chosen(train, n_specimens):
+    """Return the rows of the first specimens of each place."""
+    keep = np.zeros(len(train.X), dtype=bool)
+    for place in set(train.place):
+        names = sorted(set(train.specimen[train.place == place]))[:n_specimens]
+        keep |= (train.place == place) & np.isin(train.specimen, names)
+    return train[keep]
+
+
+def scored(rig):
+    """Yield tables of the probabilities of the places of all rows of left-out specimens."""
+    for fold in folds(rig):
+        tests = {name: rows for name, rows in fold.tests.items() if name in _PROTOCOLS}
+        for number in _NUMBERS if tests else ():
+            train = chosen(fold.train, number)
+            for bearing in (BEARINGS[rig.name], None):
+                diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, bearing=bearing)
+                diagnoser.fit(train.X, train.condition, rpm=train.rpm, specimen=train.specimen)
+                place = dict(zip(train.condition, train.place, strict=True))
+                of_class = np.array([place[name] for name in diagnoser.classes_])
+                method = f"{number} of each place{', with the bearing' if bearing else ''}"
+                for protocol, rows in tests.items():
+                    logs = diagnoser.diagnose(rows.X, rpm=rows.rpm).log_probability
+                    probability = by_place(np.exp(logs[:, :-1]), of_class)
+                    part = pd.DataFrame(probability, columns=list(PLACES))
+                    facts = {"rig": rig.name, "protocol": protocol, "method": method}
+                    yield part.assign(place=rows.place, specimen=rows.specimen, **facts)
+
+
+_PROTOCOLS = (ANOTHER, ANOTHER_SPEED)
+
+
+def main(arguments=None):
+    """Run the command."""
+    parser = page_parser(__doc__, "another_bearing_curve")
+    names = [name for name in BEARINGS if name != "UESTC"]
+    parser.add_argument("--rig", nargs="+", choices=names, default=names)
+    parser.add_argument("--data-home", default=os.environ.get("SKARXLAG_DATA"))
+    options = parser.parse_args(arguments)
+    options.output.mkdir(parents=True, exist_ok=True)
+    parts = []
+    for rig in real_rigs(options.rig, options.data_home):
+        parts += scored(rig)
+        print(rig.name, file=sys.stderr, flush=True)
+    found = table(pd.concat(parts, ignore_index=True)).rename(columns={"method": "training"})
+    found = found.sort_values(["protocol", "rig"], kind="stable")
+    found.to_csv(options.output / "curve.csv", index=False)
+    publish(options, {"another bearing curve": markdown(found)})
