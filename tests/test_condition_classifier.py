@@ -115,15 +115,17 @@ def test_what_is_far_from_everything_is_not_named(data):
     assert found.recorded.max() < 0.05
 
 
-def specimens(alike, seed=0):
-    """Two places with three specimens each: of similar colours, or of colours that mix."""
-    poles = (
-        [(0.5, 0.52, 0.54), (-0.5, -0.52, -0.54)] if alike else [(0.6, 0.2, -0.2), (0.4, 0.0, -0.4)]
-    )
+#: Poles of two specimens of each of two places: similar ones, and those of the other place.
+ALIKE = [(0.5, 0.52), (-0.5, -0.52)]
+MIXED = [(0.7, -0.5), (-0.7, 0.5)]
+
+
+def specimens(poles):
+    """Rows, places and specimens."""
     X, y, names = [], [], []
     for place, of_place in zip(("inner", "outer"), poles, strict=True):
         for number, pole in enumerate(of_place):
-            X.append(rows(pole, 6, seed := seed + 1))
+            X.append(rows(pole, 6, seed=len(X)))
             y += 6 * [place]
             names += 6 * [f"{place} {number}"]
     return np.concatenate(X), np.array(y), np.array(names)
@@ -131,24 +133,24 @@ def specimens(alike, seed=0):
 
 def test_specimens_that_are_alike_make_the_place_surer():
     exponents = {}
-    for alike in (True, False):
-        X, y, names = specimens(alike)
+    for name, poles in (("alike", ALIKE), ("mixed", MIXED)):
+        X, y, names = specimens(poles)
         fitted = ConditionClassifier().fit(X, y, specimen=names)
-        assert fitted.n_specimens_.tolist() == [3, 3]
-        exponents[alike] = fitted.place_exponent_
-    assert exponents[True] > posterior.PLACE_EXPONENT > exponents[False]
-    X, y, _ = specimens(True)
+        assert fitted.n_specimens_.tolist() == [2, 2]
+        exponents[name] = fitted.place_exponent_
+    assert exponents["alike"] > posterior.PLACE_EXPONENT > exponents["mixed"]
+    X, y, _ = specimens(ALIKE)
     assert ConditionClassifier().fit(X, y).place_exponent_ == posterior.PLACE_EXPONENT
 
 
 def test_specimens_reach_the_classifier_through_the_pipeline():
-    X, y, names = specimens(True)
+    X, y, names = specimens(ALIKE)
     alone = make_diagnoser().fit(X, y, specimen=names)["decide"]
-    assert alone.n_specimens_.tolist() == [3, 3]
+    assert alone.n_specimens_.tolist() == [2, 2]
     options = {"bearing": "6205", "sampling_rate": 1000.0}
     joint = make_diagnoser(**options).fit(X, y, rpm=6000.0, specimen=names)["decide"]
-    assert joint.conditions_.n_specimens_.tolist() == [3, 3]
-    with pytest.raises(ValueError, match="Length of specimen == 2, expected 36, as X has rows"):
+    assert joint.conditions_.n_specimens_.tolist() == [2, 2]
+    with pytest.raises(ValueError, match="Length of specimen == 2, expected 24, as X has rows"):
         ConditionClassifier().fit(X, y, specimen=["a", "b"])
 
 
