@@ -15,6 +15,7 @@ WINDOW, N_WINDOWS = 200, 8
 class SpecimenLadder(ThresholdLadder):
     """Decision that is given the specimen of each window."""
 
+    __metadata_request__fit = {"specimen": True}  # noqa: RUF012
     seen = []  # noqa: RUF012
 
     def fit(self, X, y, rpm=None, specimen=None):
