@@ -6,14 +6,14 @@ the column load states several. For each it gives the share of right places (hea
 with the fault), and how many of the places stated with a probability of 0.9 are right. A report
 with all tables is written to the output folder.
 
-On a rig these are ALPIO, the baseline of Piltan and Kim (2019); the extended-state observer, their
-proposal as repaired; and the recommended diagnoser. Each is calibrated on the first half of every
-recording of one speed and tested on the second half of every recording of every speed. The paper's
-own protocol is python -m benchmarks.paper. On a csv table of your own recordings with the columns
-path, condition and rpm, or a folder or glob, make_diagnoser and two other methods are compared with
-one speed in training and with one left out. Across speeds, recordings of one value of the column
-campaign are not split between training and test. Without that column, if the test was measured
-without remounting after the training, the accuracy may be too high.
+On a rig, the diagnosers are ALPIO, the baseline of Piltan and Kim (2019); the extended-state
+observer, their proposal as repaired; and the recommended one. Each is calibrated on the first half
+of every recording of one speed and tested on the second half of every recording of every speed. The
+paper's own protocol is python -m benchmarks.paper. On a csv table of your own recordings with the
+columns path, condition and rpm, or a folder or glob, make_diagnoser and two other methods are
+compared with one speed in training and with one left out. Across speeds, recordings of one value of
+the column campaign are not split between training and test. Without that column, if the test was
+measured without remounting after the training, the accuracy may be too high.
 """
 
 import argparse
@@ -55,8 +55,9 @@ N_SAMPLES, _CRACKS_MM, _SIMULATED_RPM = 120_000, (3.0, 6.0), 500.0
 _LONG, _SHORT = 4800, 1200
 #: Explanation of the columns of the summary.
 _LEGEND = (
-    "condition, place: windows with the right one; stated: windows whose place has a probability "
-    f"of {protocols.STATED:g} or more; of these: those with the right place."
+    "bearings: number of tested ones; condition, place: windows with the right one;\n"
+    f"stated: windows whose place has a probability of {protocols.STATED:g} or more; "
+    "of these: right places among them."
 )
 #: Titles of protocols across speeds: of a rig, and of the recordings of a table.
 _HALVES = {"speeds": "trained on first halves at one speed (rows), tested on second (columns)"}
@@ -262,6 +263,7 @@ def _verdicts(case, n_jobs, progress):
         progress.step(f"{case.title}: {name}")
     verdicts = pd.concat(frames)
     rows = pd.DataFrame({name: case[name] for name in ("rpm", "recording", "start")})
+    rows["specimen"] = case.get("specimen", case.target)
     return verdicts.join(rows.rename(columns={"rpm": "test_rpm"})).reset_index(drop=True)
 
 

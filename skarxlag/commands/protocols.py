@@ -72,7 +72,8 @@ def bearing_splits(rig: Bunch, usable: NDArray[np.bool_], halves: bool) -> tuple
     ]
     tested = np.unique(np.concatenate([place[test] for _, test in found]))
     untested = ", ".join(sorted(set(counts.index) - set(tested)))
-    sentence = f"Another bearing: not measured for {untested}, because too few were recorded."
+    reason = "because too few such bearings were recorded"
+    sentence = f"Another bearing: not measured for {untested}, {reason}."
     return splits, sentence if untested else ""
 
 
@@ -160,12 +161,13 @@ def summary(verdicts: pd.DataFrame) -> pd.DataFrame:
     ----------
     verdicts : DataFrame
         A row for each row of each test, with ``protocol``, ``diagnoser``, ``train_rpm``,
-        ``test_rpm``, ``true``, ``predicted`` and the columns of `place_columns`.
+        ``test_rpm``, ``specimen``, ``true``, ``predicted`` and the columns of `place_columns`.
 
     Returns
     -------
     DataFrame
-        Percentages of rows by test and diagnoser. ``condition``: the condition is right; NaN if the
+        By test and diagnoser, ``bearings``, the number of specimens that were tested, and
+        percentages of rows. ``condition``: the condition is right; NaN if the
         training did not have it. ``place``: the place is right. ``stated``: the place is stated
         with a probability of at least `STATED`. ``of these``: the stated place is right; NaN if
         fewer than 30 rows are stated.
@@ -177,7 +179,7 @@ def summary(verdicts: pd.DataFrame) -> pd.DataFrame:
     protocol = verdicts["protocol"].mask(is_bearing & ~is_same, "bearing, other speed")
     is_right = (verdicts["true"] == verdicts["predicted"]).astype(float)
     is_stated = verdicts["place_probability"] >= STATED
-    columns = pd.DataFrame(
+    shares = pd.DataFrame(
         {
             "condition": is_right.where(verdicts["is_known"]),
             "place": verdicts["is_place"],
@@ -187,8 +189,11 @@ def summary(verdicts: pd.DataFrame) -> pd.DataFrame:
     )
     # Tests of the same bearing at the training speed are not summarized.
     keys = [protocol.map(_TESTS).rename("test"), verdicts["diagnoser"]]
-    groups = columns[is_bearing | ~is_same].groupby(keys, sort=False)
+    is_shown = is_bearing | ~is_same
+    groups = shares[is_shown].groupby(keys, sort=False)
     table = 100 * groups.mean()
+    bearings = verdicts["specimen"][is_shown].groupby(keys, sort=False).nunique()
+    table.insert(0, "bearings", bearings)
     table["of these"] = table["of these"].where(groups["of these"].count() >= _LEAST_STATED)
     order = [*dict.fromkeys(_TESTS.values())]
     return table.reindex([test for test in order if test in table.index], level="test")

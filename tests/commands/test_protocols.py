@@ -64,9 +64,10 @@ def test_another_bearing_is_summarized_beside_another_speed(evaluated):
     shown = [line for line in out.splitlines() if line.startswith("another ")]
     assert [line.split("make_diagnoser")[0].strip() for line in shown] == tests
     first, last = summary.loc[tests[0], "make_diagnoser"], summary.loc[tests[1], "make_diagnoser"]
+    assert (first["bearings"], last["bearings"]) == (5, 4)
     assert first["condition"] > 60 and np.isnan(last["condition"])
     assert f"{last['place']:.0f} % (another bearing)" in out
-    assert "Another bearing: not measured for healthy, because too few were recorded." in out
+    assert "Another bearing: not measured for healthy, because too few such bearings" in out
 
 
 @pytest.mark.parametrize("test_speed", ["same", "other"])
@@ -176,6 +177,7 @@ def verdicts(n_stated):
     return pd.DataFrame(
         {
             "protocol": "bearing",
+            "specimen": np.tile(["A", "B"], rows),
             "diagnoser": "D",
             "train_rpm": 900.0,
             # A speed that differs by 1 % is the same one.
@@ -194,7 +196,7 @@ def test_a_share_of_few_stated_verdicts_is_not_given():
     for test in ("another bearing", "another bearing and speed"):
         row = table.loc[test, "D"]
         assert np.isnan(row["condition"]) and row["place"] == row["of these"] == 75
-        assert row["stated"] == 80
+        assert row["stated"] == 80 and row["bearings"] == 2
     few = protocols.summary(verdicts(29))
     assert few["of these"].isna().all() and few["place"].eq(75).all()
     assert "probability" not in protocols.reading(few, "D")
