@@ -10,7 +10,7 @@ from sklearn.preprocessing import FunctionTransformer
 from sklearn.utils import Bunch
 
 from skarxlag import SpecimenSplit, load_recordings
-from skarxlag.commands import protocols
+from skarxlag.commands import evaluate, protocols
 from skarxlag.commands.evaluate import log_spectrum
 
 WINDOW, N_WINDOWS, RATE = 1200, 6, 8_000
@@ -211,3 +211,19 @@ def test_a_share_of_few_stated_verdicts_is_not_given():
     few = protocols.summary(verdicts(29))
     assert few["of these"].isna().all() and few["place"].eq(75).all()
     assert "probability" not in protocols.reading(few, "D")
+
+
+def test_a_rig_leaves_bearings_out_at_the_chosen_training_speed(
+    run, rig, tmp_path, monkeypatch, no_figures
+):
+    monkeypatch.setitem(evaluate.FETCHERS, "uestc", lambda **options: rig)
+    options = ("--rig", "uestc", "--train-rpm", 900, "-q", "-o", tmp_path)
+    assert run("evaluate", *options)[0] == 0
+    found = pd.read_csv(tmp_path / "uestc_verdicts.csv")
+    bearings = found[found["protocol"] == "bearing"]
+    assert set(bearings["train_rpm"]) == {900} and set(bearings["test_rpm"]) == {900, 1500}
+    assert set(bearings["true"]) == {"IR2", "IR5", "OR2", "OR5"}
+    assert "load" in set(found["protocol"])
+    # Tables and figures across speeds are of the same bearings.
+    matrix = pd.read_csv(tmp_path / "uestc_confusion_diagnoser.csv", index_col="true")
+    assert matrix.iloc[:5, :5].to_numpy().sum() == 5 * N_WINDOWS / 2
