@@ -1,13 +1,13 @@
 """Calibrate a diagnoser on the recordings that a table lists, and save it.
 
-The table is a csv file with the columns path, condition, rpm, sampling_rate and channel. Only path
-is always needed, see skarxlag.read_recording_table. Without --healthy, the only condition is taken
-that is called healthy, normal, good, ok, intact, nominal, baseline, n or h. The detector needs
-healthy recordings only, best of several speeds, and names no fault; it is the default if the only
-condition is healthy. Otherwise the rows are stretches of a second, or of ten turns if they take
-longer, or windows of 1200 samples if the recordings are too short or an option cuts windows (of
-4800 for the detector). With --bearing and recordings of faults, orders and spectra make one
-verdict; without faults, healthy recordings set the limits.
+The table is a csv file with the columns path, condition, specimen, load, rpm, sampling_rate and
+channel. Only path is always needed, see skarxlag.read_recording_table. Without --healthy, the only
+condition is taken that is called healthy, normal, good, ok, intact, nominal, baseline, n or h. The
+detector needs healthy recordings only, best of several speeds, and names no fault; it is the
+default if the only condition is healthy. Otherwise the rows are stretches of a second, or of ten
+turns if they take longer, or windows of 1200 samples if the recordings are too short or an option
+cuts windows (of 4800 for the detector). With --bearing and recordings of faults, orders and spectra
+make one verdict; without faults, healthy recordings set the limits.
 """
 
 import argparse
@@ -93,18 +93,22 @@ def run(args: argparse.Namespace) -> int:
     X = rig.pop("data")
     X = X if chosen.all() else X[chosen]
     y, rpm = rig.target[chosen], None if speeds is None else speeds[chosen]
+    is_stated = any(recording.specimen for recording in recordings)
+    specimen = rig.specimen[chosen] if is_stated else None
+    params = {"rpm": rpm, "specimen": specimen}
     rate, channels = float(rig.sampling_rate), np.atleast_1d(recordings[0].channel or [])
     report_progress(args, f"{len(X)} {rows}: fitting")
     with as_command_error(), parallel_config("threading", n_jobs=args.n_jobs):
         diagnoser = of_outputs(args, _make(args, kind, healthy, rate))
-        notes = _fit_quietly(diagnoser, X, None if kind == "detector" else y, rpm)
-        companions = {}
-        if kind != "detector":
-            companions = _companions(args, X, y, rpm, healthy, notes)
+        notes = _fit_quietly(diagnoser, X, None if kind == "detector" else y, params)
+        companions = {} if kind == "detector" else _companions(args, X, y, params, healthy, notes)
         # Places of faults that no recording shows are conditions, too.
         conditions = sorted(answers(diagnoser).conditions or [healthy], key=lambda c: c != healthy)
         counts = pd.Series(rig.recording[chosen]).groupby(y).agg(["nunique", "count"])
         counts = counts.reindex(conditions, fill_value=0).set_axis(["recordings", rows], axis=1)
+        if specimen is not None:
+            specimens = pd.Series(specimen).groupby(y).nunique()
+            counts.insert(0, "specimens", specimens.reindex(conditions, fill_value=0))
         facts = {"diagnoser": kind, "rows": rows, "conditions": conditions, "healthy": healthy}
         facts |= {"train_rpm": _training_speeds(rig, chosen), "sampling_rate": rate}
         facts |= {"n_channels": 1 if X.ndim == 2 else X.shape[1], "window_length": X.shape[-1]}
@@ -226,15 +230,16 @@ def _make(args, kind, healthy=None, rate=None):
     return model.set_params(**dict.fromkeys(rates, args.false_alarm_rate))
 
 
-def _fit_quietly(model, X, y, rpm):
-    """Fit a model, and return the messages of its warnings."""
-    speeds = {"rpm": rpm} if rpm is not None and requests(model, "fit", "rpm") else {}
+def _fit_quietly(model, X, y, params):
+    """Fit a model with the metadata that it requests; return the messages of its warnings."""
+    given = {name: value for name, value in params.items() if value is not None}
+    requested = {name: given[name] for name in given if requests(model, "fit", name)}
     with warnings.catch_warnings(record=True, action="always", category=UserWarning) as warned:
-        model.fit(X, y, **speeds)
+        model.fit(X, y, **requested)
     return [f"Note: {warning.message}" for warning in warned]
 
 
-def _companions(args, X, y, rpm, healthy, notes):
+def _companions(args, X, y, params, healthy, notes):
     """Return the fitted known conditions and healthy limits; the notes say why one is missing."""
     fitted, wanted = {}, {}
     if len(set(y)) > 1:
@@ -242,14 +247,17 @@ def _companions(args, X, y, rpm, healthy, notes):
         wanted["known_conditions"] = (make_known_conditions(), slice(None), y, without)
     if healthy is not None:
         wanted["detector"] = (_make(args, "detector"), y == healthy, None, "No healthy limits")
-    for name, (companion, rows, labels, without) in wanted.items():
-        companion = of_outputs(args, companion)
+    for name, (model, rows, labels, without) in wanted.items():
+        model = of_outputs(args, model)
         try:
-            _fit_quietly(companion, X[rows], labels, None if rpm is None else rpm[rows])
-            left_out = [] if labels is None else sorted(set(labels) - set(companion.classes_))
+            of_rows = {
+                name: None if value is None else value[rows] for name, value in params.items()
+            }
+            _fit_quietly(model, X[rows], labels, of_rows)
+            left_out = [] if labels is None else sorted(set(labels) - set(model.classes_))
             if left_out:
                 raise ValueError(f"fewer than two windows at one speed of {', '.join(left_out)}")
-            fitted[name] = companion
+            fitted[name] = model
         except ValueError as error:
             notes.append(f"{without}: {error}")
     return fitted
