@@ -109,7 +109,7 @@ def refused(found, index, columns):
 
 def _rounded_up(percent):
     """Return a share with one digit, which is 0 only if nothing is refused."""
-    return f"{np.ceil(10 * percent - 1e-9) / 10:.1f}".removesuffix(".0")
+    return f"{np.ceil(10 * percent - 1e-9) / 10 + 0.0:.1f}".removesuffix(".0")
 
 
 def main(arguments=None):
