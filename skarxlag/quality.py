@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 from sklearn.utils import check_array
 
@@ -37,10 +38,12 @@ _CLIPPED, _PILED_UP, _NEAR = 0.02, 3, 0.01
 #: lie in the outer `_EDGE` of the range at either end, where a signal that was not cut has few.
 _LEAP, _UNFORESEEN, _FEWEST_LEAPS, _EDGE, _FEWEST_AT_ENDS, _ORDER = 0.75, 0.4, 4, 0.02, 6, 8
 #: Shares of a long window that both must have at least: a few impacts in a minute are no wrapping.
-_LEAST_LEAPS, _LEAST_AT_ENDS = 1e-3, 1.5e-3
+_LEAST_LEAPS, _LEAST_AT_ENDS = 5e-4, 1e-3
 #: Samples in a segment of the spectrum whose bands are judged. Every window has segments of this
 #: length, so that its bands do not depend on how long it is.
 _SEGMENT = 512
+#: Samples whose segments are transformed at a time, or those of one window.
+_SAMPLES_AT_A_TIME = 2**16
 #: Side lobes of this Kaiser window are 130 dB below a line.
 _KAISER = 18
 #: A band is empty if its density is this much below the mean of all bands: the model of a window
@@ -94,7 +97,7 @@ def signal_quality(
       smallest value, and these are more than three times as many as lie within 1 % of the range, or
       one step, of them. The amplifier or the converter is saturated.
     - ``"wrapped"``: the output leaps by more than 75 % of its range. A linear prediction of order
-      8 misses at least 4 leaps and 0.1 % of the samples, and at least 6 samples and 0.15 % lie at
+      8 misses at least 4 leaps and 0.05 % of the samples, and at least 6 samples and 0.1 % lie at
       either end of the range. Values beyond the range of an integer type continued at its other
       end. Its share counts the leaps.
     - ``"band missing"``: more than 80 % of the frequency bands are empty. Bands are equally wide,
@@ -119,7 +122,7 @@ def signal_quality(
     rpm : float, array-like of shape (n_windows,) or None, default=None
         Shaft speed of each window in rev/min, NaN where it is not known. The mains frequency is not
         looked for if it is closer to the shaft's frequency, or to twice that, than 1 %, 0.5 Hz or
-        the resolution of the window.
+        the resolution of the window, which is 1 Hz for windows of a second and more.
     return_share : bool, default=False
         Whether to return the shares, too.
 
@@ -178,6 +181,42 @@ def signal_quality(
     return (quality, share) if return_share else quality
 
 
+def quality_of_outputs(
+    X: NDArray[Any], outputs: Sequence[str], **options: Any
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return quality and share of rows with several outputs: of the first output that is bad.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_windows, n_samples) or (n_windows, n_channels, n_samples)
+        The first channels are the outputs.
+    outputs : sequence of str
+        Names of the outputs. The quality of several names the one that is bad.
+    **options
+        As `signal_quality` takes them.
+
+    Returns
+    -------
+    quality, share : ndarray of shape (n_windows,)
+        As `signal_quality` returns them.
+
+    Examples
+    --------
+    >>> X = np.random.default_rng(0).normal(size=(1, 2, 1000))
+    >>> X[:, 1] = 0.0
+    >>> quality_of_outputs(X, ["left", "right"])
+    (array(['constant in right'], dtype='<U21'), array([1.]))
+    """
+    if len(outputs) == 1:
+        return signal_quality(X, return_share=True, **options)
+    found = [signal_quality(X[:, s:], return_share=True, **options) for s in range(len(outputs))]
+    qualities, shares = map(np.array, zip(*found, strict=True))
+    named = np.char.add(qualities, [[f" in {name}"] for name in outputs])
+    named = np.where(qualities == "good", "good", named)
+    first = (named != "good").argmax(axis=0), np.arange(len(X))
+    return named[first], shares[first]
+
+
 def _quality_of_batch(windows, sampling_rate, shaft_frequency):
     """Return the first criterion that each window fails, and the share of the window affected."""
     not_finite = (~np.isfinite(windows)).reshape(len(windows), -1).mean(axis=1)
@@ -192,25 +231,26 @@ def _quality_of_batch(windows, sampling_rate, shaft_frequency):
     steps = np.abs(np.diff(scaled, axis=1))
     leaps = np.count_nonzero(steps > _LEAP * span[:, np.newaxis], axis=1)
     # Steps below the rounding of the largest value are lost, for instance next to one huge sample.
-    still = _STILL * np.sqrt(np.mean(steps**2, axis=1, keepdims=True))
-    stays = steps <= np.maximum(still, ROUNDING)
+    still = _STILL * np.sqrt(np.einsum("wk,wk->w", steps, steps) / n_samples)
+    stays = steps <= np.maximum(still, ROUNDING)[:, np.newaxis]
     steps[stays] = np.inf
     step = steps.min(axis=1, initial=np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
         coarse = np.nan_to_num(step / span, posinf=0.0)
     held, run = stays.sum(axis=1) / n_samples, _longest_runs(stays)
     n_extreme = (scaled == highest).sum(axis=1) + (scaled == lowest).sum(axis=1)
-    width = np.maximum(_NEAR, np.minimum(1.5 * coarse, 0.5))[:, np.newaxis] * (highest - lowest)
-    n_near = (scaled >= highest - width).sum(axis=1) + (scaled <= lowest + width).sum(axis=1)
-    is_piled_up = n_extreme > _PILED_UP * (n_near - n_extreme)
     clipped = n_extreme / n_samples
+    saturates = (clipped > _CLIPPED) & (n_extreme > 2)
+    some = np.flatnonzero(saturates)
+    n_near = _near_extremes(scaled[some], coarse[some]) - n_extreme[some]
+    saturates[some] = n_extreme[some] > _PILED_UP * n_near
     checks = {
         "not finite": (not_finite > 0, not_finite),
         "constant": (span <= ROUNDING, np.ones(n_windows)),
         "held": (held > _HELD, held),
         "stuck": ((run > _STUCK * n_samples) & (run > _SHORTEST_STUCK), run / n_samples),
         "coarse": ((coarse * (_FEWEST_LEVELS - 1.5) > 1) & (n_samples >= _SHORTEST_COARSE), coarse),
-        "clipped": ((clipped > _CLIPPED) & (n_extreme > 2) & is_piled_up, clipped),
+        "clipped": (saturates, clipped),
     }
     quality, share = _first_failed(checks, n_windows)
     # The other criteria cost more, and only make sense for a signal that moves.
@@ -236,6 +276,17 @@ def _first_failed(checks, n_windows):
     return quality, share
 
 
+def _near_extremes(windows, step):
+    """Count the samples at and near the extremes of windows, whose steps are a share of the range.
+
+    A step of half of the range, as in a square wave, is not near.
+    """
+    highest, lowest = windows.max(axis=1, keepdims=True), windows.min(axis=1, keepdims=True)
+    width = np.maximum(_NEAR, np.minimum(1.5 * step, 0.25))[:, np.newaxis] * (highest - lowest)
+    is_near = (windows >= highest - width) | (windows <= lowest + width)
+    return is_near.sum(axis=1)
+
+
 def _longest_runs(stays):
     """Samples of the longest run of equal samples in each row, from whether each step is zero."""
     place = np.arange(1, stays.shape[1] + 1, dtype=np.int32)
@@ -256,18 +307,21 @@ def _wrapped(windows, leaps):
         is_leap = np.abs(np.diff(signal[_ORDER - 1 :])) > _LEAP * span
         n_unforeseen = np.count_nonzero(errors[is_leap] > _UNFORESEEN * span)
         n_at_ends = min(map(np.count_nonzero, at_ends))
-        found[i] = n_at_ends >= _FEWEST_AT_ENDS and n_unforeseen >= _FEWEST_LEAPS
+        fewest = max(_FEWEST_LEAPS, _LEAST_LEAPS * len(signal))
+        fewest_at_ends = max(_FEWEST_AT_ENDS, _LEAST_AT_ENDS * len(signal))
+        found[i] = n_at_ends >= fewest_at_ends and n_unforeseen >= fewest
     return found
 
 
 def _empty_bands(windows):
     """Return the share of the bands of each window that hold no power."""
     taper, empty = np.kaiser(_SEGMENT, _KAISER), np.zeros(len(windows))
-    for i, window in enumerate(windows):
-        segments = windowed_segments(window[np.newaxis], taper, _SEGMENT // 2)[0]
-        spectra = fft.rfft(segments)[:, 1:]
-        density = np.mean(spectra.real**2 + spectra.imag**2, axis=0)
-        empty[i] = np.mean(density < _EMPTY * density.mean())
+    n_rows = max(_SAMPLES_AT_A_TIME // windows.shape[1], 1)
+    for first in range(0, len(windows), n_rows):
+        rows = slice(first, first + n_rows)
+        spectra = fft.rfft(windowed_segments(windows[rows], taper, _SEGMENT))[..., 1:]
+        density = np.mean(spectra.real**2 + spectra.imag**2, axis=1)
+        empty[rows] = np.mean(density < _EMPTY * density.mean(axis=1, keepdims=True), axis=1)
     return empty
 
 
@@ -287,16 +341,21 @@ def _hum(windows, sampling_rate, shaft_frequency):
     if n_pieces > 1:
         n_samples //= n_pieces
         windows = windows[:, : n_pieces * n_samples].reshape(-1, n_samples)
-        windows, shaft_frequency = _without_trend(windows), np.repeat(shaft_frequency, n_pieces)
-    fitted = np.zeros(len(windows))
+        shaft_frequency = np.repeat(shaft_frequency, n_pieces)
     seconds = (np.arange(n_samples) - (n_samples - 1) / 2) / sampling_rate
     duration = n_samples / sampling_rate
-    energy = np.sum(windows**2, axis=1)
+    energy = np.einsum("wk,wk->w", windows, windows)
+    fitted = np.zeros(len(windows))
     # The steps of a sine have at most the power of its angular frequency, and those of the rest at
     # most twice its amplitude. Windows with larger steps need no closer look.
-    steps = np.sum(np.diff(windows, axis=1) ** 2, axis=1)
+    steps = np.diff(windows, axis=1)
+    steps = np.einsum("wk,wk->w", steps, steps)
     most = 2 * np.pi * (max(_MAINS) + _DEVIATION) / sampling_rate + 2 * np.sqrt(1 - _HUM)
     slow = np.flatnonzero(steps <= 1.2 * most**2 * energy)
+    pieces = windows if n_pieces == 1 else np.empty_like(windows)
+    if n_pieces > 1:
+        pieces[slow] = _without_trend(windows[slow])
+        energy[slow] = np.einsum("wk,wk->w", pieces[slow], pieces[slow])
     for mains in _MAINS:
         if duration * mains < _FEWEST_PERIODS or mains > sampling_rate / 4 or len(slow) == 0:
             continue
@@ -312,7 +371,7 @@ def _hum(windows, sampling_rate, shaft_frequency):
             phase = 2 * np.pi * frequency * seconds
             sine = np.stack([np.cos(phase), np.sin(phase)])
             basis = np.linalg.qr(_without_trend(np.concatenate([sine, seconds * sine])).T)[0]
-            of_sine = np.sum((windows[candidates] @ basis) ** 2, axis=1)
+            of_sine = np.sum((pieces[candidates] @ basis) ** 2, axis=1)
             fitted[candidates] = np.maximum(fitted[candidates], of_sine)
     fitted, energy = (each.reshape(n_rows, n_pieces).sum(axis=1) for each in (fitted, energy))
     return np.divide(fitted, energy, out=np.zeros(n_rows), where=energy > 0).clip(max=1.0)
