@@ -35,7 +35,7 @@ def check_speeds_of_recordings(source: Any, rig: Bunch) -> None:
     Examples
     --------
     >>> rig = Bunch(rpm=np.array([1.0, 1.0]), start=np.array([0, 500]), sampling_rate=100.0,
-    ...             data=np.zeros((2, 500)), recording=np.array(["run", "run"]))
+    ...             data=np.zeros((2, 500)), recording=np.array(["run", "run"]), profiles={})
     >>> check_speeds_of_recordings("table.csv", rig)
     Traceback (most recent call last):
         ...
@@ -45,14 +45,16 @@ def check_speeds_of_recordings(source: Any, rig: Bunch) -> None:
     if rig.rpm is None:
         return
     ends = (rig.start + rig.data.shape[-1]) / rig.sampling_rate
-    turns = pd.Series(ends * rig.rpm / 60)
-    longest = turns.groupby(rig.rpm).idxmax()
-    for row in longest:
-        if turns[row] < _FEWEST_TURNS:
-            found = f"rpm is {rig.rpm[row]:g}, at which the {ends[row]:.3g} s of the recording"
+    rows = pd.DataFrame({"name": rig.recording, "rpm": rig.rpm, "seconds": ends})
+    # A run-up may begin at rest.
+    stated = rows[~rows["name"].isin(list(rig.profiles))]
+    longest = stated.loc[stated.groupby("rpm")["seconds"].idxmax()]
+    for name, rpm, seconds in longest.itertuples(index=False):
+        turns = seconds * rpm / 60
+        if turns < _FEWEST_TURNS:
+            found = f"rpm is {rpm:g}, at which the {seconds:.3g} s of the recording"
             expected = "expected revolutions per minute. If the speed is right, leave it out"
-            name = rig.recording[row]
-            raise CommandError(f"{source}: {name}: {found} are {turns[row]:.3g} turns; {expected}")
+            raise CommandError(f"{source}: {name}: {found} are {turns:.3g} turns; {expected}")
 
 
 def leave_out_silent(

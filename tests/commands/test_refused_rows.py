@@ -139,3 +139,12 @@ def test_a_speed_at_which_nothing_turns_is_refused(run, workshop):
         code, _, err = run(*fit(workshop, *options, table="other.csv"))
         assert code == 1 and "outer_1.npy: rpm is 1, at which the 1." in err
         assert "expected revolutions per minute. If the speed is right, leave it out" in err
+
+
+def test_a_run_up_may_begin_at_rest(run, workshop):
+    log = "time,rpm\n0,0\n1.3,1000\n"
+    (workshop / "speeds.csv").write_text(log)
+    text = (workshop / "table.csv").read_text()
+    (workshop / "run_up.csv").write_text(text.replace(",500,", ",speeds.csv,"))
+    code, out, err = run(*fit(workshop, "--window-length", 500, table="run_up.csv"))
+    assert code == 0 and "outer" in counts(out), err
