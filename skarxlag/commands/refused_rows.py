@@ -7,8 +7,10 @@ import pandas as pd
 from numpy.typing import NDArray
 from sklearn.utils import Bunch
 
+from ..fusion import SensorFusion
 from ..quality import quality_of_outputs
 from ..speeds import LEAST_TURNS, TURNS_LEFT
+from ..stretches import order_comparison
 from .messages import CommandError
 
 #: Turns that the longest recording at a speed holds at least. Fewer come from a wrong unit.
@@ -137,15 +139,25 @@ def why_windows(rig: Bunch, window_length: int, seconds: float, n_turns: float) 
     return f"Note: windows, not stretches: {found}."
 
 
-def orders_do_not_count(n_samples: int, sampling_rate: float | None, rpm: float | None) -> str:
-    """Return why the orders of a stretch do not count, or an empty text if they do.
+def compares_orders(model: Any) -> bool:
+    """Return whether a fitted model compares order spectra."""
+    if isinstance(model, SensorFusion):
+        return compares_orders(model.estimators_[0])
+    try:
+        return order_comparison(model)[1] is not None
+    except ValueError:
+        return False
+
+
+def why_no_orders(n_samples: int, sampling_rate: float | None, rpm: float | None) -> str:
+    """Return why the order spectra of a stretch are not compared, or an empty text if they are.
 
     Examples
     --------
-    >>> orders_do_not_count(6000, 10_000.0, 900.0)
+    >>> why_no_orders(6000, 10_000.0, 900.0)
     ''
-    >>> orders_do_not_count(6000, 10_000.0, 150.0)
-    'Orders do not count: 0.6 s are 1.5 turns at 150 rpm, and it takes 3'
+    >>> why_no_orders(6000, 10_000.0, 150.0)
+    'Order spectra are not compared: 0.6 s are 1.5 turns at 150 rpm, and it takes 3.'
     """
     if sampling_rate is None or rpm is None:
         return ""
@@ -154,4 +166,4 @@ def orders_do_not_count(n_samples: int, sampling_rate: float | None, rpm: float 
     if not turns < TURNS_LEFT:
         return ""
     found = f"{seconds:.3g} s are {turns:.3g} turns at {rpm:g} rpm"
-    return f"Orders do not count: {found}, and it takes {LEAST_TURNS}"
+    return f"Order spectra are not compared: {found}, and it takes {LEAST_TURNS}."
