@@ -50,7 +50,7 @@ _KAISER = 18
 #: that `LogSpectra` identifies has a ridge of this size, and does not see such bands.
 _EMPTY = 1e-9
 #: Share of the bands that may be empty. Signals at four times the rate that they need, and those of
-#: sensors behind low-pass filters, are accepted. A sine without noise fills 4 %.
+#: sensors behind low-pass filters, are accepted. A sine without noise fills 6 %.
 _MOST_EMPTY = 0.8
 #: Frequencies in Hz, and the share of the energy that a sine there may have: one of up to 20 dB
 #: above the rest is accepted.
