@@ -34,6 +34,12 @@ from .arguments import BEARING, bearing, flag, option, positive_int, refuse
 from .info import limits_basis
 from .messages import CommandError, UsageError, as_command_error, report_progress
 from .models import DIAGNOSERS, is_model_file, of_outputs
+from .refused_rows import (
+    check_speeds_of_recordings,
+    leave_out_silent,
+    why_no_orders,
+    why_windows,
+)
 from .results import check_output
 
 #: Samples of a channel that the windows of all recordings hold together, unless --max-windows says
@@ -82,6 +88,7 @@ def run(args: argparse.Namespace) -> int:
         messages.require("skops", "saving a diagnoser", "io")
     _check_options(args, recordings)
     rig, rows = _training_rows(args, recordings)
+    check_speeds_of_recordings(args.table, rig)
     kind = args.diagnoser or ("stretches" if rows == "stretches" else "diagnoser")
     chosen = _choose_speed(args, rig)
     speeds, errors = speeds_of_samples(rig, LEAST_TURNS if rows == "stretches" else 0)
@@ -89,6 +96,7 @@ def run(args: argparse.Namespace) -> int:
     healthy, reason = _healthy_condition(args, kind, rig, chosen)
     if kind == "detector":
         chosen &= rig.target == healthy
+    chosen, left_out = leave_out_silent(args.table, rig, rows, chosen, args.outputs or 1)
     # The windows may take half of the memory, so they are not copied without need.
     X = rig.pop("data")
     X = X if chosen.all() else X[chosen]
@@ -122,8 +130,15 @@ def run(args: argparse.Namespace) -> int:
     print(rig.DESCR)
     if (errors != "").any():
         print(f"{np.sum(errors != '')} {rows} left out: {errors[errors != ''][0]}")
+    print(*left_out, sep="\n", end="\n" * len(left_out))
     print(f"{rows.capitalize()} of {X.shape[-1]} samples, {seconds:.3g} s at {rate:g} Hz{turns}")
     print(counts.to_string())
+    slowest = None if rpm is None else rpm.min()
+    if kind == "stretches" and (reason := why_no_orders(X.shape[-1], rate, slowest)):
+        notes.append(f"Note: {reason}")
+    is_asked = args.window_length or args.hop or args.max_windows or args.diagnoser in DIAGNOSERS
+    if rows == "windows" and not is_asked:
+        notes.append(why_windows(rig, X.shape[-1], _SECONDS, _TURNS))
     notes = [*_roles(recordings[0], args.outputs or 1), *notes]
     print(f"Healthy: {healthy or 'none'} ({reason})", *notes, sep="\n")
     if healthy is not None:

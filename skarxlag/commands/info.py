@@ -14,9 +14,11 @@ from ..fault_classifier import FaultOrderClassifier
 from ..fusion import SensorFusion
 from ..recordings.files import list_channels
 from ..recordings.listing import ListedRecording
+from ..speeds import LEAST_TURNS
 from .arguments import flag
 from .messages import as_command_error
 from .models import SavedModel, is_model_file
+from .refused_rows import compares_orders
 from .results import records
 
 #: Units of facts.
@@ -73,10 +75,22 @@ def limits(model: SavedModel) -> list[str]:
         "The sampling rate of recordings cannot be checked.": model.sampling_rate is None,
     }
     found = [sentence for sentence, holds in cases.items() if holds]
+    found += _order_limits(model)
     if facts.get("n_windows") and facts.get("false_alarm_rate"):
         n_healthy, rate = facts["n_windows"][0], facts["false_alarm_rate"]
         found += few_rows(f"{n_healthy} healthy {model.rows}", n_healthy, rate / can.n_outputs)
     return found
+
+
+def _order_limits(model):
+    """Yield below which speed a stretch is too short for order spectra, or that it always is."""
+    if not compares_orders(model.diagnoser):
+        if model.facts["diagnoser"] == "stretches" and not model.can.is_stretch:
+            yield "It compares no order spectra, because its stretches are too short."
+    elif model.sampling_rate is not None and model.window_length is not None:
+        lowest = 60 * LEAST_TURNS * model.sampling_rate / model.window_length
+        needs = f"a stretch needs {LEAST_TURNS} turns"
+        yield f"It compares no order spectra below {lowest:.3g} rpm: {needs}."
 
 
 def limits_basis(model: Any, rows: str) -> str:

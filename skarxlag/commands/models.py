@@ -26,6 +26,7 @@ from ..verdict_names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
 from ..verdicts import HOLD, HOLD_FOR_RECORDED, Judge
 from .diagnosis import Diagnosis, cancelled
 from .messages import CommandError, as_command_error, listed, printable
+from .refused_rows import compares_orders, why_no_orders
 
 #: Titles and makers of the diagnosers that `evaluate` compares, in the order of its tables.
 DIAGNOSERS = {
@@ -136,6 +137,10 @@ class SavedModel:
             remarks.append(f"No comb of bearing {self.facts['bearing']} shows a fault.")
         if sampling_rate is None and self.sampling_rate is not None:
             remarks.append(f"No sampling rate is stated; {self.sampling_rate:g} Hz was assumed.")
+        slowest = windows["rpm"].min() if "rpm" in windows else recording.rpm
+        reason = why_no_orders(length, sampling_rate or self.sampling_rate, slowest)
+        if reason and compares_orders(self.diagnoser):
+            remarks.append(reason)
         if recording.rpm is None and self.can.is_stretch and self.train_rpm:
             remarks.append("The speed is not stated. Speeds near those of fit were searched.")
         return Diagnosis(verdict, windows, sampling_rate, remarks)
