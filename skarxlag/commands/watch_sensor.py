@@ -1,6 +1,7 @@
 """Sensors of ``skarxlag watch``: they start, fail, are tried again, and get other models."""
 
 import argparse
+import os
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -80,8 +81,10 @@ class Sensor:
         self.problem: str | None = None
         self.has_ended = False
         self._models, self._is_alone = models, is_alone
-        path = args.model if args.source == "-" else Path(args.source)
-        self._lines = SensorLines(args, args.sensor or path.stem)
+        path = args.model if args.source == "-" else args.source
+        # The path of a folder may be a dot.
+        name = args.sensor or Path(os.path.abspath(path)).stem
+        self._lines = SensorLines(args, name)
         self._stream: SensorStream | None = None
         self._memory: Memory | None = None
         self._look_at = 0.0

@@ -307,6 +307,14 @@ def test_an_alarm_is_acknowledged_while_it_is_watched(run, plant, during):
     assert later["alarm"] is False and later["alarm_state"] == "off"
 
 
+def test_a_sensor_has_the_name_of_its_folder(run, two_models, tmp_path, monkeypatch):
+    (tmp_path / "pump").mkdir()
+    np.save(tmp_path / "pump" / "1.npy", sound("good", WINDOW, 3))
+    monkeypatch.chdir(tmp_path / "pump")
+    _, out, _ = run("watch", two_models[0], ".", *IDLE)
+    assert of_kind(out).keys() == {"pump"}
+
+
 def test_latching_needs_a_state(run, plant):
     code, _, err = run("watch", plant, "--latch")
     assert code == 2 and "argument --latch: needs --state" in err
