@@ -99,7 +99,7 @@ def shell(tmp_path):
 
     def run(script):
         command = ["bash", "-e", "-o", "pipefail", "-c", script]
-        options = {"cwd": tmp_path, "env": environment, "timeout": 300}
+        options = {"cwd": tmp_path, "env": environment, "timeout": 600}
         return subprocess.run(command, capture_output=True, text=True, **options)
 
     return run
@@ -379,33 +379,50 @@ def test_example_of_a_line(run, piped, tmp_path):
 
 def builder():
     """A program that builds images and has the one that ours begins with, or why there is none."""
-    name = next(filter(shutil.which, ["docker", "podman"]), None)
-    if name is None:
-        return None, "no builder of images"
     image = re.match(r"FROM (\S+)", block("plant", "FROM"))[1]
-    for command in (["info"], ["pull", image]):
-        done = subprocess.run([name, *command], capture_output=True, text=True, timeout=300)
-        if done.returncode != 0:
-            return None, f"{name} {command[0]}: {done.stderr.strip()[-200:]}"
-    return name, ""
+    reason = "no builder of images"
+    for name in filter(shutil.which, ["docker", "podman"]):
+        for command in (["info"], ["pull", image]):
+            done = subprocess.run([name, *command], capture_output=True, text=True, timeout=300)
+            if done.returncode != 0:
+                reason = f"{name} {command[0]}: {done.stderr.strip()[-200:]}"
+                break
+        else:
+            return name, ""
+    return None, reason
 
 
 @needs_bash
 @pytest.mark.slow
 def test_image(shell, plant):
-    """The image is built, and watches the plant."""
+    """The image is built, and watches the plant. Its name and its volume are those of the test."""
     name, reason = builder()
     if name is None:
         pytest.skip(reason)
-    recipe = plant / "Dockerfile"
-    recipe.write_text(block("plant", "FROM"))
+    (plant / "Dockerfile").write_text(block("plant", "FROM"))
+    (plant / "plant.csv").write_text(block("plant", "name,source,model"))
+    # The user of the container is another one.
+    plant.chmod(0o755)
     build, watch = block("plant", "docker build").splitlines()
-    build = build.removesuffix(".") + f"-f {recipe} {ROOT}"
-    watch = local(watch, plant).replace(f"{plant}:{plant}", f"{plant}:/etc/skarxlag")
-    for command in (build, f"{watch} --idle 3"):
-        found = shell(command.replace("docker", name, 1))
+    assert build == "docker build -t skarxlag ."
+    places = {
+        "docker run": f"{name} run",
+        "-v /etc/skarxlag:": f"-v {plant}:",
+        "-v /data:": f"-v {plant}/data:",
+        "-v skarxlag:/state skarxlag": "-v /state skarxlag-test",
+    }
+    for place, other in places.items():
+        assert watch.count(place) == 1
+        watch = watch.replace(place, other)
+    try:
+        found = shell(f"{name} build -t skarxlag-test -f {plant}/Dockerfile {ROOT}")
         assert found.returncode == 0, found.stderr
-    assert '"sensor": "pump-7"' in found.stdout
+        found = shell(f"{watch} --idle 3")
+        assert found.returncode == 0, found.stderr
+        lines = [json.loads(line) for line in found.stdout.splitlines()]
+        assert {line["sensor"] for line in lines} == {"pump-7", "blower 2"}
+    finally:
+        subprocess.run([name, "rmi", "skarxlag-test"], capture_output=True)
 
 
 def test_what_the_image_is_built_from():
