@@ -21,8 +21,9 @@ from typing import Any
 
 from ..recordings.listing import channel_names
 from .arguments import flag, option, positive_int, positive_number, speed_or_source
-from .messages import UsageError, as_command_error
+from .messages import CommandError, UsageError, as_command_error
 from .models import is_model_file
+from .watch_lines import OutputError
 from .watch_table import Plant
 
 
@@ -77,6 +78,8 @@ def run(args: argparse.Namespace) -> int:
     with as_command_error(), _stop_signals() as signals:
         try:
             plant.follow(signals)
+        except OutputError as error:
+            raise CommandError(f"standard output: {error}") from error
         finally:
             plant.save()
     return int(plant.finish())

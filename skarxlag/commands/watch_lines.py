@@ -21,6 +21,10 @@ _DATES = (1e8, 4e9)
 _ON = ("on", "latched")
 
 
+class OutputError(Exception):
+    """Standard output that cannot be written, which no sensor is the reason of."""
+
+
 class SensorLines:
     """Lines of one sensor, also while it cannot be watched.
 
@@ -104,7 +108,13 @@ class SensorLines:
         line["model"] = self._model and self._model.short_identity
         line |= fields
         unknown = [n for n, v in line.items() if isinstance(v, float) and not math.isfinite(v)]
-        print(json.dumps(line | dict.fromkeys(unknown), allow_nan=False), flush=True)
+        text = json.dumps(line | dict.fromkeys(unknown), allow_nan=False)
+        try:
+            print(text, flush=True)
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            raise OutputError(error) from error
 
 
 def _iso_date(seconds):

@@ -94,6 +94,11 @@ class Sensor:
         """Whether a later run can continue after the last block."""
         return self._stream is None or self._stream.is_at_place
 
+    @property
+    def is_pipe(self) -> bool:
+        """Whether the source is open and cannot be opened again."""
+        return self._stream is not None and not self._stream.can_reopen
+
     def look(self) -> None:
         """Start to watch; if the file of the model has changed, exchange the model."""
         self._look_at = time.monotonic() + self.args.retry
@@ -113,7 +118,7 @@ class Sensor:
             self._report(error)
             return
         if self.problem is not None:
-            self._say("watched again")
+            self.say("watched again")
             self.problem = None
 
     def step(self) -> bool:
@@ -145,7 +150,7 @@ class Sensor:
         if str(error) != self.problem:
             self.problem = str(error)
             kept = "" if self._stream is None else "; the model before is used"
-            self._say(f"error: {error}{kept}; tried again every {self.args.retry:g} s")
+            self.say(f"error: {error}{kept}; tried again every {self.args.retry:g} s")
 
     def save(self) -> None:
         """Save the state. If it cannot be written, the states of the others still are."""
@@ -155,7 +160,7 @@ class Sensor:
                     self._stream.save()
         except CommandError as error:
             self.problem = str(error)
-            self._say(f"error: {error}")
+            self.say(f"error: {error}")
 
     def finish(self) -> None:
         """Print the summary."""
@@ -163,5 +168,6 @@ class Sensor:
             self._stream.close()
             self._stream.say(self._stream.summary())
 
-    def _say(self, text):
+    def say(self, text: str) -> None:
+        """Print a line to standard error, after the name of the sensor if the user stated one."""
         say(text if self.args.sensor is None else f"{self.args.sensor}: {text}")

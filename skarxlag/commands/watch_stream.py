@@ -56,6 +56,8 @@ class SensorStream:
         The model.
     is_at_place : bool
         Whether a later run can continue after the last block.
+    can_reopen : bool
+        Whether the source is a file or a folder, no pipe or device.
     """
 
     def __init__(
@@ -75,6 +77,7 @@ class SensorStream:
         if not is_stdin and not path.exists():
             raise CommandError(f"{path}: no such file or folder")
         self._is_folder = not is_stdin and path.is_dir()
+        self.can_reopen = self._is_folder or (not is_stdin and path.is_file())
         if model.can.needs_rpm and not (args.rpm or args.rpm_column or self._is_folder):
             fitted = f"{args.model} was fitted at {listed(model.train_rpm)} rpm"
             raise UsageError(f"argument --rpm: needed, {fitted}")
@@ -172,16 +175,14 @@ class SensorStream:
         n_channels = self.model.n_channels
         if model.n_channels != n_channels:
             raise CommandError(f"{model.path}: {model.n_channels} channels, expected {n_channels}")
-        is_stdin = self._args.source == "-"
-        is_reopened = self._is_folder or (not is_stdin and Path(self._args.source).is_file())
-        if not is_reopened and not rates_agree(self._rate, model.sampling_rate):
+        if not self.can_reopen and not rates_agree(self._rate, model.sampling_rate):
             found = f"sampled at {model.sampling_rate:g} Hz, expected {self._rate:g} Hz"
             raise CommandError(f"{model.path}: {found}")
-        opened = None if is_reopened else self
+        opened = None if self.can_reopen else self
         summary = self.summary()
         stream = type(self)(self._args, model, self._lines, self.memory(), opened)
         self.say(f"Before the exchange of the model: {summary}")
-        if is_reopened:
+        if self.can_reopen:
             self.close()
         return stream
 
@@ -274,7 +275,8 @@ class SensorStream:
             return None
         length = self.model.window_length
         seconds = ((n - 1) * (self._args.hop or length) + length) / self._rate
-        delay = f"{n} windows in a row that exceed the healthy limits ({seconds:.3g} s of signal)"
+        windows = f"{n} windows in a row that exceed the healthy limits"
+        delay = f"{windows} ({seconds:.3g} s of signal, plus its pauses)"
         mean = f"{float(f'{hours:.3g}'):g} h of signal"
         return f"Alarm: after {delay}. Mean time between false alarms: {mean}."
 

@@ -19,15 +19,16 @@ class ListedSensor(NamedTuple):
 
     Parameters
     ----------
-    name : str
-        Name of the sensor; of a line without a unique name, the number of the line.
+    key : str
+        Name of the sensor; of a line without a unique name, its number after a slash, which no name
+        contains.
     args : argparse.Namespace
         Arguments of the command for the sensor.
     mistake : str or None
         Why the line cannot be used.
     """
 
-    name: str
+    key: str
     args: argparse.Namespace
     mistake: str | None
 
@@ -59,7 +60,7 @@ def listed_sensors(args: argparse.Namespace) -> list[ListedSensor]:
 
 def _listed(args, row, line, is_repeated):
     path, name, source = args.model, row["name"], row["source"]
-    where, mistake = f"{path}, {line}", None
+    key, where, mistake = name, f"{path}, {line}", None
     own: dict[str, Any] = {"sensor": name, "model": path.parent / row["model"]}
     own["source"] = str(path.parent / source)
     own["state"] = args.state and args.state / f"{name}.json"
@@ -67,7 +68,7 @@ def _listed(args, row, line, is_repeated):
         own["channel"] = channel_names(row["channel"])
     if not name or Path(name).name != name or is_repeated:
         mistake = f"{where}: name {name!r}, expected a unique name without slashes"
-        name = own["sensor"] = line
+        key, own["sensor"] = f"/{line}", line
     elif source in ("", "-"):
         mistake = f"{where}: source {source!r}, expected a file or a folder"
     elif not row["model"]:
@@ -77,7 +78,7 @@ def _listed(args, row, line, is_repeated):
             own["rpm"] = speed_facts(where, rpm)
         except ValueError as error:
             mistake = str(error)
-    return ListedSensor(name, argparse.Namespace(**vars(args) | own), mistake)
+    return ListedSensor(key, argparse.Namespace(**vars(args) | own), mistake)
 
 
 class Plant:
@@ -106,21 +107,25 @@ class Plant:
 
     def _read(self):
         """Read the table, and start, restart or end sensors by their lines."""
-        self._look_at = time.monotonic() + self._args.retry
-        self._version = file_version(self._args.model)
+        version = file_version(self._args.model)
         listed = listed_sensors(self._args)
         _check_pulses(self._args, [each.args for each in listed])
-        lines = {each.name: each for each in listed}
-        for name, sensor in [*self._sensors.items()]:
-            line = lines.get(name)
+        lines = {each.key: each for each in listed}
+        for key, sensor in [*self._sensors.items()]:
+            line = lines.get(key)
             if line is not None and (sensor.args, sensor.mistake) == line[1:]:
-                del lines[name]
+                del lines[key]
+            elif line is not None and sensor.is_pipe:
+                sensor.say("a pipe or a device cannot be opened again; its line was not read")
+                del lines[key]
             else:
                 sensor.save()
                 sensor.finish()
-                del self._sensors[name]
+                del self._sensors[key]
         for line in lines.values():
-            self._sensors[line.name] = Sensor(line.args, self._models, mistake=line.mistake)
+            self._sensors[line.key] = Sensor(line.args, self._models, mistake=line.mistake)
+        self._version = version
+        self._look_at = time.monotonic() + self._args.retry
 
     def _look(self):
         """Read the table if it has changed."""

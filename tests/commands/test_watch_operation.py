@@ -123,6 +123,25 @@ def test_a_sensor_that_cannot_be_watched_does_not_keep_the_others_from_it(
         assert beat["verdict"] is beat["alarm"] is beat["healthy"] is None
 
 
+@pytest.mark.parametrize("content", [b"damaged", b'{"format": "skarxlag monitor 1"}'])
+def test_a_state_that_cannot_be_read_concerns_its_sensor(run, plant, content):
+    states = plant.parent / "states"
+    states.mkdir()
+    (states / "b.json").write_bytes(content)
+    code, out, err = run("watch", plant, *IDLE, *LOOK, "--state", states)
+    assert code == 1 and of_kind(out).keys() == {"a", "c"}
+    assert err.count("b: error: ") == 1 and "b.json: no state of a monitor" in err
+    assert (states / "b.json").read_bytes() == content
+
+
+def test_a_sensor_is_not_tried_again_too_soon(run, plant, during):
+    change(plant, source=["0.csv", "later.csv", "2.csv"])
+    log = lines_of(sound("good", WINDOW, 5))
+    during(lambda: (plant.parent / "later.csv").write_bytes(log))
+    code, out, err = run("watch", plant)
+    assert code == 1 and of_kind(out).keys() == {"a", "c"} and "tried again every 60 s" in err
+
+
 def test_lines_of_equal_names_are_both_refused(run, plant):
     change(plant, name=["a", "b", "a"])
     code, out, err = run("watch", plant, *IDLE)
@@ -193,6 +212,43 @@ def test_lines_of_the_table_are_corrected_added_changed_and_removed(run, plant, 
     assert [line.split(":")[0] for line in err.splitlines() if "600 samples" in line] == [
         *("c", "d", "a", "b", "d"),
     ]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes")
+def test_a_pipe_is_not_opened_again_if_its_line_changes(run, plant, during):
+    os.mkfifo(plant.parent / "pipe")
+    change(plant, source=["0.csv", "pipe", "2.csv"])
+    pipe = os.open(plant.parent / "pipe", os.O_RDWR)
+    os.write(pipe, lines_of(sound("good", WINDOW, 5)))
+
+    def append():
+        os.write(pipe, lines_of(sound("good", WINDOW, 6)))
+
+    during(lambda: None, lambda: change(plant, rpm=901), append)
+    code, out, err = run("watch", plant, *LOOK)
+    os.close(pipe)
+    assert code == 0 and [(v["start"], v["rpm"]) for v in of_kind(out)["b"]] == [
+        (0, 900),
+        (200, 900),
+    ]
+    assert err.count("b: a pipe or a device cannot be opened again; its line was not read") == 1
+    assert [v["rpm"] for v in of_kind(out)["a"]] == [900] * 3 + [901] * 3
+
+
+def test_a_table_that_stays_damaged_is_a_problem(run, plant, during):
+    during(lambda: plant.write_text("what\n"), *[lambda: None] * 5)
+    code, out, err = run("watch", plant, *LOOK)
+    assert code == 1 and err.count("the sensors are watched as before") == 1
+    assert {name: len(found) for name, found in of_kind(out).items()} == {"a": 3, "b": 3, "c": 3}
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no full device")
+def test_an_output_that_is_full_ends_the_command(plant):
+    command = [sys.executable, "-m", "skarxlag", "watch", plant, "--idle", "1"]
+    with open("/dev/full", "w") as full:
+        found = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, timeout=300)
+    assert found.returncode == 1 and b"standard output: [Errno 28]" in found.stderr
+    assert b"Traceback" not in found.stderr and b"tried again" not in found.stderr
 
 
 @pytest.mark.parametrize("is_running", [True, False])
@@ -326,7 +382,7 @@ def test_the_delay_of_the_alarm_is_chosen_and_printed(run, two_models, piped, de
     code, out, err = run("watch", two_models[0], "-", "--alarm-delay", delay)
     (found,) = of_kind(out).values()
     assert code == 0 and [line["alarm"] for line in found].index(True) == delay - 1
-    seconds = f"({0.2 * delay:g} s of signal)"
+    seconds = f"({0.2 * delay:g} s of signal, plus its pauses)"
     assert f"Alarm: after {delay} windows in a row that exceed the healthy limits {seconds}" in err
 
 
