@@ -79,7 +79,7 @@ class Sensor:
     ) -> None:
         self.args, self.mistake = args, mistake
         self.problem: str | None = None
-        self.has_ended = False
+        self.has_ended = self._is_mended = False
         self._models, self._is_alone = models, is_alone
         path = args.model if args.source == "-" else args.source
         # The path of a folder may be a dot.
@@ -112,14 +112,11 @@ class Sensor:
             elif model.identity != self._stream.model.identity:
                 self._stream = self._stream.with_model(model)
             self._models.announce(self._stream)
+            self._is_mended = True
         except (CommandError, UsageError) as error:
             if self._is_alone and self._stream is None:
                 raise
             self._report(error)
-            return
-        if self.problem is not None:
-            self.say("watched again")
-            self.problem = None
 
     def step(self) -> bool:
         """Process the next block, and return whether there was one."""
@@ -133,6 +130,7 @@ class Sensor:
                         self._stream.acknowledge()
                     found = self._stream.step()
                 self.has_ended, is_news = found is None, bool(found)
+                self._note_success(is_news)
             except CommandError as error:
                 if self._is_alone:
                     raise
@@ -145,8 +143,16 @@ class Sensor:
         self._lines.beat(self.problem)
         return is_news
 
+    def _note_success(self, is_news):
+        """Print that a problem is over. A pipe that is open may still hold what cannot be read."""
+        is_over = self._is_mended and (is_news or not self.is_pipe)
+        if self.problem is not None and is_over:
+            self.problem = None
+            self.say("watched again")
+
     def _report(self, error):
         """Print a problem when it begins, not at each attempt."""
+        self._is_mended = False
         if str(error) != self.problem:
             self.problem = str(error)
             kept = "" if self._stream is None else "; the model before is used"

@@ -1,11 +1,13 @@
 """Sensors that fail, are mended and get other models while ``watch`` runs."""
 
+import contextlib
 import itertools
 import json
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import numpy as np
@@ -233,6 +235,30 @@ def test_a_pipe_is_not_opened_again_if_its_line_changes(run, plant, during):
     ]
     assert err.count("b: a pipe or a device cannot be opened again; its line was not read") == 1
     assert [v["rpm"] for v in of_kind(out)["a"]] == [900] * 3 + [901] * 3
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes")
+def test_a_pipe_of_other_channels_is_tried_again_without_a_thread_for_each_attempt(
+    run, plant, during
+):
+    os.mkfifo(plant.parent / "pipe")
+    change(plant, source=["0.csv", "pipe", "2.csv"])
+    pipe = os.open(plant.parent / "pipe", os.O_RDWR | os.O_NONBLOCK)
+    pieces, n_before = [], threading.active_count()
+
+    def append():
+        with contextlib.suppress(BlockingIOError):
+            pieces.append(os.write(pipe, b"1.0,2.0\n" * 200))
+
+    during(*[append] * 20)
+    code, _, err = run("watch", plant, *LOOK)
+    for _ in range(100):
+        # Those that wait for the pipe end with what it holds next.
+        append()
+        threading.Event().wait(0.01)
+    assert code == 1 and err.count("b: error: ") == 1 and "2 channels, expected 1" in err
+    assert len(pieces) > 20 and threading.active_count() <= n_before + 1
+    os.close(pipe)
 
 
 def test_a_table_that_stays_damaged_is_a_problem(run, plant, during):
