@@ -119,6 +119,10 @@ PARTS = {
         "-m benchmarks.monitoring.sensors --write docs/plant.md",
         {"docs/plant.md": ("sensors in one process",)},
     ),
+    "bearings": Part(
+        "-m benchmarks.pages.bearings --write docs/bearings.md",
+        {"docs/bearings.md": ("bearings",)},
+    ),
     "formats": Part(
         "-m benchmarks.pages.formats --write docs/recordings.md",
         {"docs/recordings.md": ("file formats",)},
