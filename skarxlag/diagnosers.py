@@ -148,6 +148,11 @@ def make_diagnoser(
         Steps "identify", "measure", "compare" and "decide"; with a sampling rate "identify",
         "compare" and "decide"; with a bearing "identify" and "decide".
 
+    Raises
+    ------
+    ValueError
+        If `bearing` is given without `sampling_rate`.
+
     Examples
     --------
     >>> import numpy as np
@@ -172,6 +177,8 @@ def make_diagnoser(
     >>> diagnoser.predict(X_500, rpm=[500, 500])
     array(['healthy', 'worn'], dtype='<U7')
     """
+    if bearing is not None and sampling_rate is None:
+        raise ValueError(f"bearing == {bearing!r} needs a sampling_rate in Hz, which is missing.")
     residual = window_comparison(n_jobs)
     if sampling_rate is not None:
         orders = OrderResidual(sampling_rate=sampling_rate, n_jobs=n_jobs)

@@ -1,5 +1,6 @@
 import gc
 import os
+import re
 import subprocess
 import sys
 
@@ -93,6 +94,33 @@ def test_control_c_ends_without_a_traceback(monkeypatch, capsys):
     monkeypatch.setattr("skarxlag.commands.diagnose.run", interrupted)
     assert main(["diagnose", "m", "x"]) == 130
     assert capsys.readouterr().err.strip() == "skarxlag diagnose: interrupted"
+
+
+#: A module that sends Ctrl-C to its process as soon as one of the libraries is imported.
+INTERRUPTER = """
+import os, signal, sys
+
+class Interrupter:
+    def find_spec(self, name, path=None, target=None):
+        if name == os.environ["INTERRUPT_AT"]:
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupter())
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="Windows sends Ctrl-C to a whole group of processes")
+@pytest.mark.parametrize("library", ["numpy", "scipy", "sklearn", "sklearn.pipeline"])
+@pytest.mark.parametrize("command", [["fit", "x.csv"], ["diagnose", "m.skops", "x.npy"]])
+def test_control_c_during_imports_ends_with_one_line(tmp_path, library, command):
+    (tmp_path / "sitecustomize.py").write_text(INTERRUPTER)
+    paths = [str(tmp_path), os.path.dirname(os.path.dirname(skarxlag.__file__))]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths), "INTERRUPT_AT": library}
+    arguments = [sys.executable, "-m", "skarxlag", *command]
+    found = subprocess.run(arguments, capture_output=True, text=True, env=environment)
+    assert found.returncode == 130 and found.stdout == ""
+    assert re.fullmatch(r"skarxlag( fit| diagnose)?: interrupted", found.stderr.strip())
 
 
 @pytest.mark.parametrize(
