@@ -268,8 +268,9 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
     ----------
     path : str or path-like
         As in `read_recording_table`.
-    **stated : pattern, channel, sampling_rate, dtype
-        As in `list_files`; not for a table.
+    **stated : pattern, channel, sampling_rate, rpm, dtype
+        As in `list_files`. With a table, they hold for the lines that do not state the fact, and a
+        pattern is an error.
 
     Returns
     -------
@@ -279,15 +280,17 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
     Raises
     ------
     FileNotFoundError, ValueError
-        As in `read_recording_table`, if the list itself is wrong.
+        As in `read_recording_table`, if the list itself is wrong. `UnusedFactError` if each line
+        of a table states a fact itself.
     """
     if is_file_source(path):
         return list_files(path, **stated)
-    for name, value in stated.items():
-        if value is not None:
-            raise ValueError(f"{name}={value!r} is for a folder or a glob; {path} is a table")
+    stated = {name: value for name, value in stated.items() if value is not None}
+    if "pattern" in stated:
+        pattern = stated["pattern"]
+        raise ValueError(f"pattern={pattern!r} is for a folder or a glob; {path} is a table")
     path = Path(path)
-    table = _read_table(path)
+    table = _read_table(path, has_speed="rpm" in stated or "speed_source" in stated)
     repeated = table["path"].duplicated(keep=False)
     listed = []
     for line, row in zip(table.index, table.to_dict("records"), strict=True):
@@ -298,10 +301,46 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
             facts["speed_source"] = str(path.parent / source)
         name = f"{row['path']}:{row['channel']}" if repeated[line] else row["path"]
         listed.append(ListedRecording(where, name, path.parent / row["path"], **facts))
-    return listed
+    return _filled(path, listed, stated)
 
 
-def _read_table(path):
+class UnusedFactError(ValueError):
+    """Error on a fact that holds for no recording, because each states it itself.
+
+    Parameters
+    ----------
+    source : Path
+        The table.
+    name : str
+        Name of the fact.
+    value : object
+        Its value.
+    """
+
+    def __init__(self, source: Path, name: str, value: Any) -> None:
+        self.source, self.name = source, name
+        super().__init__(f"{name}={value!r} has no effect: each line of {source} states it")
+
+
+def _filled(source, listed, stated):
+    """Return the recordings with the facts that their lines do not state."""
+    needs = [_unstated(entry, stated) for entry in listed]
+    for name, value in stated.items():
+        if not any(name in own for own in needs):
+            shown = name.replace("speed_source", "rpm")
+            raise UnusedFactError(source, shown, value)
+    return [replace(entry, **own) for entry, own in zip(listed, needs, strict=True)]
+
+
+def _unstated(entry, stated):
+    """Return the facts that a recording does not state."""
+    unknown = {name for name in ("channel", "sampling_rate", "dtype") if vars(entry)[name] is None}
+    if entry.rpm is None and entry.speed_source is None:
+        unknown |= {"rpm", "speed_source", "pulses_per_turn"}
+    return {name: value for name, value in stated.items() if name in unknown}
+
+
+def _read_table(path, has_speed=False):
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
     rows = read_texts(path, header=None, skip_blank_lines=False)
@@ -315,7 +354,8 @@ def _read_table(path):
         raise ValueError(f"{path}: lists no recording")
     if "channel" not in table:
         table = table.assign(channel="")
-    for name in table.columns.intersection(["path", "condition", "rpm"]):
+    needed = ["path", "condition"] if has_speed else ["path", "condition", "rpm"]
+    for name in table.columns.intersection(needed):
         for line in table.index[table[name] == ""]:
             raise ValueError(f"{path}, line {line}: {name} is empty")
     for line in table.index[table.duplicated(["path", "channel"])]:
