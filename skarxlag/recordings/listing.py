@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..speeds import pulse_speeds
 from .files import recording_blocks, recording_speed, recording_start
 from .formats import SUFFIXES
+from .formats._facts import HERTZ
 from .formats.text import distinct, number
 from .rates import NO_RATE, rates_agree
 from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, read_texts
@@ -22,6 +23,7 @@ from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, read_tex
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
 FACTS = ("condition", "rpm", "pulses_per_turn", "sampling_rate", "channel", "dtype")
 _COLUMNS = ("path", *FACTS)
+_RATE_UNIT = "sampling_rate_unit"
 
 
 @dataclass(frozen=True)
@@ -211,6 +213,10 @@ def _parsed(where, facts):
     known = {name: text for name, text in facts.items() if name in FACTS and text}
     for name in known.keys() & {"pulses_per_turn", "sampling_rate"}:
         known[name] = _positive(where, name, known[name])
+    if "sampling_rate" in known and (unit := facts.get(_RATE_UNIT)):
+        if (scale := HERTZ.get(unit.lower())) is None:
+            raise ValueError(f"{where}: {_RATE_UNIT} is {unit!r}, expected Hz or kHz")
+        known["sampling_rate"] *= scale
     if "rpm" in known:
         known |= speed_facts(where, known.pop("rpm"))
     if "channel" in known:
@@ -366,7 +372,7 @@ def _read_table(path, has_speed=False):
 def _column_name(name):
     """Return the name of a known column in any spelling, and any other name as it is."""
     plain = re.sub(r"[\s_-]+", "_", name.strip().lower())
-    return plain if plain in _COLUMNS else name.strip()
+    return plain if plain in (*_COLUMNS, _RATE_UNIT) else name.strip()
 
 
 def _check_columns(path, names):

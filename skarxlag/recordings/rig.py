@@ -49,8 +49,8 @@ def read_recording_table(
       called ``rpm``. ``tacho:CHANNEL`` takes it from the pulses of a tachometer in that channel; a
       csv file with the columns ``rpm`` and ``recording`` or ``time`` may state it, too.
     - ``pulses_per_turn``: pulses of the tachometer in a turn of the shaft; 1 if it is not stated.
-    - ``sampling_rate``: in Hz. Not needed if the file states it; if both do, they must agree
-      within 0.1 %.
+    - ``sampling_rate``: in Hz, or in the unit that a column ``sampling_rate_unit`` states, such as
+      kHz. Not needed if the file states it; if both do, they must agree within 0.1 %.
     - ``channel``: name, position or pattern of the channel, see :func:`read_recording`; several are
       separated by ``;``, the output first and then the inputs. Empty takes the only channel of the
       file.

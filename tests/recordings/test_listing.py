@@ -117,6 +117,16 @@ def test_a_fact_that_each_line_states_has_no_effect(tmp_path, name, value):
         list_recordings(table, **{name: value})
 
 
+def test_the_unit_of_a_stated_rate(tmp_path):
+    table = tmp_path / "table.csv"
+    lines = "path,sampling_rate,Sampling rate unit\na.npy,25.6,kHz\nb.npy,25600,Hz\nc.npy,5,\n"
+    table.write_text(lines)
+    assert [each.sampling_rate for each in list_recordings(table)] == [25_600, 25_600, 5]
+    table.write_text("path,sampling_rate,sampling_rate_unit\na.npy,25.6,kV\n")
+    with pytest.raises(ValueError, match=r"line 2: sampling_rate_unit is 'kV', expected Hz or kHz"):
+        list_recordings(table)
+
+
 @pytest.mark.skipif(not hasattr(os, "symlink"), reason="links")
 def test_folders_behind_links(folder, tmp_path_factory):
     elsewhere = tmp_path_factory.mktemp("elsewhere")
