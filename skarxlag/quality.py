@@ -10,7 +10,7 @@ from sklearn.utils import check_array
 
 from ._parallel import map_batches
 from ._state import expect
-from ._validation import ABOVE_0, check_real
+from ._validation import ABOVE_0, as_samples, check_real
 from .kernels.scaling import ROUNDING, largest
 from .speeds import speeds_of_rows
 
@@ -93,7 +93,7 @@ def signal_quality(
     Parameters
     ----------
     X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
-        Windows in any unit; NaN is allowed.
+        Windows in any unit; NaN is allowed, and so are masked samples, which count as NaN.
     sampling_rate : float, default=None
         In Hz, above 0. None does not look for hum.
     rpm : float, array-like of shape (n_windows,) or None, default=None
@@ -145,6 +145,7 @@ def signal_quality(
     """
     if sampling_rate is not None:
         check_real(sampling_rate, "sampling_rate", **ABOVE_0)
+    X = as_samples(X, "X")
     X = check_array(X, dtype=[np.float64, np.float32], allow_nd=True, ensure_all_finite=False)
     shapes = "(n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)"
     expect(X.ndim <= 3, "X.shape", X.shape, shapes)
