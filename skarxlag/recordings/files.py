@@ -271,7 +271,12 @@ def recording_start(path: Any, *, channel: Any = None, dtype: Any = None) -> flo
 
 
 def recording_blocks(
-    path: Any, n_samples: int | None = None, *, channel: Any = None, dtype: str | None = None
+    path: Any,
+    n_samples: int | None = None,
+    *,
+    channel: Any = None,
+    dtype: str | None = None,
+    stated_rate: float | None = None,
 ) -> Iterator[tuple[NDArray[Any], float | None]]:
     """Yield a recording block by block.
 
@@ -281,6 +286,8 @@ def recording_blocks(
         As in :func:`read_recording`.
     n_samples : int or None, default=None
         Samples of a block, at most, if the format can be read in parts. None: one block of all.
+    stated_rate : float or None, default=None
+        Sampling rate in Hz that is stated outside the file.
 
     Yields
     ------
@@ -294,4 +301,4 @@ def recording_blocks(
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`, when the block in question is reached.
     """
-    return _read(path, dtype, signal_blocks, channel, n_samples)
+    return _read(path, dtype, signal_blocks, channel, n_samples, stated_rate)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..speeds import pulse_speeds
 from .files import recording_blocks, recording_speed, recording_start
 from .formats import SUFFIXES
-from .formats._facts import HERTZ
+from .formats._facts import HERTZ, SECONDS
 from .formats.text import distinct, number
 from .rates import NO_RATE, rates_agree
 from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, read_texts
@@ -136,11 +136,11 @@ class ListedRecording:
         """
         stated = self.sampling_rate
         with self.named():
-            read = recording_blocks(self.path, n_samples, channel=self.channel, dtype=self.dtype)
-            for signal, known in read:
+            options = {"channel": self.channel, "dtype": self.dtype, "stated_rate": stated}
+            for signal, known in recording_blocks(self.path, n_samples, **options):
                 if not rates_agree(stated, known):
                     found = f"sampling_rate is {stated:g} Hz but the file states {known:g} Hz"
-                    raise ValueError(f"{self.path}: {found}")
+                    raise ValueError(f"{self.path}: {found}{_unit_advice(known / stated)}")
                 yield signal, known if stated is None else stated
 
     @contextmanager
@@ -153,6 +153,13 @@ class ListedRecording:
             if str(error).startswith(where):
                 raise
             raise type(error)(f"{where}: {error}") from error
+
+
+def _unit_advice(ratio):
+    """Return advice if two rates differ by the factor of a unit of time."""
+    scales = {name: 1 / SECONDS[name] for name in ("min", "h", "ms", "us")}
+    near = [name for name, scale in scales.items() if abs(ratio * scale - 1) < 0.01]
+    return f"; times in {near[0]} need the unit in their name: 'time ({near[0]})'" if near else ""
 
 
 def is_file_source(source: str | os.PathLike[str]) -> bool:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .formats._clock import DRIFT, Clock
 from .formats._contents import ContentError, choose_channel, choose_channels
 from .formats._facts import SECONDS, names_speed, names_times, seconds_of_dates
 from .formats.raw import frame_type
@@ -28,12 +29,8 @@ _AT_LINE_END = re.compile(rb"[;,][ \t\r]*(\n|$)")
 NO_TIMES = "none"
 #: Larger numbers of seconds are not times, and their sums might overflow.
 _LARGEST = 1e15
-#: Seconds of samples after which a time is stated again, and on which the rate is measured.
-_STATED_EVERY, _MEASURED_FOR = 1.0, 10.0
-#: Share by which the rate of the times may differ from the stated one, apart from rounding.
-_RATE_TOLERANCE = 0.01
-#: So many wrong steps in a row come from another sampling rate, not from a gap.
-_WRONG_STEPS = 10
+#: Seconds of samples after which a time is stated again.
+_STATED_EVERY = 1.0
 
 #: Names, positions or patterns of channels.
 Channels = str | Sequence[str] | None
@@ -153,7 +150,7 @@ class StreamTimes:
         self._column, self._rate, self._tolerance = column, sampling_rate, tolerance
         self._shortest = shortest
         # A clock drifts against the sampling rate, by less than the tolerance until it is stated.
-        self._every = sampling_rate * min(_STATED_EVERY, tolerance / (2 * _RATE_TOLERANCE))
+        self._every = sampling_rate * min(_STATED_EVERY, tolerance / (2 * DRIFT))
 
     def find(self, layout: TextLayout, rows: list[dict[str, str]], taken: list[str]) -> str | None:
         """Prepare for a source, and return the name of its column of times, None without one.
@@ -172,11 +169,9 @@ class StreamTimes:
         ContentError
             If the chosen column does not exist or has an unknown unit.
         """
-        # Place and time of the last sample of known time, and of that from which the rate is
-        # measured. Places count from the first sample of the source.
-        self._last = self._origin = None
-        self._stated = self._n_samples = self._n_wrong = 0
-        self._largest_step = 0.0
+        self._clock = Clock(self._rate, self._tolerance, self._shortest)
+        # Samples so far, and the last place, counted from the first, at which a time was stated.
+        self._n_samples, self._stated = 0, None
         if self._column is None:
             name = next((n for n in layout.names if names_times(n) and n not in taken), None)
         else:
@@ -229,48 +224,24 @@ class StreamTimes:
         Raises
         ------
         ContentError
-            If the times are those of another sampling rate.
+            If the times are those of another sampling rate, or stand still.
         """
-        cuts = {0: None}
-        for i, time in enumerate(times.tolist()):
-            is_first = self._last is None
-            if math.isfinite(time) and self._must_be_stated(self._n_samples + i, time):
+        found, cuts = self._clock.compare(times), {0: None}
+        if found.wrong is not None:
+            self._refuse(found.wrong)
+        columns = (found.places, found.seconds, found.is_break)
+        for i, time, is_break in zip(*map(np.ndarray.tolist, columns), strict=True):
+            place, is_first = self._n_samples + i, self._stated is None
+            if is_first or is_break or place - self._stated >= self._every:
                 # Unknown times before the first known one follow from it.
                 cuts |= {0: time - i / self._rate} if is_first else {i: time}
+                self._stated = place
         self._n_samples += len(times)
         for start, end in pairwise([*cuts, len(times)]):
             yield samples[:, start:end], cuts[start]
 
-    def _must_be_stated(self, place, time):
-        """Return whether a known time is the first, follows a leap, or is due after a pause."""
-        before, last = self._last or (place, math.nan)
-        # A time that is equal to the one before was rounded.
-        if time == last:
-            return False
-        n_samples, seconds = place - before, time - last
-        is_leap = not abs(seconds - n_samples / self._rate) <= self._tolerance
-        if is_leap:
-            self._n_wrong += self._last is not None
-            if self._n_wrong >= _WRONG_STEPS:
-                self._refuse(n_samples, seconds)
-            self._origin, self._largest_step = (place, time), 0.0
-        else:
-            self._largest_step, self._n_wrong = max(self._largest_step, abs(seconds)), 0
-            self._check_rate(place, time)
-        self._last = place, time
-        is_stated = is_leap or place - self._stated >= self._every
-        self._stated = place if is_stated else self._stated
-        return is_stated
-
-    def _check_rate(self, place, time):
-        n_samples, seconds = place - self._origin[0], time - self._origin[1]
-        allowed = _RATE_TOLERANCE * n_samples / self._rate + 2 * self._largest_step
-        if n_samples >= self._shortest and abs(seconds - n_samples / self._rate) > allowed:
-            self._refuse(n_samples, seconds)
-        if n_samples >= _MEASURED_FOR * self._rate:
-            self._origin, self._largest_step = (place, time), 0.0
-
-    def _refuse(self, n_samples, seconds):
+    def _refuse(self, wrong):
+        _, n_samples, seconds = wrong
         expected = f"{n_samples / self._rate:g} at {self._rate:g} Hz"
         found = f"{n_samples} samples take {seconds:g} s by their times, expected {expected}"
         advice = "a unit is missing as in 'time (ms)', or use --time-column none"
