@@ -31,6 +31,7 @@ from ..recordings.rig import cut_recordings, speeds_of_samples
 from ..speeds import LEAST_TURNS
 from . import arguments, messages
 from .arguments import BEARING, bearing, flag, option, positive_int, refuse
+from .channels import fitted_channels
 from .info import limits_basis
 from .messages import CommandError, UsageError, as_command_error, report_progress
 from .models import DIAGNOSERS, is_model_file, of_outputs
@@ -94,7 +95,7 @@ def run(args: argparse.Namespace) -> int:
     X = rig.pop("data")
     X = X if chosen.all() else X[chosen]
     y, rpm = rig.target[chosen], None if speeds is None else speeds[chosen]
-    rate, channels = float(rig.sampling_rate), np.atleast_1d(recordings[0].channel or [])
+    rate = float(rig.sampling_rate)
     report_progress(args, f"{len(X)} {rows}: fitting")
     with as_command_error(), parallel_config("threading", n_jobs=args.n_jobs):
         diagnoser = of_outputs(args, _make(args, kind, healthy, rate))
@@ -107,7 +108,7 @@ def run(args: argparse.Namespace) -> int:
         facts = {"diagnoser": kind, "rows": rows, "conditions": conditions, "healthy": healthy}
         facts |= {"train_rpm": _training_speeds(rig, chosen), "sampling_rate": rate}
         facts |= {"n_channels": 1 if X.ndim == 2 else X.shape[1], "window_length": X.shape[-1]}
-        facts |= {"channels": channels.tolist(), "n_windows": counts[rows].tolist()}
+        facts |= fitted_channels(recordings) | {"n_windows": counts[rows].tolist()}
         facts["n_recordings"] = counts["recordings"].tolist()
         facts |= {"false_alarm_rate": args.false_alarm_rate, "bearing": args.bearing}
         facts["saved"] = datetime.now(UTC).strftime("%Y-%m-%d")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .formats import find_format, read_file
 from .formats._facts import names_speed
 from .formats._isolation import isolated
-from .formats._signals import describe_channels, signal_blocks
+from .formats._signals import describe_channels, describe_chosen, signal_blocks
 from .speeds import SpeedProfile
 from .windows import block_length, cut_blocks
 
@@ -245,6 +245,29 @@ def recording_speed(
     if rate is None:
         return float(rpm.mean())
     return SpeedProfile((np.arange(len(rpm)) + 0.5) * n_mean / rate, rpm)
+
+
+def chosen_channels(
+    path: Any, *, channel: Any = None, dtype: Any = None
+) -> list[tuple[str, str | None]]:
+    """Return name and unit of each channel that `read_recording` reads.
+
+    Parameters
+    ----------
+    path, channel, dtype
+        As in :func:`read_recording`.
+
+    Returns
+    -------
+    list of tuple of str
+        The unit is None if the file states none.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError, ImportError
+        As in :func:`read_recording`.
+    """
+    return [*_read(path, dtype, describe_chosen, channel)]
 
 
 def recording_start(path: Any, *, channel: Any = None, dtype: Any = None) -> float | None:

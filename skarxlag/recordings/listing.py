@@ -17,6 +17,7 @@ from .files import recording_blocks, recording_speed, recording_start
 from .formats import SUFFIXES
 from .formats._facts import HERTZ, SECONDS
 from .formats.text import distinct, number
+from .monotonic import Direction
 from .rates import NO_RATE, rates_agree
 from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, read_texts
 
@@ -131,17 +132,23 @@ class ListedRecording:
         Raises
         ------
         FileNotFoundError, ImportError, ValueError
-            As there, and if the stated rate differs from the rate in the file. The message names
-            the entry.
+            As there; if the stated rate differs from the rate in the file; and, after the last
+            block, if the first channel only rises or only falls. The message names the entry.
         """
-        stated = self.sampling_rate
+        stated, direction = self.sampling_rate, Direction()
         with self.named():
             options = {"channel": self.channel, "dtype": self.dtype, "stated_rate": stated}
             for signal, known in recording_blocks(self.path, n_samples, **options):
                 if not rates_agree(stated, known):
                     found = f"sampling_rate is {stated:g} Hz but the file states {known:g} Hz"
                     raise ValueError(f"{self.path}: {found}{_unit_advice(known / stated)}")
+                direction.add(signal if signal.ndim == 1 else signal[0])
                 yield signal, known if stated is None else stated
+            if direction.is_monotonic:
+                chosen = self.channel if isinstance(self.channel, str) else None
+                found = "the channel" if chosen is None else f"channel {chosen!r}"
+                expected = "it holds times or a count, and is no signal; choose another channel"
+                raise ValueError(f"{self.path}: {found} only rises or only falls: {expected}")
 
     @contextmanager
     def named(self) -> Iterator[None]:

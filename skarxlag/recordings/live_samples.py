@@ -5,6 +5,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from itertools import pairwise
 from typing import Any
 
@@ -36,7 +37,12 @@ _STATED_EVERY = 1.0
 Channels = str | Sequence[str] | None
 
 
-def chosen_channels(names: list[str], channel: Channels, speed: str | None = None) -> list[str]:
+def chosen_channels(
+    names: list[str],
+    channel: Channels,
+    speed: str | None = None,
+    usual: Sequence[list[str]] = (),
+) -> list[str]:
     """Return the names of the chosen channels.
 
     Parameters
@@ -47,6 +53,9 @@ def chosen_channels(names: list[str], channel: Channels, speed: str | None = Non
         As in `read_recording`; None takes all but those of times and of shaft speeds.
     speed : str or None
         Channel of the shaft speed or of pulses, which comes last.
+    usual : sequence of list of str
+        Choices, of which the first that is possible is taken if `channel` is None and there are
+        more channels.
 
     Examples
     --------
@@ -60,6 +69,11 @@ def chosen_channels(names: list[str], channel: Channels, speed: str | None = Non
     if channel is None:
         signals = [name for name in names if not names_times(name) and not names_speed(name)]
         chosen = signals or names
+        for own in usual:
+            if len(own) < len([name for name in chosen if name != speed]):
+                with suppress(ContentError):
+                    chosen = choose_channels(names, own)
+                    break
     else:
         chosen = choose_channels(names, channel)
     if speed is None:
@@ -107,6 +121,8 @@ class RawSamples(_Samples):
         Chosen channels, in their order; None for all.
     speed : str or None
         Channel of the shaft speed or of pulses, which becomes the last row of the samples.
+    usual : sequence of list of str
+        As in `chosen_channels`.
 
     Attributes
     ----------
@@ -114,10 +130,21 @@ class RawSamples(_Samples):
         Bytes at the end that do not make a whole sample.
     """
 
-    def __init__(self, dtype: str, channel: Channels = None, speed: str | None = None) -> None:
+    def __init__(
+        self,
+        dtype: str,
+        channel: Channels = None,
+        speed: str | None = None,
+        usual: Sequence[list[str]] = (),
+    ) -> None:
         self._frame = frame_type(dtype)
-        self._names = chosen_channels(list(self._frame.names), channel, speed)
+        self._names = chosen_channels(list(self._frame.names), channel, speed, usual)
         super().__init__()
+
+    @property
+    def channels(self) -> list[tuple[str, str | None]]:
+        """Names of the channels, and None for their units."""
+        return [(name, None) for name in self._names]
 
     def parts(self, data: bytes, *, is_end: bool = False) -> Iterator[tuple[Any, float | None]]:
         """Yield samples of shape (n_channels, n_samples), and None for their time."""
@@ -264,6 +291,8 @@ class TextSamples(_Samples):
         Parser of the column of times.
     speed : str or None
         Column of shaft speeds or of pulses, which becomes the last row of the samples.
+    usual : sequence of list of str
+        As in `chosen_channels`.
 
     Attributes
     ----------
@@ -271,9 +300,22 @@ class TextSamples(_Samples):
         Lines and times that could not be read.
     """
 
-    def __init__(self, channel: Channels, times: StreamTimes, speed: str | None = None) -> None:
+    def __init__(
+        self,
+        channel: Channels,
+        times: StreamTimes,
+        speed: str | None = None,
+        usual: Sequence[list[str]] = (),
+    ) -> None:
         self._channel, self._times, self._speed = channel, times, speed
+        self._usual = usual
         super().__init__()
+
+    @property
+    def channels(self) -> list[tuple[str, str | None]]:
+        """Names and units of the channels, none before the first lines."""
+        layout = self._layout
+        return [(name, layout.units.get(name)) for name in self._chosen] if layout else []
 
     @property
     def advice(self) -> str:
@@ -355,7 +397,8 @@ class TextSamples(_Samples):
     def _choose_columns(self, rows):
         """Choose the columns, and make sure that they hold numbers."""
         layout, samples = self._layout, list(filter(None, map(self._by_name, rows)))
-        self._chosen = chosen_channels(layout.names, self._channel, self._speed)
+        options = self._channel, self._speed, self._usual
+        self._chosen = chosen_channels(layout.names, *options)
         self._time = self._times.find(layout, samples, self._chosen)
         if self._time in self._chosen and self._channel is None:
             self._chosen.remove(self._time)

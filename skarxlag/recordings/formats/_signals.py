@@ -49,7 +49,9 @@ def signal_blocks(
     chosen = {name: contents.channels[name] for name in names}
     _agreed("length, in samples", {name: each.length for name, each in chosen.items()})
     rate = _stated_by_file(chosen, stated_rate)
-    is_timed = axis is not None and any(map(axis.covers, chosen.values()))
+    is_timed = axis is not None and any(
+        each is axis.channel or axis.covers(each) for each in chosen.values()
+    )
     if is_timed:
         rate = _agreed_with_times(rate, axis)
         axis.begin(rate or stated_rate)
@@ -66,6 +68,13 @@ def signal_blocks(
         start += len(signals[0])
     if start == 0:
         raise ContentError(f"channel {names[0]!r} is empty")
+
+
+def describe_chosen(contents: Contents, channel: Any) -> Iterator[tuple[str, str | None]]:
+    """Yield name and unit of the channels that `signal_blocks` reads, in their order."""
+    axis = find_time_axis(contents) if channel is None else None
+    for name in _chosen_names(contents, channel, axis)[0]:
+        yield name, contents.channels[name].unit
 
 
 def describe_channels(contents: Contents, channel: Any = None) -> Iterator[dict[str, Any]]:
