@@ -3,6 +3,7 @@
 import difflib
 import os
 import re
+import unicodedata
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -235,6 +236,9 @@ def _parsed(where, facts):
         known |= speed_facts(where, known.pop("rpm"))
     if "channel" in known:
         known["channel"] = channel_names(known["channel"])
+    for name in known.keys() & {"condition", "specimen"}:
+        # The same letters may be one character or two, as in the names of files of macOS.
+        known[name] = unicodedata.normalize("NFC", known[name])
     return known | {"further": {name: text for name, text in facts.items() if name not in _COLUMNS}}
 
 
