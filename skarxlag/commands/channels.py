@@ -18,19 +18,32 @@ def fitted_channels(recordings: Sequence[ListedRecording]) -> dict[str, Any]:
     """Return facts of a model: its channels as they were stated, their names, and the unit.
 
     The names are those in the first recording for each way in which channels are stated. Of several
-    channels, they are separated by semicolons.
+    channels, they are separated by semicolons. The unit is None if recordings state several.
     """
     first = {str(each.channel): each for each in reversed(recordings)}
-    found = [
-        chosen_channels(each.path, channel=each.channel, dtype=each.dtype)
-        for each in first.values()
-    ]
-    units = {channels[0][1] and printable(channels[0][1]) for channels in found}
+    units = set(units_of(recordings))
     return {
         "channels": np.atleast_1d(recordings[0].channel or []).tolist(),
-        "channel_names": sorted({_joined(channels) for channels in found}),
+        "channel_names": sorted({_joined(_channels(each)) for each in first.values()}),
         "unit": units.pop() if len(units) == 1 else None,
     }
+
+
+def units_of(recordings: Sequence[ListedRecording]) -> list[str]:
+    """Return the different units of the first channels; none if the first recording states none."""
+    found: dict[str, str] = {}
+    for each in recordings:
+        unit = _channels(each)[0][1]
+        if unit is None and not found:
+            return []
+        if unit is not None:
+            found.setdefault(_plain(unit), printable(unit))
+    return list(found.values())
+
+
+def _channels(recording):
+    options = {"channel": recording.channel, "dtype": recording.dtype}
+    return chosen_channels(recording.path, **options)
 
 
 def channel_remarks(
@@ -78,7 +91,7 @@ def channels_of_model(facts: dict[str, Any]) -> list[list[str]]:
     """
     stated, names = facts.get("channels") or [], facts.get("channel_names") or []
     by_name = [names[0].split("; ")] if len(names) == 1 else []
-    return [*by_name, stated] if stated else []
+    return [*by_name, stated] if all(stated) and stated else []
 
 
 def _joined(channels):

@@ -31,7 +31,7 @@ from ..recordings.rig import cut_recordings, speeds_of_samples
 from ..speeds import LEAST_TURNS
 from . import arguments, messages
 from .arguments import BEARING, bearing, flag, option, positive_int, refuse
-from .channels import fitted_channels
+from .channels import fitted_channels, units_of
 from .info import limits_basis
 from .messages import CommandError, UsageError, as_command_error, report_progress
 from .models import DIAGNOSERS, is_model_file, of_outputs
@@ -120,7 +120,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"{np.sum(errors != '')} {rows} left out: {errors[errors != ''][0]}")
     print(f"{rows.capitalize()} of {X.shape[-1]} samples, {seconds:.3g} s at {rate:g} Hz{turns}")
     print(counts.to_string())
-    notes = [*_roles(recordings[0], args.outputs or 1), *notes]
+    notes = [*_roles(recordings[0], args.outputs or 1), *_units(recordings), *notes]
     print(f"Healthy: {healthy or 'none'} ({reason})", *notes, sep="\n")
     if healthy is not None:
         basis = limits_basis(companions.get("detector", diagnoser), rows)
@@ -201,6 +201,13 @@ def _roles(recording, n_outputs):
     if alike := [name for name in inputs if unit is not None and units[name] == unit]:
         names = ", ".join([outputs[0], *alike])
         yield f"Note: {names} have the unit {unit}. If the inputs are sensors, use --outputs."
+
+
+def _units(recordings):
+    """Yield a note on recordings of different units."""
+    units = units_of(recordings)
+    if len(units) > 1:
+        yield f"Note: the recordings have the units {', '.join(units)}. They must be one quantity."
 
 
 def _check_options(args, recordings):

@@ -170,6 +170,17 @@ def test_another_unit_is_said(run, plant, piped):
     assert "The unit" not in run("diagnose", model, same)[1]
 
 
+def test_units_that_differ_in_fit_are_said(run, plant):
+    write(plant / "worn_in_v.csv", "worn", 1, "time,acc_x,acc_y\ns,mm/s,g")
+    (plant / "units.csv").write_text("path,condition\ngood_in_g.csv,good\nworn_in_v.csv,worn\n")
+    options = ("--diagnoser", "diagnoser", "--window-length", WINDOW, "--channel", "acc_x")
+    path = plant / "units.skops"
+    code, out, _ = run("fit", plant / "units.csv", "-o", path, *options)
+    assert code == 0 and "Note: the recordings have the units g, mm/s." in out
+    assert load_diagnoser(path)[1]["unit"] is None
+    assert "the recordings have the units" not in fit(run, plant, "acc_x", suffix="_in_g")[2]
+
+
 def test_another_scale_changes_nothing(run, plant):
     """What the documentation says of units, for all makers but with --fixed-gain."""
     scaled = plant / "scaled"

@@ -41,9 +41,7 @@ def refused(path, message):
 
 
 @pytest.mark.parametrize("condition", ["worn", "good"])
-@pytest.mark.parametrize(
-    "name", ["./a.npz", "sub/../a.npz", "copy.npz", "link.npz", "hard.npz"]
-)
+@pytest.mark.parametrize("name", ["./a.npz", "sub/../a.npz", "copy.npz", "link.npz", "hard.npz"])
 def test_the_same_recording(folder, name, condition):
     (folder / "sub").mkdir()
     shutil.copy(folder / "a.npz", folder / "copy.npz")
