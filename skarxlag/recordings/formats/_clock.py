@@ -123,11 +123,15 @@ class Clock:
         is_break = np.abs(late) > self.tolerance
         if not self.may_fall:
             is_break = (late > self.tolerance) | (steps < 0)
-        wrong = [
-            self._all_wrong(where, n_steps, steps, is_break),
-            self._other_rate(where, seconds, steps, is_break),
-            self._standing(np.flatnonzero(np.isfinite(times)), places),
-        ]
+        wrong = [self._other_rate(where, seconds, steps, is_break)]
+        if is_break.any():
+            wrong.append(self._all_wrong(where, n_steps, steps, is_break))
+        elif len(places) > 0:
+            self._n_wrong = 0
+        if len(places) < len(times):
+            wrong.append(self._standing(np.flatnonzero(np.isfinite(times)), places))
+        elif len(times) > 0:
+            self._last_known = self._n_samples + len(times) - 1
         if len(places) > 0:
             self._last = int(where[-1]), float(seconds[-1])
         self._n_samples += len(times)
@@ -152,7 +156,7 @@ class Clock:
         place = np.arange(1, len(is_break) + 1)
         last_right = np.maximum.accumulate(np.where(is_break, -self._n_wrong, place))
         n_wrong = place - last_right
-        self._n_wrong = int(n_wrong[-1]) if len(n_wrong) else self._n_wrong
+        self._n_wrong = int(n_wrong[-1])
         bad = np.flatnonzero(n_wrong >= _WRONG_STEPS)
         if bad.size == 0:
             return None
