@@ -44,7 +44,9 @@ def read_recording(
 
     The file states its sampling rate in its format, in a single number named ``fs``,
     ``SampleRate``, ``dt`` or alike, or by a channel of times named ``time``, ``t`` or alike, whose
-    steps must be even. Times may be numbers, dates in ISO 8601, or dates with the day first.
+    steps must be even. A text such as ``fs_unit`` may state the unit of the number. Times may be
+    numbers, dates in ISO 8601, or dates with the day first; the sample of a missing time follows
+    the one before.
 
     A text file that was cut at the end of a line, or within the last number, looks like a whole
     one; every other damage raises an error. Formats with complicated parsers are read in another
@@ -79,9 +81,10 @@ def read_recording(
         If there is no such file.
     ValueError
         If the format is not known or the file cannot be read (damaged, truncated, pickled, far
-        larger when unpacked than a recording can be), if the channel is unknown or ambiguous, and
-        if its values are not numeric, complex, NaN or infinite, or of another length or sampling
-        rate than those of the other channels. The message names the file.
+        larger when unpacked than a recording can be), if the channel is unknown or ambiguous, if
+        its values are not numeric, complex, NaN or infinite, or of another length or sampling rate
+        than those of the other channels, if the file states several sampling rates, and if times
+        have gaps, fall, or change their rate by more than 1 %. The message names the file.
     ImportError
         If the library that the format needs is not installed. The message names the extra.
 

@@ -53,8 +53,10 @@ def signal_blocks(
         each is axis.channel or axis.covers(each) for each in chosen.values()
     )
     if is_timed:
-        rate = _agreed_with_times(rate, axis)
-        axis.begin(rate or stated_rate)
+        rate = _agreed_with_times(rate, axis, stated_rate)
+        # Times of another rate have a unit that is not known, and show no gaps.
+        is_usable = axis.sampling_rate is None or _is_near(axis.sampling_rate, rate, DRIFT)
+        axis.begin((rate or stated_rate) if is_usable else None)
         chosen.setdefault(axis.name, axis.channel)
     start = 0
     for block in contents.read(list(chosen), n_samples):
@@ -103,13 +105,18 @@ def _stated_by_file(chosen, stated_rate):
     return _agreed("sampling rates, in Hz", rates)
 
 
-def _agreed_with_times(rate, axis):
-    """Return the sampling rate by numbers and times in the file."""
+def _agreed_with_times(rate, axis, stated_rate):
+    """Return the sampling rate by numbers and times in the file, of which the user may choose."""
     by_times = axis.sampling_rate
-    if None not in (rate, by_times) and not _is_near(rate, by_times, DRIFT):
-        found = f"{rate:g} Hz, but its times {axis.name!r} state {by_times:g} Hz"
-        raise ContentError(f"the sampling rate is {found}")
-    return by_times if rate is None else rate
+    if rate is None or by_times is None:
+        return by_times if rate is None else rate
+    if _is_near(rate, by_times, DRIFT) or _is_near(rate, stated_rate, RATE_TOLERANCE):
+        return rate
+    if _is_near(by_times, stated_rate, RATE_TOLERANCE):
+        return by_times
+    found = f"{rate:g} Hz, but its times {axis.name!r} state {by_times:g} Hz"
+    expected = "expected one, or --sampling-rate to state which is right"
+    raise ContentError(f"the sampling rate is {found}; {expected}")
 
 
 def _is_near(value, other, tolerance):

@@ -154,6 +154,11 @@ def test_a_rate_in_the_file_comes_before_the_times(tmp_path):
     message = "the sampling rate is 2000 Hz, but its times 'time' state 1000 Hz"
     with pytest.raises(ValueError, match=message):
         read_recording(path, channel="y")
+    for rate in (1000.0, 2000.0):
+        ((_, decided),) = recording_blocks(path, channel="y", stated_rate=rate)
+        assert decided == rate
+    with pytest.raises(ValueError, match=message):
+        list(recording_blocks(path, channel="y", stated_rate=3000.0))
     np.savez(path, time=np.arange(N) / 1000 + np.repeat([0, 3], N // 2), y=Y, fs=1000)
     with pytest.raises(ValueError, match=r"not evenly spaced: 3\.001 s before sample 300"):
         read_recording(path, channel="y")
