@@ -22,7 +22,7 @@ from ..fusion import SensorFusion
 from ..persistence import load_diagnoser
 from ..recordings.files import chosen_channels
 from ..recordings.listing import ListedRecording
-from ..recordings.rates import NO_RATE, rates_agree, resampled_blocks
+from ..recordings.rates import NO_RATE, rates_agree, resampled_blocks, unit_advice
 from ..recordings.windows import block_length, cut_blocks
 from ..speeds import SPEED_FACTOR
 from ..verdicts import CHANGED, HOLD, NO_SIGNAL, NONE_OF_THESE, Judge
@@ -158,7 +158,8 @@ class SavedModel:
             raise CommandError(f"{name}: {n_channels} channels, {fitted} on {self.n_channels}")
         if not rates_agree(rate, expected):
             found = f"sampled at {rate:g} Hz, {fitted} at {expected:g} Hz"
-            raise CommandError(f"{name}: {found}; --resample brings it to that")
+            advice = unit_advice(rate, expected) or "; --resample brings it to that"
+            raise CommandError(f"{name}: {found}{advice}")
         signals = chain([first], (signal for signal, _ in blocks))
         return cut_blocks(signals, name, self.window_length), rate
 

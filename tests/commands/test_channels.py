@@ -153,6 +153,18 @@ def test_fit_on_the_column_of_times_is_refused(run, plant):
     assert not (plant / "times.skops").exists()
 
 
+def test_times_in_minutes_without_their_unit(run, plant):
+    """Advice to resample the recording would be wrong."""
+    model = fit(run, plant, "acc_x")[0]
+    path = write(plant / "minutes.csv", "good", 2, clock=np.arange(N) / RATE)
+    lines = path.read_text().splitlines()
+    rows = [line.partition(",")[2] for line in lines[1:]]
+    path.write_text("\n".join([lines[0], *(f"{i / 6e4:.9f},{row}" for i, row in enumerate(rows))]))
+    code, out, err = run("diagnose", model, path)
+    assert code == 1 and "at 1000 Hz; times in min need the unit in their name" in err
+    assert "--resample" not in out + err
+
+
 def test_another_unit_is_said(run, plant, piped):
     model = fit(run, plant, "acc_x", suffix="_in_g")[0]
     assert load_diagnoser(model)[1]["unit"] == "g"
