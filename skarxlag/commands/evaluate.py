@@ -1,18 +1,7 @@
-"""Compare diagnosers across shaft speeds: train at some, test at others.
-
-On a rig these are ALPIO, the baseline of Piltan and Kim (2019); the extended-state observer, their
-proposal as repaired; and the recommended diagnoser. Each is calibrated on the first half of every
-recording of one speed and tested on the second half of every recording of every speed. The paper's
-own protocol is python -m benchmarks.paper. On a csv table of your own recordings with the columns
-path, condition and rpm, or a folder or glob, make_diagnoser and two other methods are compared with
-one speed in training and with one left out. Recordings of one value of the column campaign are not
-split between training and test. Without that column, if the test was measured without remounting
-after the training, the accuracy may be too high.
-"""
+"""Run ``skarxlag evaluate``: compare the diagnosers on a rig or on recordings of a table."""
 
 import argparse
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -36,15 +25,14 @@ from ..kernels.speed_references import group_speeds
 from ..model_selection import cross_speed_predict, first_and_second_half
 from ..plotting import SpeedAccuracyDisplay
 from ..recordings.rig import cut_recordings, speeds_of_samples
-from . import arguments, messages
-from .arguments import option, positive_int, refuse
+from . import messages
 from .messages import UsageError, as_command_error, listed
 from .models import DIAGNOSERS, of_outputs
+from .parsers.evaluate import N_SAMPLES, TITLES
 from .results import why_no_figures
 
-TITLES = {"simulated": "Simulated rig"} | {name: f"{name.upper()} rig" for name in FETCHERS}
-#: The simulated rig: samples of a recording, crack sizes, and the speed of the calibration.
-N_SAMPLES, _CRACKS_MM, _SIMULATED_RPM = 120_000, (3.0, 6.0), 500.0
+#: The simulated rig: crack sizes, and the speed of the calibration.
+_CRACKS_MM, _SIMULATED_RPM = (3.0, 6.0), 500.0
 #: Windows of a table are long if every recording holds two of them. Those of a rig are short.
 _LONG, _SHORT = 4800, 1200
 #: Titles of protocols: of a rig, and of the recordings of a table.
@@ -57,34 +45,9 @@ _CAMPAIGNS = " Training and test differ in recording and campaign."
 _NO_CAMPAIGNS = " No column campaign: without remounting, the accuracy may be too high."
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument("table", nargs="?", type=Path, help="your own recordings; default: a rig")
-    parser.add_argument("--rig", choices=TITLES, default="simulated", help="default: simulated")
-    option(parser, "--data-home", "of a real rig's files; default: scikit-learn's", Path, "FOLDER")
-    text = "speed of the calibration on a rig, or all; default: all, on the simulated rig 500"
-    option(parser, "--train-rpm", text, arguments.speed_or_all, "RPM")
-    text = "default: 1200; of a table 4800, if the recordings are long enough"
-    option(parser, "--window-length", text, arguments.window_length)
-    option(parser, "--n-samples", f"of simulated recordings; default: {N_SAMPLES}", positive_int)
-    option(parser, "--outputs", "channels of a table that are sensors, see fit", positive_int)
-    option(parser, "--n-jobs", "threads; default: all cores", arguments.job_count)
-    option(parser, "-o --output", "default: skarxlag-results", Path, "FOLDER")
-    messages.add_progress_arguments(parser)
-    arguments.add_source_arguments(parser, "a folder or glob")
-    parser.set_defaults(n_jobs=-1, output=Path("skarxlag-results"))
-
-
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     is_rig = args.table is None
-    if is_rig:
-        unfit = "n_samples" if args.rig in FETCHERS else "data_home"
-        refuse(args, [*arguments.FACTS, "outputs", unfit], f"not allowed with --rig {args.rig}")
-    else:
-        refuse(args, ["data_home", "n_samples", "train_rpm"], "not allowed with a table")
-    if args.output.exists() and not args.output.is_dir():
-        raise UsageError(f"argument --output: {args.output} is a file, expected a folder")
     texts, missing = [], why_no_figures()
     with as_command_error():
         cases = list(_rig_cases(args)) if is_rig else [_own_case(args)]
@@ -153,7 +116,7 @@ def _own_case(args):
     Recordings that are tested are never those of the training. If the table has a column
     ``campaign``, neither are their campaigns: recordings between which nothing was remounted.
     """
-    recordings = arguments.table_recordings(args)
+    recordings = args.listed
     try:
         rig = cut_recordings(recordings, args.table, args.window_length or _LONG)
     except ValueError:

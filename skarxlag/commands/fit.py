@@ -1,19 +1,8 @@
-"""Calibrate a diagnoser on the recordings that a table lists, and save it.
-
-The table is a csv file with the columns path, condition, rpm, sampling_rate and channel. Only path
-is always needed, see skarxlag.read_recording_table. Without --healthy, the only condition is taken
-that is called healthy, normal, good, ok, intact, nominal, baseline, n or h. The detector needs
-healthy recordings only, best of several speeds, and names no fault; it is the default if the only
-condition is healthy. Otherwise the rows are stretches of a second, or of ten turns if they take
-longer, or windows of 1200 samples if the recordings are too short or an option cuts windows (of
-4800 for the detector). With --bearing and recordings of faults, orders and spectra make one
-verdict; without faults, healthy recordings set the limits.
-"""
+"""Run ``skarxlag fit``: read the recordings, fit the models and save them."""
 
 import argparse
 import warnings
 from datetime import UTC, datetime
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -29,12 +18,11 @@ from ..recordings.files import list_channels
 from ..recordings.formats._contents import choose_channels
 from ..recordings.rig import cut_recordings, speeds_of_samples
 from ..speeds import LEAST_TURNS
-from . import arguments, messages
-from .arguments import BEARING, bearing, flag, option, positive_int, refuse
+from . import messages
+from .arguments import refuse
 from .info import limits_basis
 from .messages import CommandError, UsageError, as_command_error, report_progress
-from .models import DIAGNOSERS, is_model_file, of_outputs
-from .results import check_output
+from .models import DIAGNOSERS, of_outputs
 
 #: Samples of a channel that the windows of all recordings hold together, unless --max-windows says
 #: otherwise: a quarter of a GiB. The fits of companions copy the healthy ones.
@@ -47,39 +35,9 @@ _SECONDS, _TURNS = 1.0, 10
 _FEWEST, _ENOUGH = 2, 4
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument("table", type=Path, help="csv table of the recordings, a folder, or a glob")
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.skops")
-    option(parser, "--healthy", "healthy condition, or none if no recording is", metavar="LABEL")
-    text = "recordings to use: 1797, 1797+-30, 1797+-2%% or 1700..1800; default: all"
-    option(parser, "--train-rpm", text, arguments.speed_range, "RPM")
-    option(parser, "--false-alarm-rate", "of healthy rows; default: 0.01", arguments.rate, "SHARE")
-    option(parser, "--n-jobs", "number of threads; default: all cores", arguments.job_count)
-    parser.set_defaults(false_alarm_rate=0.01, n_jobs=-1)
-    messages.add_progress_arguments(parser)
-    arguments.add_source_arguments(parser, "a folder or glob")
-    model = parser.add_argument_group("model")
-    kinds = [*DIAGNOSERS, "stretches", "detector"]
-    model.add_argument("--diagnoser", choices=kinds, help="default: as the recordings allow")
-    option(model, "--bearing", f"name places of faults by orders: {BEARING}", bearing, "BEARING")
-    option(model, "--outputs", "the first N channels are sensors; default: 1", positive_int)
-    flag(model, "--fixed-gain", "healthy limits use the level; it needs the same sensor and gain")
-    cut = parser.add_argument_group("windows")
-    option(cut, "--window-length", "samples in a window", arguments.window_length)
-    option(cut, "--hop", "between starts of windows; default: their length", positive_int)
-    option(cut, "--max-windows", "of each recording; default: as memory allows", positive_int)
-    option(cut, "--resample-to", "sampling rate of all", arguments.positive_number, "HZ")
-    flag(parser, "--force", "let -o replace a file that is no saved diagnoser")
-
-
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
-    with as_command_error():
-        recordings = arguments.table_recordings(args)
-        inputs = [args.table, *(recording.path for recording in recordings)]
-        check_output(args.output, inputs, is_model_file, args.force)
-        messages.require("skops", "saving a diagnoser", "io")
+    recordings = args.listed
     _check_options(args, recordings)
     rig, rows = _training_rows(args, recordings)
     kind = args.diagnoser or ("stretches" if rows == "stretches" else "diagnoser")

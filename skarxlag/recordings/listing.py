@@ -12,7 +12,6 @@ from typing import Any, Self
 
 from numpy.typing import NDArray
 
-from ..speeds import pulse_speeds
 from .files import recording_blocks, recording_speed, recording_start
 from .formats import SUFFIXES
 from .formats.text import distinct, number
@@ -87,6 +86,8 @@ class ListedRecording:
             if source is None:
                 found = recording_speed(self.path, sampling_rate=self.sampling_rate, **options)
             elif source.startswith(TACHO):
+                from ..speeds import pulse_speeds
+
                 if self.pulses_per_turn % 1:
                     raise ValueError(f"pulses_per_turn is {self.pulses_per_turn}, not an integer")
                 ((signal, rate),) = replace(self, channel=source.removeprefix(TACHO)).blocks()
