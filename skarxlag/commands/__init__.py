@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import re
 import sys
 import warnings
 from contextlib import suppress
@@ -71,19 +72,36 @@ def _drop_output():
         os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
-class _CommandParser(argparse.ArgumentParser):
+class _Parser(argparse.ArgumentParser):
+    """Parser whose errors take one line, with the help of the arguments that they name."""
+
+    def error(self, message):
+        about, _, rest = message.partition(": ")
+        is_of_one = about.startswith("argument ")
+        named = {*re.split(r", |/", about.removeprefix("argument ") if is_of_one else rest)}
+        text = argparse.HelpFormatter(self.prog)
+        text.add_arguments(
+            action
+            for action in self._actions
+            if named & {*action.option_strings, action.metavar, action.dest}
+        )
+        shown = text.format_help() or f"  {self.prog} --help lists all arguments.\n"
+        self.exit(2, f"{self.prog}: error: {message}\n{shown}")
+
+
+class _CommandParser(_Parser):
     """Parser of a command, whose options may stand between its other arguments."""
 
     def parse_known_args(self, args=None, namespace=None):
         # The method below calls this one again.
         self.parse_known_args = super().parse_known_args
-        # Without an error here, the usage of all commands would be shown.
+        # Without an error here, the program and not the command would report it.
         return self.parse_intermixed_args(args, namespace), []
 
 
 def _parser(argv):
     text = "Model-based fault diagnosis of bearings across shaft speeds."
-    parser = argparse.ArgumentParser("skarxlag", description=text)
+    parser = _Parser("skarxlag", description=text)
     parser.add_argument("--version", action="version", version=f"skarxlag {__version__}")
     options = {"dest": "command", "required": True, "metavar": "COMMAND"}
     commands = parser.add_subparsers(parser_class=_CommandParser, **options)

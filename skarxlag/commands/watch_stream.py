@@ -82,6 +82,7 @@ class SensorStream:
         self._last = self._written = self._limits = None
         self._said = self._line_at = self._window_at = time.monotonic()
         self._unread, self.is_at_place = Counter(), True
+        self._advice = lambda: "--channel chooses"
         model.check_order(args.source, args.channel)
         with as_command_error():
             settings = {name: vars(args)[name] for name in _SETTINGS}
@@ -137,7 +138,7 @@ class SensorStream:
             parser = TextSamples(args.channel, times, self._speed_column)
         else:
             parser = RawSamples(args.dtype, args.channel, self._speed_column)
-        self._unread = parser.unread
+        self._unread, self._advice = parser.unread, lambda: parser.advice
         if args.source == "-":
             if sys.stdin is None:
                 raise CommandError("-: there is no standard input")
@@ -176,7 +177,7 @@ class SensorStream:
                 samples, rpm = samples[:-1], samples[-1]
                 rpm = rpm if self._tacho is None else self._tacho.speeds(rpm)
             if len(samples) != (n := self._model.n_channels):
-                raise ValueError(f"{len(samples)} channels, expected {n}; --channel chooses")
+                raise ValueError(f"{len(samples)} channels, expected {n}; {self._advice()}")
             verdicts = self._monitor.update(samples, time=block.time, rpm=rpm)
             self._report(verdicts, block.source)
         if block.place is not None:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from .files import recording_blocks, recording_speed, recording_start
 from .formats import SUFFIXES
+from .formats._facts import HERTZ
 from .formats.text import distinct, number
 from .rates import NO_RATE, rates_agree
 from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, read_texts
@@ -21,6 +22,7 @@ from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, read_tex
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
 FACTS = ("condition", "rpm", "pulses_per_turn", "sampling_rate", "channel", "dtype")
 _COLUMNS = ("path", *FACTS)
+_RATE_UNIT = "sampling_rate_unit"
 
 
 @dataclass(frozen=True)
@@ -212,6 +214,10 @@ def _parsed(where, facts):
     known = {name: text for name, text in facts.items() if name in FACTS and text}
     for name in known.keys() & {"pulses_per_turn", "sampling_rate"}:
         known[name] = _positive(where, name, known[name])
+    if "sampling_rate" in known and (unit := facts.get(_RATE_UNIT)):
+        if (scale := HERTZ.get(unit.lower())) is None:
+            raise ValueError(f"{where}: {_RATE_UNIT} is {unit!r}, expected Hz or kHz")
+        known["sampling_rate"] *= scale
     if "rpm" in known:
         known |= speed_facts(where, known.pop("rpm"))
     if "channel" in known:
@@ -269,8 +275,9 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
     ----------
     path : str or path-like
         As in `read_recording_table`.
-    **stated : pattern, channel, sampling_rate, dtype
-        As in `list_files`; not for a table.
+    **stated : pattern, channel, sampling_rate, rpm, dtype
+        As in `list_files`. With a table, they hold for the lines that do not state the fact, and a
+        pattern is an error.
 
     Returns
     -------
@@ -280,15 +287,17 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
     Raises
     ------
     FileNotFoundError, ValueError
-        As in `read_recording_table`, if the list itself is wrong.
+        As in `read_recording_table`, if the list itself is wrong. `UnusedFactError` if each line
+        of a table states a fact itself.
     """
     if is_file_source(path):
         return list_files(path, **stated)
-    for name, value in stated.items():
-        if value is not None:
-            raise ValueError(f"{name}={value!r} is for a folder or a glob; {path} is a table")
+    stated = {name: value for name, value in stated.items() if value is not None}
+    if "pattern" in stated:
+        pattern = stated["pattern"]
+        raise ValueError(f"pattern={pattern!r} is for a folder or a glob; {path} is a table")
     path = Path(path)
-    table = _read_table(path)
+    table = _read_table(path, has_speed="rpm" in stated or "speed_source" in stated)
     repeated = table["path"].duplicated(keep=False)
     listed = []
     for line, row in zip(table.index, table.to_dict("records"), strict=True):
@@ -299,10 +308,46 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
             facts["speed_source"] = str(path.parent / source)
         name = f"{row['path']}:{row['channel']}" if repeated[line] else row["path"]
         listed.append(ListedRecording(where, name, path.parent / row["path"], **facts))
-    return listed
+    return _filled(path, listed, stated)
 
 
-def _read_table(path):
+class UnusedFactError(ValueError):
+    """Error on a fact that holds for no recording, because each states it itself.
+
+    Parameters
+    ----------
+    source : Path
+        The table.
+    name : str
+        Name of the fact.
+    value : object
+        Its value.
+    """
+
+    def __init__(self, source: Path, name: str, value: Any) -> None:
+        self.source, self.name = source, name
+        super().__init__(f"{name}={value!r} has no effect: each line of {source} states it")
+
+
+def _filled(source, listed, stated):
+    """Return the recordings with the facts that their lines do not state."""
+    needs = [_unstated(entry, stated) for entry in listed]
+    for name, value in stated.items():
+        if not any(name in own for own in needs):
+            shown = name.replace("speed_source", "rpm")
+            raise UnusedFactError(source, shown, value)
+    return [replace(entry, **own) for entry, own in zip(listed, needs, strict=True)]
+
+
+def _unstated(entry, stated):
+    """Return the facts that a recording does not state."""
+    unknown = {name for name in ("channel", "sampling_rate", "dtype") if vars(entry)[name] is None}
+    if entry.rpm is None and entry.speed_source is None:
+        unknown |= {"rpm", "speed_source", "pulses_per_turn"}
+    return {name: value for name, value in stated.items() if name in unknown}
+
+
+def _read_table(path, has_speed=False):
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
     rows = read_texts(path, header=None, skip_blank_lines=False)
@@ -316,7 +361,8 @@ def _read_table(path):
         raise ValueError(f"{path}: lists no recording")
     if "channel" not in table:
         table = table.assign(channel="")
-    for name in table.columns.intersection(["path", "condition", "rpm"]):
+    needed = ["path", "condition"] if has_speed else ["path", "condition", "rpm"]
+    for name in table.columns.intersection(needed):
         for line in table.index[table[name] == ""]:
             raise ValueError(f"{path}, line {line}: {name} is empty")
     for line in table.index[table.duplicated(["path", "channel"])]:
@@ -327,7 +373,7 @@ def _read_table(path):
 def _column_name(name):
     """Return the name of a known column in any spelling, and any other name as it is."""
     plain = re.sub(r"[\s_-]+", "_", name.strip().lower())
-    return plain if plain in _COLUMNS else name.strip()
+    return plain if plain in (*_COLUMNS, _RATE_UNIT) else name.strip()
 
 
 def _check_columns(path, names):

@@ -89,6 +89,11 @@ class _Samples:
         self._rest = b""
 
     @property
+    def advice(self) -> str:
+        """What a user should do if the number of channels is wrong."""
+        return "--channel chooses"
+
+    @property
     def n_pending(self) -> int:
         """Bytes of a sample or line that has not arrived in whole."""
         return len(self._rest)
@@ -298,6 +303,11 @@ class TextSamples(_Samples):
     def __init__(self, channel: Channels, times: StreamTimes, speed: str | None = None) -> None:
         self._channel, self._times, self._speed = channel, times, speed
         super().__init__()
+
+    @property
+    def advice(self) -> str:
+        """What a user should do if the number of channels is wrong."""
+        return (self._layout and self._layout.advice) or super().advice
 
     def begin(self, head: bytes = b"") -> None:
         """Prepare for the first bytes of a source, which `head` may show."""

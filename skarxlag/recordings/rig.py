@@ -49,8 +49,8 @@ def read_recording_table(
       called ``rpm``. ``tacho:CHANNEL`` takes it from the pulses of a tachometer in that channel; a
       csv file with the columns ``rpm`` and ``recording`` or ``time`` may state it, too.
     - ``pulses_per_turn``: pulses of the tachometer in a turn of the shaft; 1 if it is not stated.
-    - ``sampling_rate``: in Hz. Not needed if the file states it; if both do, they must agree
-      within 0.1 %.
+    - ``sampling_rate``: in Hz, or in the unit that a column ``sampling_rate_unit`` states, such as
+      kHz. Not needed if the file states it; if both do, they must agree within 0.1 %.
     - ``channel``: name, position or pattern of the channel, see :func:`read_recording`; several are
       separated by ``;``, the output first and then the inputs. Empty takes the only channel of the
       file.
@@ -70,7 +70,7 @@ def read_recording_table(
         ``sampling_rate`` and ``channel``; groups of other names are kept like unknown columns.
         ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)`` fits ``OR_1200.mat``.
     channel, sampling_rate, dtype : default=None
-        For a folder or a glob: the same for all recordings, unless the pattern states it.
+        Of all recordings for which neither the table nor the pattern states it.
     resample : float, default=None
         Sampling rate in Hz to which a polyphase filter resamples all recordings, see
         :func:`skarxlag.recordings.rates.resampled_blocks`. None leaves them as they are, and
@@ -111,8 +111,9 @@ def read_recording_table(
     ValueError
         If the table is empty, misspells a column, has an empty or wrong field, the same recording
         twice, differing sampling rates or numbers of channels, or a recording that
-        :func:`read_recording` refuses; and if `pattern` does not fit a file or is given for a
-        table. The message names the table, the line and the file.
+        :func:`read_recording` refuses; if `pattern` does not fit a file or is given for a table;
+        and if each line of a table states what an argument states. The message names the table,
+        the line and the file.
 
     Examples
     --------

@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     flag(parser, "--resample", "bring recordings to the model's sampling rate")
     option(parser, "--bearing", arguments.BEARING, arguments.bearing, "BEARING")
     add_progress_arguments(parser)
-    arguments.add_source_arguments(parser, "each RECORDING")
+    arguments.add_source_arguments(parser, "each RECORDING, or of lines of the table without them")
     group = parser.add_argument_group("workers")
     option(group, "--n-jobs", "number of workers; default: all cores", arguments.job_count)
     where = group.add_mutually_exclusive_group()
@@ -59,10 +59,8 @@ def check(args: argparse.Namespace) -> None:
         args.model = None
     if args.model is None and args.bearing is None:
         raise UsageError("argument MODEL.skops: none given, expected a model or --bearing")
-    if not args.recordings:
-        refuse(args, arguments.FACTS, "belongs to RECORDING; the table states its own")
-        if args.table is None:
-            raise UsageError("argument RECORDING: none given, expected files or --table")
+    if not args.recordings and args.table is None:
+        raise UsageError("argument RECORDING: none given, expected files or --table")
     if args.model is None:
         refuse(args, ["resample"], "belongs to a model")
     else:
@@ -81,7 +79,10 @@ def _listed(args):
         found -= {Path(each).absolute() for each in args.recordings}
         recordings = [each for each in recordings if each.path.absolute() not in found]
         if args.table is not None:
-            recordings += list_recordings(args.table)
+            # With recordings, the facts in the arguments are theirs.
+            is_alone = not args.recordings
+            of_table = arguments.table_recordings(args) if is_alone else list_recordings(args.table)
+            recordings += of_table
     inputs = [args.model, args.table, *(recording.path for recording in recordings)]
     for path in own:
         check_output(path, inputs, is_result_file, args.force, SUFFIXES)

@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     option(parser, "--n-jobs", "threads; default: all cores", arguments.job_count)
     option(parser, "-o --output", "default: skarxlag-results", Path, "FOLDER")
     messages.add_progress_arguments(parser)
-    arguments.add_source_arguments(parser, "a folder or glob")
+    arguments.add_source_arguments(parser, "recordings whose line in the table lacks them")
     parser.set_defaults(n_jobs=-1, output=Path("skarxlag-results"))
 
 

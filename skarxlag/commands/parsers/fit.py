@@ -25,7 +25,8 @@ KINDS = ("alpio", "extended-state", "diagnoser", "stretches", "detector")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("table", type=Path, help="csv table of the recordings, a folder, or a glob")
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.skops")
+    text = "the saved model"
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.skops", help=text)
     option(parser, "--healthy", "healthy condition, or none if no recording is", metavar="LABEL")
     text = "recordings to use: 1797, 1797+-30, 1797+-2%% or 1700..1800; default: all"
     option(parser, "--train-rpm", text, arguments.speed_range, "RPM")
@@ -33,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     option(parser, "--n-jobs", "number of threads; default: all cores", arguments.job_count)
     parser.set_defaults(false_alarm_rate=0.01, n_jobs=-1)
     messages.add_progress_arguments(parser)
-    arguments.add_source_arguments(parser, "a folder or glob")
+    arguments.add_source_arguments(parser, "recordings whose line in the table lacks them")
     model = parser.add_argument_group("model")
     model.add_argument("--diagnoser", choices=KINDS, help="default: as the recordings allow")
     option(model, "--bearing", f"name places of faults by orders: {BEARING}", bearing, "BEARING")

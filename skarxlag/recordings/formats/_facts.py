@@ -21,6 +21,9 @@ _SPEED_NAME = re.compile(r"(.*?)[ _(\[]*(?:rpm|drehzahl)[ )\]]*", re.IGNORECASE)
 _SPEED_UNITS = {"rpm", "rev/min", "r/min", "1/min", "min-1", "u/min"}
 SECONDS = {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0}
 SECONDS |= {"us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ms": 1e-3, "ns": 1e-9}
+SECONDS |= {"min": 60.0, "minutes": 60.0, "h": 3600.0, "hours": 3600.0}
+#: Units of sampling rates, in lower case.
+HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "1/s": 1.0, "s/s": 1.0, "ks/s": 1e3, "ms/s": 1e6}
 _UNIT_NAMES = ("unitstring", "unit", "units", "niunitdescription")
 #: Times from which the sampling rate is computed, and more if they are too coarse.
 _N_PROBED, _N_COARSE = 10_000, 1_000_000
@@ -62,7 +65,11 @@ def is_rate(value: Any) -> bool:
 
 
 def state_facts(
-    channels: dict[str, Channel], places: dict[str, str], scalars: dict[str, Any], separator: str
+    channels: dict[str, Channel],
+    places: dict[str, str],
+    scalars: dict[str, Any],
+    separator: str,
+    texts: Mapping[str, str] | None = None,
 ) -> None:
     """Fill in sampling rates and shaft speeds from numbers with names such as ``fs`` or ``rpm``.
 
@@ -70,7 +77,8 @@ def state_facts(
     The number nearest to the channel on the way up to the root counts. A rate is that of the
     longest of the channels that it could belong to; shorter ones, such as a speed next to a
     vibration, were sampled more slowly. Of several speeds with a prefix, the one counts whose
-    prefix begins the name of the channel. Numbers that disagree do not count.
+    prefix begins the name of the channel. Speeds that disagree do not count. Rates that disagree
+    are the `contradiction` of the channel.
 
     Parameters
     ----------
@@ -80,6 +88,9 @@ def state_facts(
         Place of each channel, and single numbers by their places.
     separator : str
         Between the parts of a place.
+    texts : mapping of str to str
+        Single texts by their places. They may be units: that of ``run.fs`` is ``run.fs_unit`` or
+        ``run.fs.unit``.
 
     Examples
     --------
@@ -91,44 +102,88 @@ def state_facts(
     (20.0, 10.0, None, 1772.0, None)
     """
     rates, speeds = {}, {}
+    units = _units(texts or {}, separator)
     for name, number in scalars.items():
         place, _, last = name.rpartition(separator)
         if not is_rate(number):
             continue
-        if rate := _rate_of(last, float(number)):
-            rates.setdefault(place, set()).add(("", rate))
+        if rate := _rate_of(last, float(number), units.get(_plain(name, separator))):
+            rates.setdefault(place, []).append((last, rate))
         if match := _SPEED_NAME.fullmatch(last):
-            speeds.setdefault(place, set()).add((match[1], float(number)))
+            speeds.setdefault(place, []).append((match[1], float(number)))
     longest: dict[str, int] = {}
-    found = {name: _nearest(place, rates, separator) for name, place in places.items()}
+    found = {name: _nearest_rates(place, rates, separator) for name, place in places.items()}
     for name, (place, _) in found.items():
         longest[place] = max(longest.get(place, 0), channels[name].length or 0)
     for name, channel in channels.items():
-        place, rate = found[name]
-        if channel.length == longest[place]:
-            channel.sampling_rate = channel.sampling_rate or rate
-        channel.rpm = _nearest(places[name], speeds, separator)[1]
+        place, stated = found[name]
+        if stated and channel.length == longest[place] and channel.sampling_rate is None:
+            channel.sampling_rate, channel.contradiction = _agreed_rate(stated)
+        channel.rpm = _nearest_speed(places[name], speeds, separator)
 
 
-def _nearest(place, by_place, separator):
-    """Return place and value of the nearest fact. Contradictory values do not count."""
-    last = place.rpartition(separator)[2]
+def _places_above(place, separator):
+    """Yield the places above a place, the nearest first."""
     while place:
         place = place.rpartition(separator)[0]
-        facts = by_place.get(place, set())
+        yield place
+
+
+def _nearest_rates(place, rates, separator):
+    """Return place, names and values of the nearest sampling rates."""
+    above = _places_above(place, separator)
+    return next(((each, rates[each]) for each in above if each in rates), ("", []))
+
+
+def _nearest_speed(place, speeds, separator):
+    """Return the nearest speed. Contradictory values do not count."""
+    last = place.rpartition(separator)[2]
+    for each in _places_above(place, separator):
+        facts = speeds.get(each, [])
         own = {value for prefix, value in facts if last.startswith(prefix)}
         values = own or {value for _, value in facts}
         if len(values) == 1:
-            return place, values.pop()
-    return "", None
+            return values.pop()
+    return None
 
 
-def _rate_of(name, number):
+def _agreed_rate(stated):
+    """Return the rate that names state, and None; or None and why there is none."""
+    rates = [rate for _, rate in stated]
+    if max(rates) <= (1 + RATE_TOLERANCE) * min(rates):
+        return rates[0], None
+    listed = ", ".join(f"{name} {rate:g} Hz" for name, rate in stated)
+    return None, f"the file states several sampling rates: {listed}; remove the wrong ones"
+
+
+def _units(texts, separator):
+    """Return units by the plain name of the number to which they belong."""
+    found = {}
+    for name, text in texts.items():
+        place, _, last = name.rpartition(separator)
+        plain = _plain(name, separator)
+        if letters(last) in _UNIT_NAMES:
+            found[_plain(place, separator)] = text
+        elif plain.endswith(("unit", "units")):
+            found[plain.removesuffix("s").removesuffix("unit")] = text
+    return found
+
+
+def _plain(name, separator):
+    """Return a place, and the letters of a name in it, in lower case."""
+    place, _, last = name.rpartition(separator)
+    return place + separator + "".join(c for c in last.lower() if c.isalpha())
+
+
+def _rate_of(name, number, unit=None):
     plain = "".join(c for c in name.lower() if c.isalpha())
+    unit = unit and unit.strip().lower()
     if match := _RATE_NAME.fullmatch(plain):
-        return number * (1e3 if match[1] == "khz" else 1.0)
+        scale = 1e3 if match[1] == "khz" else HERTZ.get(unit or "hz")
+        return scale and number * scale
     match = _STEP_NAME.fullmatch(plain)
-    rate = 1 / (number * SECONDS.get(match[1], 1.0)) if match else np.nan
+    seconds = match and SECONDS.get(match[1] or unit or "s")
+    rate = 1 / (number * seconds) if seconds else np.nan
     return rounded(rate, 1e-9) if is_rate(rate) else None
 
 

@@ -40,6 +40,9 @@ def signal_blocks(
     names, is_single = _chosen_names(contents, channel, axis)
     chosen = {name: contents.channels[name] for name in names}
     _agreed("length, in samples", {name: each.length for name, each in chosen.items()})
+    for each in chosen.values():
+        if each.contradiction is not None:
+            raise ContentError(each.contradiction)
     rates = {name: each.sampling_rate for name, each in chosen.items() if each.sampling_rate}
     rate = _agreed("sampling rates, in Hz", rates)
     is_timed = rate is None and axis is not None and any(map(axis.covers, chosen.values()))
@@ -92,7 +95,9 @@ def _chosen_names(contents, channel, axis):
     if len(signals) > 1:
         signals = [name for name in signals if not names_speed(name, contents.channels[name].unit)]
     if len(signals) != 1:
-        raise ContentError(f"several channels and none chosen; available: {listed(names)}")
+        advice = f"; {contents.advice}" if contents.advice else ""
+        problem = f"several channels and none chosen; available: {listed(names)}"
+        raise ContentError(f"{problem}{advice}")
     return signals, True
 
 
