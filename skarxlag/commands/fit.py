@@ -51,12 +51,15 @@ def run(args: argparse.Namespace) -> int:
     X = rig.pop("data")
     X = X if chosen.all() else X[chosen]
     y, rpm = rig.target[chosen], None if speeds is None else speeds[chosen]
+    is_stated = any(recording.specimen for recording in recordings)
+    specimen = rig.specimen[chosen] if is_stated else None
+    params = {"rpm": rpm, "specimen": specimen}
     rate, channels = float(rig.sampling_rate), np.atleast_1d(recordings[0].channel or [])
     report_progress(args, f"{len(X)} {rows}: fitting")
     with as_command_error(), parallel_config("threading", n_jobs=args.n_jobs):
         diagnoser = of_outputs(args, _make(args, kind, healthy, rate))
-        notes = _fit_quietly(diagnoser, X, None if kind == "detector" else y, rpm)
-        companions = {} if kind == "detector" else _companions(args, X, y, rpm, healthy, notes)
+        notes = _fit_quietly(diagnoser, X, None if kind == "detector" else y, params)
+        companions = {} if kind == "detector" else _companions(args, X, y, params, healthy, notes)
         # Places of faults that no recording shows are conditions, too.
         conditions = sorted(answers(diagnoser).conditions or [healthy], key=lambda c: c != healthy)
         counts = pd.Series(rig.recording[chosen]).groupby(y).agg(["nunique", "count"])
@@ -182,15 +185,16 @@ def _make(args, kind, healthy=None, rate=None):
     return model.set_params(**dict.fromkeys(rates, args.false_alarm_rate))
 
 
-def _fit_quietly(model, X, y, rpm):
-    """Fit a model, and return the messages of its warnings."""
-    speeds = {"rpm": rpm} if rpm is not None and requests(model, "fit", "rpm") else {}
+def _fit_quietly(model, X, y, params):
+    """Fit a model with the metadata that it requests; return the messages of its warnings."""
+    given = {name: value for name, value in params.items() if value is not None}
+    requested = {name: given[name] for name in given if requests(model, "fit", name)}
     with warnings.catch_warnings(record=True, action="always", category=UserWarning) as warned:
-        model.fit(X, y, **speeds)
+        model.fit(X, y, **requested)
     return [f"Note: {warning.message}" for warning in warned]
 
 
-def _companions(args, X, y, rpm, healthy, notes):
+def _companions(args, X, y, params, healthy, notes):
     """Return the fitted known conditions and healthy limits; the notes say why one is missing."""
     fitted, wanted = {}, {}
     if len(set(y)) > 1:
@@ -201,7 +205,10 @@ def _companions(args, X, y, rpm, healthy, notes):
     for name, (model, rows, labels, without) in wanted.items():
         model = of_outputs(args, model)
         try:
-            _fit_quietly(model, X[rows], labels, None if rpm is None else rpm[rows])
+            of_rows = {
+                name: None if value is None else value[rows] for name, value in params.items()
+            }
+            _fit_quietly(model, X[rows], labels, of_rows)
             left_out = [] if labels is None else sorted(set(labels) - set(model.classes_))
             if left_out:
                 raise ValueError(f"fewer than two windows at one speed of {', '.join(left_out)}")

@@ -45,7 +45,9 @@ def recording_rows(recordings: Any, diagnoses: list[Diagnosis], healthy: Any) ->
         reason = str(row["verdict"]).partition(f"{NO_VERDICT}: ")[2]
         row |= {"remark": " ".join(diagnosis.remarks), "error": printable(reason)}
         row |= {"condition": recording.condition, "rpm": recording.rpm}
-        rows.append(row | {f"stated {name}": text for name, text in recording.further.items()})
+        facts = {"specimen": recording.specimen, "load": recording.load} | recording.further
+        stated = {name: text for name, text in facts.items() if text is not None}
+        rows.append(row | {f"stated {name}": text for name, text in stated.items()})
     table = pd.DataFrame(rows).astype({"windows": "Int64", "no signal": "Int64"})
     return machine_names(table.assign(alarm=table["alarm"].fillna("-")))
 

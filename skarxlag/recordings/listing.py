@@ -20,7 +20,16 @@ from .rates import NO_RATE, rates_agree
 from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, read_texts
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
-FACTS = ("condition", "rpm", "pulses_per_turn", "sampling_rate", "channel", "dtype")
+FACTS = (
+    "condition",
+    "specimen",
+    "load",
+    "rpm",
+    "pulses_per_turn",
+    "sampling_rate",
+    "channel",
+    "dtype",
+)
 _COLUMNS = ("path", *FACTS)
 _RATE_UNIT = "sampling_rate_unit"
 
@@ -43,6 +52,10 @@ class ListedRecording:
         In Hz, if it was stated outside the file.
     condition : str or None
         State of the machine, if known.
+    specimen : str or None
+        The bearing, if stated.
+    load : str or None
+        Load of the machine, a number or a text, if stated.
     rpm : float or None
         Mean shaft speed, rev/min, if known.
     dtype : str or None
@@ -64,6 +77,8 @@ class ListedRecording:
     channel: str | list[Any] | None = None
     sampling_rate: float | None = None
     condition: str | None = None
+    specimen: str | None = None
+    load: str | None = None
     rpm: float | None = None
     dtype: str | None = None
     speed_source: str | None = None
@@ -176,8 +191,8 @@ def list_files(
     pattern : str, default=None
         Regular expression that is searched for in the path of each file, below the folder or as
         the glob gives it, written with ``/``. Its named groups are facts of the recording:
-        ``condition``, ``rpm``, ``sampling_rate``, ``channel``; groups of other names are kept. An
-        example is ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)``.
+        ``condition``, ``specimen``, ``load``, ``rpm``, ``sampling_rate``, ``channel``; groups of
+        other names are kept. An example is ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)``.
     **stated : channel, sampling_rate, dtype
         Of all recordings, unless the pattern states it.
 
@@ -361,7 +376,9 @@ def _read_table(path, has_speed=False):
         raise ValueError(f"{path}: lists no recording")
     if "channel" not in table:
         table = table.assign(channel="")
-    needed = ["path", "condition"] if has_speed else ["path", "condition", "rpm"]
+    needed = (
+        ["path", "condition", "specimen"] if has_speed else ["path", "condition", "specimen", "rpm"]
+    )
     for name in table.columns.intersection(needed):
         for line in table.index[table[name] == ""]:
             raise ValueError(f"{path}, line {line}: {name} is empty")

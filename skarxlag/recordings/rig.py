@@ -16,6 +16,7 @@ from sklearn.utils import Bunch
 
 from .._validation import check_count
 from ..speeds import speed_errors
+from .formats.text import number
 from .listing import ListedRecording, list_recordings
 from .rates import NO_RATE, rates_agree, resampled_blocks
 from .windows import block_length, cut_blocks, thin_windows
@@ -45,6 +46,9 @@ def read_recording_table(
     - ``path``: the file, absolute or relative to the folder of the table; see
       :func:`read_recording` for the formats.
     - ``condition``: the state of the machine, any text. Needed to fit a diagnoser, not to diagnose.
+    - ``specimen``: the bearing, any text. Recordings of one bearing have the same specimen, also if
+      its condition changed. Without this column, each condition is one specimen.
+    - ``load``: the load of the machine, a number or a text.
     - ``rpm``: the shaft speed, rev/min. Not needed if the file states it in a number or channel
       called ``rpm``. ``tacho:CHANNEL`` takes it from the pulses of a tachometer in that channel; a
       csv file with the columns ``rpm`` and ``recording`` or ``time`` may state it, too.
@@ -57,7 +61,7 @@ def read_recording_table(
     - ``dtype``: type of the samples of a raw binary file, see :func:`read_recording`.
 
     Any other column is kept and comes back as it is. A column that is there is filled in every
-    line, except ``channel``, ``sampling_rate``, ``dtype`` and columns of other names.
+    line, except ``load``, ``channel``, ``sampling_rate``, ``dtype`` and columns of other names.
 
     Parameters
     ----------
@@ -66,9 +70,9 @@ def read_recording_table(
         read, also in folders below; or a glob such as ``runs/*/acc_*.tdms``.
     pattern : str, default=None
         For a folder or a glob: a regular expression that is searched for in the path of each file
-        (below the folder, with ``/``). Its named groups are ``condition``, ``rpm``,
-        ``sampling_rate`` and ``channel``; groups of other names are kept like unknown columns.
-        ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)`` fits ``OR_1200.mat``.
+        (below the folder, with ``/``). Its named groups are ``condition``, ``specimen``, ``load``,
+        ``rpm``, ``sampling_rate`` and ``channel``; groups of other names are kept like unknown
+        columns. ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)`` fits ``OR_1200.mat``.
     channel, sampling_rate, dtype : default=None
         Of all recordings for which neither the table nor the pattern states it.
     resample : float, default=None
@@ -86,6 +90,11 @@ def read_recording_table(
             The number of samples may differ between recordings.
         condition : ndarray of str, or None
             None if the conditions are not stated.
+        specimen : ndarray of str, or None
+            The condition if no specimen is stated. None if neither is stated.
+        load : ndarray of float or of str
+            Texts if one of the loads is no number. A load that is not stated is NaN, or empty
+            among texts.
         rpm : ndarray of float, or None
             Mean speeds. None if the speed of a recording is stated neither outside the file nor in
             it.
@@ -132,7 +141,7 @@ def read_recording_table(
     array(['good', 'worn'], dtype='<U4')
     >>> [signal.shape for signal in table.recordings]
     [(5,), (7,)]
-    >>> table.further["load"].tolist()
+    >>> table.load.tolist()
     ['low', 'high']
     """
     facts = {"pattern": pattern, "channel": channel, "sampling_rate": sampling_rate, "dtype": dtype}
@@ -191,6 +200,12 @@ def load_recordings(
             Windows: recording after recording, in time order within each.
         target : ndarray of str, shape (n_windows,), or None
             Condition of each window. None if the table has no conditions.
+        specimen : ndarray of str, shape (n_windows,), or None
+            Bearing of each window: its condition if no specimen is stated. None if neither is
+            stated.
+        load : ndarray of float or of str, shape (n_windows,)
+            Load of each window. Texts if one of the loads is no number. A load that is not stated
+            is NaN, or empty among texts.
         target_names : list of str
             The conditions, the healthy one first, then in the order of the table.
         rpm : ndarray of float, shape (n_windows,), or None
@@ -318,6 +333,8 @@ def cut_recordings(
     for name, rate in table.resampled.items():
         notes.append(f"{name} resampled from {rate:g} to {table.sampling_rate:g} Hz")
     speeds, targets, names = (table.pop(each) for each in ("rpm", "condition", "recording"))
+    specimens = table.pop("specimen")
+    loads = table.pop("load")
     if speeds is not None:
         speeds = np.repeat(speeds, counts)
         for name, profile in table.profiles.items():
@@ -329,6 +346,8 @@ def cut_recordings(
         data=data.reshape(-1, *windows.shape[1:]),
         target=None if targets is None else targets[row],
         target_names=conditions,
+        specimen=None if specimens is None else specimens[row],
+        load=loads[row],
         rpm=speeds,
         recording=np.array(names)[row],
         start=np.concatenate(starts),
@@ -372,6 +391,13 @@ def speeds_of_samples(
     return rpm if varies.any() else rig.rpm, errors
 
 
+def _loads(texts: list[str]) -> NDArray[Any]:
+    """Convert the loads of recordings to numbers, unless one of them is another text."""
+    numbers = np.array([number(text) for text in texts])
+    is_stated = np.array(texts) != ""
+    return numbers if np.isfinite(numbers[is_stated]).all() else np.array(texts)
+
+
 class _Reader:
     """Reader of recordings that must agree in sampling rate and number of channels."""
 
@@ -396,6 +422,7 @@ class _Reader:
         """Return the facts of the recordings."""
         names = [entry.name for entry in listed]
         conditions = [entry.condition for entry in listed]
+        specimens = [entry.specimen or entry.condition for entry in listed]
         # If one speed is unknown, none is returned, and the other files are not opened.
         entries = (entry.with_speed() for entry in listed)
         known = list(takewhile(lambda entry: entry.rpm is not None, entries))
@@ -403,6 +430,8 @@ class _Reader:
             known = []
         return Bunch(
             condition=None if None in conditions else np.array(conditions),
+            specimen=None if None in specimens else np.array(specimens),
+            load=_loads([entry.load or "" for entry in listed]),
             rpm=np.array([entry.rpm for entry in known]) if known else None,
             profiles={each.name: each.profile for each in known if each.profile is not None},
             recording=names,

@@ -1,13 +1,13 @@
 """Calibrate a diagnoser on the recordings that a table lists, and save it.
 
-The table is a csv file with the columns path, condition, rpm, sampling_rate and channel. Only path
-is always needed, see skarxlag.read_recording_table. Without --healthy, the only condition is taken
-that is called healthy, normal, good, ok, intact, nominal, baseline, n or h. The detector needs
-healthy recordings only, best of several speeds, and names no fault; it is the default if the only
-condition is healthy. Otherwise the rows are stretches of a second, or of ten turns if they take
-longer, or windows of 1200 samples if the recordings are too short or an option cuts windows (of
-4800 for the detector). With --bearing and recordings of faults, orders and spectra make one
-verdict; without faults, healthy recordings set the limits.
+The table is a csv file with the columns path, condition, specimen, load, rpm, sampling_rate and
+channel. Only path is always needed, see skarxlag.read_recording_table. Without --healthy, the only
+condition is taken that is called healthy, normal, good, ok, intact, nominal, baseline, n or h. The
+detector needs healthy recordings only, best of several speeds, and names no fault; it is the
+default if the only condition is healthy. Otherwise the rows are stretches of a second, or of ten
+turns if they take longer, or windows of 1200 samples if the recordings are too short or an option
+cuts windows (of 4800 for the detector). With --bearing and recordings of faults, orders and spectra
+make one verdict; without faults, healthy recordings set the limits.
 """
 
 import argparse
