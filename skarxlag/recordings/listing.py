@@ -3,6 +3,7 @@
 import difflib
 import os
 import re
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -17,7 +18,8 @@ from .formats import SUFFIXES
 from .formats._facts import HERTZ
 from .formats.text import distinct, number
 from .rates import NO_RATE, rates_agree
-from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, read_texts
+from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed
+from .tables import read_rows
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
 FACTS = (
@@ -313,15 +315,15 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
         raise ValueError(f"pattern={pattern!r} is for a folder or a glob; {path} is a table")
     path = Path(path)
     table = _read_table(path, has_speed="rpm" in stated or "speed_source" in stated)
-    repeated = table["path"].duplicated(keep=False)
+    n_listed = Counter(row["path"] for row in table.values())
     listed = []
-    for line, row in zip(table.index, table.to_dict("records"), strict=True):
+    for line, row in table.items():
         where = f"{path}, line {line}"
         facts = _parsed(where, row)
         source = facts.get("speed_source", TACHO)
         if not source.startswith(TACHO):
             facts["speed_source"] = str(path.parent / source)
-        name = f"{row['path']}:{row['channel']}" if repeated[line] else row["path"]
+        name = f"{row['path']}:{row['channel']}" if n_listed[row["path"]] > 1 else row["path"]
         listed.append(ListedRecording(where, name, path.parent / row["path"], **facts))
     return _filled(path, listed, stated)
 
@@ -363,27 +365,26 @@ def _unstated(entry, stated):
 
 
 def _read_table(path, has_speed=False):
+    """Return the cells of each recording by the names of their columns, and these by line."""
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
-    rows = read_texts(path, header=None, skip_blank_lines=False)
-    # The index becomes the line in the file.
-    rows.index += 1
-    names = [_column_name(name) for name in rows.loc[1]]
+    rows = read_rows(path)
+    names = [_column_name(name) for name in rows.pop(1)]
     _check_columns(path, names)
-    table = rows.loc[2:].set_axis(distinct(names), axis=1).apply(lambda column: column.str.strip())
-    table = table[(table != "").any(axis=1)]
-    if table.empty:
+    table = {line: dict(zip(distinct(names), cells, strict=True)) for line, cells in rows.items()}
+    if not table:
         raise ValueError(f"{path}: lists no recording")
-    if "channel" not in table:
-        table = table.assign(channel="")
-    needed = (
-        ["path", "condition", "specimen"] if has_speed else ["path", "condition", "specimen", "rpm"]
-    )
-    for name in table.columns.intersection(needed):
-        for line in table.index[table[name] == ""]:
-            raise ValueError(f"{path}, line {line}: {name} is empty")
-    for line in table.index[table.duplicated(["path", "channel"])]:
-        raise ValueError(f"{path}, line {line}: {table['path'][line]} is listed a second time")
+    needed = ["path", "condition", "specimen"] + ([] if has_speed else ["rpm"])
+    for name in (each for each in needed if each in names):
+        for line, row in table.items():
+            if row[name] == "":
+                raise ValueError(f"{path}, line {line}: {name} is empty")
+    listed = set()
+    for line, row in table.items():
+        recording = row["path"], row.setdefault("channel", "")
+        if recording in listed:
+            raise ValueError(f"{path}, line {line}: {row['path']} is listed a second time")
+        listed.add(recording)
     return table
 
 

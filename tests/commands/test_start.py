@@ -30,6 +30,8 @@ REFUSED = {
     "info on nothing": (1, ["info", "gone.skops"]),
     "watch without a model": (1, ["watch", "gone.skops", "-"]),
     "bad number": (2, ["fit", "t.csv", "-o", "a.skops", "--n-jobs", "0"]),
+    "bad model file": (2, ["fit", "t.csv", "-o", "nowhere/a.skops"]),
+    "bad table": (1, ["fit", "bad.csv", "-o", "a.skops"]),
     "no table": (1, ["fit", "gone.csv", "-o", "a.skops"]),
 }
 
@@ -38,6 +40,7 @@ REFUSED = {
 def test_a_refusal_imports_no_numerics(tmp_path, case):
     (tmp_path / "m.skops").touch()
     (tmp_path / "t.csv").write_text("path,condition\nx.npy,good\n")
+    (tmp_path / "bad.csv").write_text("path,condition\nx.npy,\n")
     status, arguments = REFUSED[case]
     command = [sys.executable, "-c", PROGRAM, *arguments]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
