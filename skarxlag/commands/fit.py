@@ -16,7 +16,7 @@ from ..kernels.speed_references import group_speeds
 from ..persistence import save_diagnoser
 from ..recordings.files import list_channels
 from ..recordings.formats._contents import choose_channels
-from ..recordings.rig import cut_recordings, speeds_of_samples
+from ..recordings.rig import cut_recordings, join_windows, speeds_of_samples
 from ..speeds import LEAST_TURNS
 from . import messages
 from .arguments import refuse
@@ -99,12 +99,22 @@ def _training_rows(args, listed):
         return rig, "stretches" if kind == "stretches" else "windows"
     n_windows = _stretch_windows(rig)
     if n_windows is not None:
-        del rig["data"]
-        return _cut(args, listed, n_windows * length), "stretches"
+        return _in_rows(args, listed, rig, n_windows), "stretches"
     if kind == "stretches":
         problem = "the shortest recording is too short for two stretches"
         raise CommandError(f"{args.table}: {problem}; use --diagnoser diagnoser")
-    return rig if kind != "detector" else _cut(args, listed, _DETECTOR_LENGTH), "windows"
+    if kind == "detector":
+        rig = _in_rows(args, listed, rig, _DETECTOR_LENGTH // length)
+    return rig, "windows"
+
+
+def _in_rows(args, listed, rig, n_windows):
+    """Return rows of several windows. Only recordings of which some are missing are read again."""
+    if len(rig.data) == rig.available.sum() and rig.available.min() >= n_windows:
+        return join_windows(rig, n_windows)
+    length = n_windows * rig.data.shape[-1]
+    del rig["data"]
+    return _cut(args, listed, length)
 
 
 def _cut(args, listed, window_length):

@@ -339,9 +339,7 @@ def cut_recordings(
         speeds = np.repeat(speeds, counts)
         for name, profile in table.profiles.items():
             i = names.index(name)
-            step = window_length / _N_MEAN
-            few = profile.rows(starts[i] / step, _N_MEAN, table.sampling_rate / step)
-            speeds[row == i] = few.mean(axis=1)
+            speeds[row == i] = _mean_speeds(profile, starts[i], window_length, table.sampling_rate)
     return Bunch(
         data=data.reshape(-1, *windows.shape[1:]),
         target=None if targets is None else targets[row],
@@ -355,6 +353,56 @@ def cut_recordings(
         DESCR="; ".join(notes),
         **table,
     )
+
+
+def _mean_speeds(profile, start, n_samples, sampling_rate):
+    """Return the mean speed of each row."""
+    step = n_samples / _N_MEAN
+    return profile.rows(start / step, _N_MEAN, sampling_rate / step).mean(axis=1)
+
+
+def join_windows(rig: Bunch, n_windows: int) -> Bunch:
+    """Join consecutive windows of recordings to rows, as if they had been cut in rows.
+
+    Parameters
+    ----------
+    rig : Bunch
+        Result of `cut_recordings` that holds all windows of each recording, without a hop. Its data
+        are overwritten.
+    n_windows : int
+        Windows in a row. The last windows of a recording that do not fill a row are left out.
+
+    Returns
+    -------
+    Bunch
+        The rows, as `cut_recordings` returns them.
+
+    Examples
+    --------
+    >>> rig = Bunch(data=np.arange(10.0).reshape(5, 2), start=np.array([0, 2, 4, 0, 2]), rpm=None,
+    ...             recording=np.array(["a", "a", "a", "b", "b"]), available=np.array([3, 2]))
+    >>> rows = join_windows(rig, 2)
+    >>> rows.data.tolist(), rows.start.tolist(), rows.recording.tolist(), rows.available.tolist()
+    ([[0.0, 1.0, 2.0, 3.0], [6.0, 7.0, 8.0, 9.0]], [0, 0], ['a', 'b'], [1, 1])
+    """
+    n_old, *n_channels, window_length = rig.data.shape
+    position, n_own = rig.start // window_length, np.repeat(rig.available, rig.available)
+    first = np.flatnonzero((position % n_windows == 0) & (position + n_windows <= n_own))
+    windows = rig.data.reshape(n_old, -1)
+    for row, start in enumerate(first):
+        # Memory would hold all windows twice, were they not moved within it.
+        joined = np.moveaxis(rig.data[start : start + n_windows], 0, -2)
+        place = row * n_windows
+        windows[place : place + n_windows] = joined.reshape(n_windows, -1)
+    data = windows[: len(first) * n_windows].reshape(len(first), *n_channels, -1)
+    rows = rig | {"data": data, "available": rig.available // n_windows}
+    for name in {"target", "specimen", "load", "rpm", "recording", "start"} & rig.keys():
+        rows[name] = None if rig[name] is None else rig[name][first]
+    for name, profile in rig.get("profiles", {}).items():
+        own = rows["recording"] == name
+        speeds = _mean_speeds(profile, rows["start"][own], data.shape[-1], rig.sampling_rate)
+        rows["rpm"][own] = speeds
+    return Bunch(**rows)
 
 
 def speeds_of_samples(
