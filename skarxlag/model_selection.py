@@ -335,8 +335,8 @@ class SpecimenSplit(_GroupSplitter):
         ------
         ValueError
             If `y` or `groups` is missing or has another shape, a specimen is missing, a start is no
-            whole number, `test_speed` is none of its values, or no place has two specimens at a
-            speed.
+            whole number, `test_speed` is none of its values, no place has two specimens, or no
+            speed has all tested places without the specimens that are left out.
         TypeError
             If a parameter is of another type.
         """
@@ -349,7 +349,7 @@ class SpecimenSplit(_GroupSplitter):
         specimen = table["specimen"]
         missing = np.flatnonzero(specimen.isna()).tolist()
         expect(not missing, "Rows of groups without a specimen", missing, "none")
-        place = self._places_of(conditions)
+        place = places_of_labels(conditions, self.places)
         first, _ = self._halves(table)
         splits = []
         for left_out, (trains, tests) in product(_folds(specimen, place), self._speeds(table)):
@@ -359,16 +359,9 @@ class SpecimenSplit(_GroupSplitter):
             if len(test) > 0 and set(place[test]) <= set(place[train]):
                 splits.append((train, test))
         counts = specimen.groupby(place).nunique().to_dict()
-        wanted = "at least two of a place, recorded at the same speed"
+        wanted = "at least two of a place, and a speed at which the others show all places"
         expect(len(splits) > 0, "Numbers of specimens in groups", counts, wanted)
         yield from splits
-
-    def _places_of(self, conditions):
-        """Return the place of each window."""
-        names, index = np.unique(conditions, return_inverse=True)
-        given = self.places or {}
-        places = [given.get(name, place_of_label(name) or name) for name in names.tolist()]
-        return np.array(places, dtype=object)[index]
 
     def _speeds(self, table):
         """Return the windows that may train and those that may be tested, for each speed."""
@@ -377,6 +370,34 @@ class SpecimenSplit(_GroupSplitter):
         known, at = group_speeds(log_speeds(table["rpm"], len(table)))
         tests = {"all": lambda speed: True, "same": at.__eq__, "other": at.__ne__}
         return [(at == speed, tests[self.test_speed](speed)) for speed in range(len(known))]
+
+
+def places_of_labels(
+    labels: ArrayLike, places: Mapping[Any, Any] | None = None
+) -> NDArray[np.object_]:
+    """Return the place of each label.
+
+    Parameters
+    ----------
+    labels : array-like of shape (n,)
+        Conditions.
+    places : mapping of label to label or None, default=None
+        As in `SpecimenSplit`.
+
+    Returns
+    -------
+    ndarray of object of shape (n,)
+        The place that is given, or that the name says, or else the label itself.
+
+    Examples
+    --------
+    >>> places_of_labels(["IR7", "Normal", "worn", "X"], {"X": "ball"}).tolist()
+    ['inner', 'healthy', 'worn', 'ball']
+    """
+    names, index = np.unique(column_or_1d(labels), return_inverse=True)
+    given = places or {}
+    found = [given.get(name, place_of_label(name) or name) for name in names.tolist()]
+    return np.array(found, dtype=object)[index]
 
 
 def _folds(specimen, place):

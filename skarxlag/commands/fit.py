@@ -64,6 +64,9 @@ def run(args: argparse.Namespace) -> int:
         conditions = sorted(answers(diagnoser).conditions or [healthy], key=lambda c: c != healthy)
         counts = pd.Series(rig.recording[chosen]).groupby(y).agg(["nunique", "count"])
         counts = counts.reindex(conditions, fill_value=0).set_axis(["recordings", rows], axis=1)
+        if specimen is not None:
+            specimens = pd.Series(specimen).groupby(y).nunique()
+            counts.insert(0, "specimens", specimens.reindex(conditions, fill_value=0))
         facts = {"diagnoser": kind, "rows": rows, "conditions": conditions, "healthy": healthy}
         facts |= {"train_rpm": _training_speeds(rig, chosen), "sampling_rate": rate}
         facts |= {"n_channels": 1 if X.ndim == 2 else X.shape[1], "window_length": X.shape[-1]}

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from scipy.signal import lfilter
 
-from skarxlag import make_alpio
-from skarxlag.commands import fit
+from skarxlag import load_recordings, make_alpio
+from skarxlag.commands import evaluate, fit
 from skarxlag.ladder import ThresholdLadder
 
 WINDOW, N_WINDOWS = 200, 8
@@ -59,6 +59,35 @@ def test_fit_passes_stated_specimens_to_the_steps_that_request_them(
         assert seen.tolist() == np.repeat(["B1", "B2", "B3", "B1"], N_WINDOWS).tolist()
     else:
         assert seen is None
+
+
+def test_evaluate_passes_specimens_to_the_steps_that_request_them(
+    run, table, monkeypatch, no_figures
+):
+    def make(healthy=None):
+        return make_alpio(healthy=healthy).set_params(decide=SpecimenLadder(healthy=healthy))
+
+    rig = load_recordings(table, window_length=WINDOW)
+    monkeypatch.setattr(evaluate, "DIAGNOSERS", {"diagnoser": ("Diagnoser", make)})
+    monkeypatch.setitem(evaluate.FETCHERS, "uestc", lambda **options: rig)
+    SpecimenLadder.seen.clear()
+    assert run("evaluate", "--rig", "uestc", "-o", table.parent / "out", "-q")[0] == 0
+    assert {tuple(np.unique(seen)) for seen in SpecimenLadder.seen} == {
+        ("B1", "B2", "B3"),
+        ("B1", "B2"),
+        ("B1", "B3"),
+    }
+
+
+def test_fit_counts_the_specimens_of_each_condition(run, table):
+    model = table.with_suffix(".skops")
+    options = ("--diagnoser", "alpio", "--window-length", WINDOW)
+    _, out, _ = run("fit", table, "-o", model, *options)
+    lines = [line.split() for line in out.splitlines()]
+    assert ["specimens", "recordings", "windows"] in lines
+    assert ["good", "1", "2", "16"] in lines and ["inner", "2", "2", "16"] in lines
+    pd.read_csv(table).drop(columns="specimen").to_csv(table, index=False)
+    assert "specimens " not in run("fit", table, "-o", model, *options)[1]
 
 
 def test_results_repeat_the_stated_specimen_and_load(run, table):

@@ -1,13 +1,19 @@
-"""Compare diagnosers across shaft speeds: train at some, test at others.
+"""Compare diagnosers: train at some speeds, with some bearings, and test at others.
 
-On a rig these are ALPIO, the baseline of Piltan and Kim (2019); the extended-state observer, their
-proposal as repaired; and the recommended diagnoser. Each is calibrated on the first half of every
-recording of one speed and tested on the second half of every recording of every speed. The paper's
-own protocol is python -m benchmarks.paper. On a csv table of your own recordings with the columns
-path, condition and rpm, or a folder or glob, make_diagnoser and two other methods are compared with
-one speed in training and with one left out. Recordings of one value of the column campaign are not
-split between training and test. Without that column, if the test was measured without remounting
-after the training, the accuracy may be too high.
+The printed table summarizes the tests: another speed of the same bearings; another bearing, if the
+recordings show several bearings with a fault at the same place (column specimen); another load, if
+the column load states several. For each it gives the share of right places (healthy, or the part
+with the fault), and how many of the places stated with a probability of 0.9 are right. A report
+with all tables is written to the output folder.
+
+On a rig, the diagnosers are ALPIO, the baseline of Piltan and Kim (2019); the extended-state
+observer, their proposal as repaired; and the recommended one. Each is calibrated on the first half
+of every recording of one speed and tested on the second half of every recording of every speed. The
+paper's own protocol is python -m benchmarks.paper. On a csv table of your own recordings with the
+columns path, condition and rpm, or a folder or glob, make_diagnoser and two other methods are
+compared with one speed in training and with one left out. Across speeds, recordings of one value of
+the column campaign are not split between training and test. Without that column, if the test was
+measured without remounting after the training, the accuracy may be too high.
 """
 
 import argparse
