@@ -19,7 +19,7 @@ _COMMANDS, _SHARE = ("diagnose", "info"), 0.6
 _MOST_SECONDS = 0.3
 
 
-def _python(*arguments, cache, status=0):
+def run_python(*arguments, cache, status=0):
     """Return what a new process prints, which must end with this status."""
     environment = dict(os.environ, NUMBA_CACHE_DIR=str(cache), OMP_NUM_THREADS="1")
     # Bytecode is what an installed package has, whatever numba has cached.
@@ -39,7 +39,7 @@ def _python(*arguments, cache, status=0):
 
 def _run(unit, *arguments, cache):
     """Return the number that a child process prints after this word."""
-    printed = _python("-m", children.__name__, *arguments, cache=cache)
+    printed = run_python("-m", children.__name__, *arguments, cache=cache)
     return float(printed.rpartition(unit)[2])
 
 
@@ -61,7 +61,7 @@ def start_up(n_rounds=9):
         }
         statuses = {"diagnose --unknown": 2, "fit TABLE": 1}
         tasks = {
-            name: partial(_python, *each, cache=folder, status=statuses.get(name, 0))
+            name: partial(run_python, *each, cache=folder, status=statuses.get(name, 0))
             for name, each in arguments.items()
         }
         seconds = take_turns(tasks, n_rounds, clock=_seconds_of_children)

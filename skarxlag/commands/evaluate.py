@@ -1,6 +1,7 @@
 """Run ``skarxlag evaluate``: compare the diagnosers on a rig or on recordings of a table."""
 
 import argparse
+from collections import Counter
 from itertools import product
 from typing import Any
 
@@ -29,6 +30,7 @@ from . import messages, protocols
 from .messages import UsageError, as_command_error, listed
 from .models import DIAGNOSERS, of_outputs
 from .parsers.evaluate import N_SAMPLES, TITLES
+from .progress_bar import ProgressBar
 from .results import why_no_figures
 
 #: The simulated rig: crack sizes, and the speed of the calibration.
@@ -59,15 +61,18 @@ def run(args: argparse.Namespace) -> int:
         cases = list(_rig_cases(args)) if is_rig else [_own_case(args)]
         args.output.mkdir(parents=True, exist_ok=True)
         progress = messages.Progress(sum(len(case.methods) for case in cases), args)
+        bar = ProgressBar(_work(cases), args)
         for case in cases:
-            verdicts = _verdicts(case, args.n_jobs, progress)
+            verdicts = _verdicts(case, args.n_jobs, progress, bar)
             across_speeds = verdicts[verdicts["protocol"].isin(case.protocols)]
             tables = _tables(case, across_speeds)
             table = protocols.summary(verdicts)
             sentences = [protocols.reading(table, case.recommended), *case.sentences]
             block = _block(case.title, "summary, windows in %", table)
             shown = [_heading(case), block + _LEGEND, "", *sentences, ""]
+            bar.clear()
             print(*shown, sep="\n", flush=True)
+            bar.show()
             texts += [*shown, *(_block(case.title, *each) for each in tables.values())]
             if missing is None:
                 _save_figure(case, across_speeds, args.output)
@@ -76,11 +81,22 @@ def run(args: argparse.Namespace) -> int:
             for name, (_, table) in tables.items():
                 content = table.to_csv(float_format="%.6g").encode()
                 write_atomically(args.output / f"{case.stem}_{name}.csv", content)
+            bar.advance("tables", len(case.data))
         stem = args.rig if is_rig else cases[0].stem
         write_atomically(args.output / f"{stem}_report.txt", "\n".join(texts).encode())
     print(missing or "Drawn as PNG: accuracy and confusion matrices.")
     print(f"Report, tables and figures are in {args.output.resolve()}")
     return 0
+
+
+def _work(cases):
+    """Return the rows that each diagnoser is fitted on and tested with, and those in tables."""
+    work: Counter[str] = Counter()
+    for case in cases:
+        n_rows = sum(len(train) + len(test) for train, test, *_ in case.splits)
+        work.update(dict.fromkeys(case.methods, n_rows))
+        work["tables"] += len(case.data)
+    return work
 
 
 def _rig_cases(args):
@@ -208,16 +224,20 @@ def log_spectrum(X: NDArray[Any], nperseg: int) -> NDArray[Any]:
     return np.log(welch(y, nperseg=nperseg, axis=1)[1][:, 1:] + np.finfo(float).tiny)
 
 
-def _verdicts(case, n_jobs, progress):
+def _verdicts(case, n_jobs, progress, bar):
     """Return a row for each window of each test, and each diagnoser."""
     frames, task = [], delayed(_test)
     for name, diagnoser in case.methods.items():
         with parallel_config("threading", n_jobs=n_jobs):
-            tested = Parallel()(task(clone(diagnoser), case, *split[:2]) for split in case.splits)
-        for number, (frame, split) in enumerate(zip(tested, case.splits, strict=True)):
-            facts = {"split": number, "protocol": split[2], "train_rpm": split[3]}
-            frames.append(frame.assign(diagnoser=name, **facts))
+            parallel = Parallel(return_as="generator")
+            tested = parallel(task(clone(diagnoser), case, *split[:2]) for split in case.splits)
+            for number, (frame, split) in enumerate(zip(tested, case.splits, strict=True)):
+                facts = {"split": number, "protocol": split[2], "train_rpm": split[3]}
+                frames.append(frame.assign(diagnoser=name, **facts))
+                bar.advance(name, len(split[0]) + len(split[1]))
+        bar.clear()
         progress.step(f"{case.title}: {name}")
+        bar.show()
     verdicts = pd.concat(frames)
     rows = pd.DataFrame({name: case[name] for name in ("rpm", "recording", "start")})
     rows["specimen"] = case.get("specimen", case.target)

@@ -266,7 +266,7 @@ def test_commands_are_compared_with_their_imports(monkeypatch):
         clock.append(clock[-1] + seconds[name])
 
     clock = [0.0]
-    monkeypatch.setattr(processes, "_python", python)
+    monkeypatch.setattr(processes, "run_python", python)
     monkeypatch.setattr(processes, "_seconds_of_children", lambda: clock[-1])
     monkeypatch.setattr(processes, "_first_predictions", list)
     lines = processes.start_up(n_rounds=2)
