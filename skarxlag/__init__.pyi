@@ -16,6 +16,7 @@ from .fault_classifier import FaultOrderClassifier as FaultOrderClassifier
 from .fusion import SensorFusion as SensorFusion
 from .identification import ARXLaguerre as ARXLaguerre
 from .ladder import ThresholdLadder as ThresholdLadder
+from .model_selection import SpecimenSplit as SpecimenSplit
 from .model_selection import SpeedSplit as SpeedSplit
 from .model_selection import cross_speed_predict as cross_speed_predict
 from .monitoring import ConditionMonitor as ConditionMonitor

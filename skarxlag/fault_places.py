@@ -42,8 +42,8 @@ _NAMES = {
     "healthy": r"(?<![a-z])(?<!no[nt][ _-])(?<!no[ _-])"
     r"(healthy|normal|good|baseline|intact|nominal|ok|okay|undamaged)(?![a-z])"
     r"|^[hn]\d*$|no.?fault",
-    "inner": r"inner|inside|^ir|^i\d*$|bpfi",
-    "outer": r"outer|outside|^or|^o\d*$|bpfo",
+    "inner": r"inner|inside|^ir|^i\d*$|bpfi|[-+_/&]ir\d*$",
+    "outer": r"outer|outside|^or|^o\d*$|bpfo|[-+_/&]or\d*$",
     "ball": r"ball|roller|element|^b\d*$|bsf",
 }
 
@@ -64,7 +64,7 @@ def place_of_label(label: Any) -> str | None:
 
     Examples
     --------
-    >>> [place_of_label(name) for name in ("OR5", "Inner race", "B", "Normal", "IR-ball", 3)]
+    >>> [place_of_label(name) for name in ("OR5", "Inner race", "B", "Normal", "IR-OR", 3)]
     ['outer', 'inner', 'ball', 'healthy', None, None]
     >>> [place_of_label(name) for name in ("normal_0", "abnormal", "not healthy", "H1")]
     ['healthy', None, None, 'healthy']

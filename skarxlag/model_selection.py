@@ -1,8 +1,8 @@
-"""Cross-validation across shaft speeds."""
+"""Cross-validation across shaft speeds and across specimens."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
 from typing import Any, ClassVar
@@ -18,6 +18,7 @@ from sklearn.utils import check_consistent_length, column_or_1d
 from ._answers import requests
 from ._state import expect
 from ._validation import ABOVE_0, check_count, check_flag, check_real
+from .fault_places import place_of_label
 from .kernels.speed_references import SAME_LOG_SPEED, group_speeds
 from .speeds import log_speeds
 
@@ -65,8 +66,60 @@ def first_and_second_half(
     return start + window_length <= middle, start >= middle
 
 
+class _GroupSplitter(BaseCrossValidator):
+    """Splitter by columns of `groups`, the last of which are recordings and starts of windows."""
+
+    __metadata_request__split: ClassVar = {"groups": True}
+    _COLUMNS: ClassVar[tuple[str, ...]]
+    window_length: int | None
+
+    def get_n_splits(
+        self, X: ArrayLike | None = None, y: Any = None, groups: ArrayLike | None = None
+    ) -> int:
+        """Count the splits.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_windows, ...) or None, default=None
+            Windows.
+        y : array-like of shape (n_windows,) or None, default=None
+            As in `split`.
+        groups : array-like
+            As in `split`.
+
+        Returns
+        -------
+        int
+            Number of pairs that `split` yields.
+        """
+        return sum(1 for _ in self.split(X, y, groups))
+
+    def _table(self, X, groups):
+        """Return `groups` as a table with names of columns."""
+        table = pd.DataFrame(groups)
+        names = list(self._COLUMNS)
+        fits = 1 <= table.shape[1] <= len(names) and (X is None or len(table) == len(X))
+        wanted = f"a row for each window, with the first of the columns {', '.join(names)}"
+        expect(fits, "groups.shape", table.shape, wanted)
+        table = table.set_axis(names[: table.shape[1]], axis=1)
+        if "start" in table:
+            start = pd.to_numeric(table["start"], errors="coerce")
+            is_whole = start % 1 == 0
+            found = table["start"][~is_whole].tolist()
+            expect(is_whole, "Starts in groups", found, "whole numbers")
+            table["start"] = start
+            check_count(self.window_length, "window_length for the starts in groups")
+        return table
+
+    def _halves(self, table):
+        """Return the windows of first and of second halves; all of them without recordings."""
+        if "recording" not in table:
+            return True, True
+        return first_and_second_half(table["recording"], table.get("start"), self.window_length)
+
+
 @dataclass(kw_only=True, eq=False, repr=False)
-class SpeedSplit(BaseCrossValidator):
+class SpeedSplit(_GroupSplitter):
     """Splitter that trains at one speed and tests at another.
 
     It works in `cross_validate`, in `GridSearchCV`, and in one of these inside another one. Use
@@ -128,7 +181,7 @@ class SpeedSplit(BaseCrossValidator):
     same_speed: bool = False
     window_length: int | None = None
 
-    __metadata_request__split: ClassVar = {"groups": True}
+    _COLUMNS: ClassVar = ("rpm", "recording", "start")
 
     def split(
         self, X: ArrayLike, y: Any = None, groups: ArrayLike | None = None
@@ -158,33 +211,28 @@ class SpeedSplit(BaseCrossValidator):
         TypeError
             If a parameter is of another type.
         """
-        log_speed, recording, start = self._columns(X, groups)
-        known, at = group_speeds(log_speed)
-        self._check_settings(known, recording, start)
+        table = self._table(X, groups)
+        known, at = group_speeds(log_speeds(table["rpm"], len(table)))
+        self._check_settings(known, "recording" in table)
         speeds = range(len(known))
         pairs = product(self._training_speeds(known), speeds)
         sides = [(at == a, at == b) for a, b in pairs if self.same_speed or a != b]
         if self.leave_out:
             sides = [(at != speed, at == speed) for speed in speeds]
-        first = second = True
-        if recording is not None:
-            first, second = first_and_second_half(recording, start, self.window_length)
+        first, second = self._halves(table)
         splits = [(np.flatnonzero(first & a), np.flatnonzero(second & b)) for a, b in sides]
         least = min(len(side) for sides in splits for side in sides)
         name = "Least number of windows of a speed in halves of the recordings in groups"
         expect(least > 0, name, least, "at least 1")
         yield from splits
 
-    def _check_settings(self, known, recording, start):
+    def _check_settings(self, known, has_recordings):
         check_flag(self.leave_out, "leave_out")
         check_flag(self.same_speed, "same_speed")
         fits = not self.leave_out or (self.train_rpm is None and not self.same_speed)
         expect(fits, "leave_out", True, "False with `train_rpm` or `same_speed`")
-        fits = not self.same_speed or recording is not None
+        fits = not self.same_speed or has_recordings
         expect(fits, "same_speed", True, "False without recordings, the second column of groups")
-        if start is not None:
-            name = "window_length for the starts in groups"
-            check_count(self.window_length, name)
         fits = len(known) > 1 or self.same_speed
         expect(fits, "Speeds in groups", np.exp(known), "at least two")
 
@@ -197,39 +245,184 @@ class SpeedSplit(BaseCrossValidator):
         expect(distance.min() <= SAME_LOG_SPEED, "train_rpm", self.train_rpm, wanted)
         return [distance.argmin()]
 
-    def get_n_splits(
-        self, X: ArrayLike | None = None, y: Any = None, groups: ArrayLike | None = None
-    ) -> int:
-        """Count the splits.
+
+@dataclass(kw_only=True, eq=False, repr=False)
+class SpecimenSplit(_GroupSplitter):
+    """Splitter that tests specimens that were not used for training.
+
+    A specimen is one bearing. Its conditions have a place: healthy, or the part with the fault. A
+    fold leaves one specimen of each place out of the training, and is tested on these specimens.
+    Score the place, because the condition of a specimen, such as a size of a fault, may not be
+    among those of the training.
+
+    Parameters
+    ----------
+    places : mapping of label to label or None, default=None
+        Place of each condition in `y`. A condition that is not among them has the place that its
+        name says: ``IR7`` or ``inner race`` are of the inner race. A condition whose name says no
+        place is a place of its own.
+    test_speed : {"all", "same", "other"}, default="all"
+        Speeds of the test: all, that of the training, or the others. It has no effect without
+        speeds in `groups`.
+    window_length : int or None, default=None
+        Samples in a window. It is needed if `groups` has the starts of windows.
+
+    See Also
+    --------
+    SpeedSplit : Other speeds of the same specimens.
+
+    Notes
+    -----
+    `groups` holds the specimen of each window, and in further columns its speed, its recording and
+    the index of its first sample there. It is an array, a list of rows or a table; the order of its
+    columns counts.
+
+    Each specimen is left out once. A specimen always trains if it is the only one of a place, so
+    that every place remains in the training. A place with fewer specimens than others is complete
+    in the last folds. `sklearn.model_selection.StratifiedGroupKFold` would leave such a place out.
+
+    With speeds, each fold trains at one speed, and there is a split for each speed, in ascending
+    order. A split whose training would lack a place of the test is left out. Speeds up to 2 % apart
+    are one speed, as in `SpeedSplit`. With recordings, only the first half of each recording
+    trains, as in `SpeedSplit`, so that both splitters train on the same number of windows of a
+    recording.
+
+    Examples
+    --------
+    >>> y = ["healthy", "healthy", "IR2", "IR5", "OR2", "OR5"]
+    >>> specimen = ["H1", "H2", "A", "B", "C", "D"]
+    >>> for train, test in SpecimenSplit().split(None, y, groups=specimen):
+    ...     print(train, test)
+    [1 3 5] [0 2 4]
+    [0 2 4] [1 3 5]
+
+    With places as labels, scores are the share of right places:
+
+    >>> from sklearn.model_selection import cross_val_score
+    >>> from sklearn.tree import DecisionTreeClassifier
+    >>> levels, y = [[1.0], [1.1], [3.0], [3.2]], ["healthy", "healthy", "inner", "inner"]
+    >>> settings = {"groups": ["H1", "H2", "A", "B"], "cv": SpecimenSplit()}
+    >>> cross_val_score(DecisionTreeClassifier(), levels, y, **settings)
+    array([1., 1.])
+    """
+
+    places: Mapping[Any, Any] | None = None
+    test_speed: str = "all"
+    window_length: int | None = None
+
+    _COLUMNS: ClassVar = ("specimen", "rpm", "recording", "start")
+
+    def split(
+        self, X: ArrayLike, y: Any = None, groups: ArrayLike | None = None
+    ) -> Iterator[tuple[NDArray[Any], NDArray[Any]]]:
+        """Yield the row numbers of training and test windows.
 
         Parameters
         ----------
-        X : array-like of shape (n_windows, ...) or None, default=None
-            Windows.
-        y : ignored
-            Here by convention.
-        groups : array-like
-            As in `split`.
+        X : array-like of shape (n_windows, ...) or None
+            Windows; only their number counts.
+        y : array-like of shape (n_windows,)
+            Conditions. It is needed.
+        groups : array-like of shape (n_windows,) or (n_windows, 2) to (n_windows, 4)
+            Specimen of each window; speed; recording; index of its first sample there.
 
-        Returns
-        -------
-        int
-            Number of pairs that `split` yields.
+        Yields
+        ------
+        train, test : ndarray of int
+            Row numbers.
+
+        Raises
+        ------
+        ValueError
+            If `y` or `groups` is missing or has another shape, a specimen is missing, a start is no
+            whole number, `test_speed` is none of its values, no place has two specimens, or no
+            speed has all tested places without the specimens that are left out.
+        TypeError
+            If a parameter is of another type.
         """
-        return sum(1 for _ in self.split(X, y, groups))
+        table = self._table(X, groups)
+        expect(y is not None, "y", y, "the condition of each window")
+        conditions = column_or_1d(y)
+        check_consistent_length(table, conditions)
+        choices = ("all", "same", "other")
+        expect(self.test_speed in choices, "test_speed", self.test_speed, f"one of {choices}")
+        specimen = table["specimen"]
+        missing = np.flatnonzero(specimen.isna()).tolist()
+        expect(not missing, "Rows of groups without a specimen", missing, "none")
+        place = places_of_labels(conditions, self.places)
+        first, _ = self._halves(table)
+        splits = []
+        for left_out, (trains, tests) in product(_folds(specimen, place), self._speeds(table)):
+            is_out = specimen.isin(left_out).to_numpy()
+            train = np.flatnonzero(~is_out & first & trains)
+            test = np.flatnonzero(is_out & tests)
+            if len(test) > 0 and set(place[test]) <= set(place[train]):
+                splits.append((train, test))
+        counts = specimen.groupby(place).nunique().to_dict()
+        wanted = "at least two of a place, and a speed at which the others show all places"
+        expect(len(splits) > 0, "Numbers of specimens in groups", counts, wanted)
+        yield from splits
 
-    def _columns(self, X, groups):
-        table = pd.DataFrame(groups)
-        fits = 1 <= table.shape[1] <= 3 and (X is None or len(table) == len(X))
-        wanted = "a row for each window with its speed, its recording and its first sample's index"
-        expect(fits, "groups.shape", table.shape, wanted)
-        table = table.set_axis(["rpm", "recording", "start"][: table.shape[1]], axis=1)
-        start = table.get("start")
-        if start is not None:
-            given, start = start, pd.to_numeric(start, errors="coerce")
-            is_whole = start % 1 == 0
-            expect(is_whole, "Starts in groups", given[~is_whole].tolist(), "whole numbers")
-        return log_speeds(table["rpm"], len(table)), table.get("recording"), start
+    def _speeds(self, table):
+        """Return the windows that may train and those that may be tested, for each speed."""
+        if "rpm" not in table:
+            return [(True, True)]
+        known, at = group_speeds(log_speeds(table["rpm"], len(table)))
+        tests = {"all": lambda speed: True, "same": at.__eq__, "other": at.__ne__}
+        return [(at == speed, tests[self.test_speed](speed)) for speed in range(len(known))]
+
+
+def places_of_labels(
+    labels: ArrayLike, places: Mapping[Any, Any] | None = None
+) -> NDArray[np.object_]:
+    """Return the place of each label.
+
+    Parameters
+    ----------
+    labels : array-like of shape (n,)
+        Conditions.
+    places : mapping of label to label or None, default=None
+        As in `SpecimenSplit`.
+
+    Returns
+    -------
+    ndarray of object of shape (n,)
+        The place that is given, or that the name says, or else the label itself.
+
+    Examples
+    --------
+    >>> places_of_labels(["IR7", "Normal", "worn", "X"], {"X": "ball"}).tolist()
+    ['inner', 'healthy', 'worn', 'ball']
+    """
+    names, index = np.unique(column_or_1d(labels), return_inverse=True)
+    given = places or {}
+    found = [given.get(name, place_of_label(name) or name) for name in names.tolist()]
+    return np.array(found, dtype=object)[index]
+
+
+def _folds(specimen, place):
+    """Return the specimens that each fold leaves out, each of them once.
+
+    A specimen may have several places: it may be healthy first and faulty later. The places with
+    the fewest specimens choose first. Each place keeps a specimen.
+    """
+    of_places = pd.Series(specimen.to_numpy()).groupby(place).agg(set).tolist()
+    remaining = sorted(set(specimen))
+    folds = []
+    while True:
+        left_out: set[Any] = set()
+        for of_place in sorted(of_places, key=len):
+            if not left_out & of_place:
+                fits = [
+                    each
+                    for each in remaining
+                    if each in of_place and all(kept - left_out - {each} for kept in of_places)
+                ]
+                left_out.update(fits[:1])
+        if not left_out:
+            return folds
+        remaining = [each for each in remaining if each not in left_out]
+        folds.append(left_out)
 
 
 def cross_speed_predict(

@@ -13,7 +13,8 @@ from skarxlag.fault_places import (
 def test_names_of_labels():
     names = {"BPFO 3": "outer", "inner_race": "inner", "Roller": "ball", "baseline": "healthy"}
     assert {name: place_of_label(name) for name in names} == names
-    assert place_of_label("outer race and ball") is None
+    for compound in ("outer race and ball", "IR-OR", "OR-IR", "IR7_OR7"):
+        assert place_of_label(compound) is None
 
 
 def test_a_smaller_share_of_wrong_names_needs_a_larger_margin():

@@ -7,7 +7,7 @@ from sklearn.base import clone
 from sklearn.metrics import confusion_matrix
 from sklearn.model_selection import GridSearchCV, cross_validate
 
-from skarxlag import SpeedSplit, ThresholdLadder, cross_speed_predict, make_alpio
+from skarxlag import SpecimenSplit, SpeedSplit, ThresholdLadder, cross_speed_predict, make_alpio
 from skarxlag.model_selection import first_and_second_half
 
 
@@ -269,3 +269,119 @@ def test_training_speed_may_have_jitter():
     assert len(speed_splits([600, 613, 700])) == 6
     with pytest.raises(ValueError, match=r"train_rpm == 650, expected .* \[602.495, 700.0\]"):
         speed_splits([600, 605, 700], train_rpm=650)
+
+
+def specimen_splits(y, specimen, *columns, **settings):
+    groups = pd.DataFrame(dict(enumerate([specimen, *columns])))
+    return as_lists(SpecimenSplit(**settings).split(None, y, groups))
+
+
+def test_each_fold_leaves_out_one_specimen_of_each_place():
+    y = ["Normal", "Normal", "IR2", "IR5", "OR2", "OR5"]
+    assert specimen_splits(y, ["N1", "N2", *y[2:]]) == [
+        ([1, 3, 5], [0, 2, 4]),
+        ([0, 2, 4], [1, 3, 5]),
+    ]
+
+
+def test_the_only_specimen_of_a_place_always_trains():
+    assert specimen_splits(["good", "good", "ball", "ball"], ["A", "A", "B", "C"]) == [
+        ([0, 1, 3], [2]),
+        ([0, 1, 2], [3]),
+    ]
+
+
+def test_places_of_few_specimens_are_complete_in_the_last_folds():
+    y = ["inner", "inner", "inner", "outer", "outer"]
+    assert specimen_splits(y, list("abcde")) == [
+        ([1, 2, 4], [0, 3]),
+        ([0, 2, 3], [1, 4]),
+        ([0, 1, 3, 4], [2]),
+    ]
+
+
+def test_a_specimen_that_is_healthy_first_and_faulty_later_is_left_out_with_all_its_rows():
+    y = ["good", "inner", "good", "outer", "good", "inner", "good", "outer"]
+    specimen = ["A", "A", "B", "B", "C", "C", "D", "D"]
+    assert specimen_splits(y, specimen) == [
+        ([4, 5, 6, 7], [0, 1, 2, 3]),
+        ([0, 1, 2, 3], [4, 5, 6, 7]),
+    ]
+    # B is the only specimen of the outer race.
+    assert specimen_splits(y[:6], specimen[:6]) == [([2, 3, 4, 5], [0, 1]), ([0, 1, 2, 3], [4, 5])]
+
+
+def test_folds_do_not_depend_on_the_order_of_rows():
+    rng = np.random.default_rng(0)
+    y, specimen = np.array(["good", "inner"] * 6), np.arange(12) // 3
+    order = rng.permutation(12)
+    moved = specimen_splits(y[order], specimen[order])
+    restored = [[sorted(order[rows].tolist()) for rows in split] for split in moved]
+    assert restored == [list(split) for split in specimen_splits(y, specimen)]
+
+
+@pytest.mark.parametrize(
+    ("test_speed", "tests"),
+    [("all", [[0, 1], [0, 1]]), ("same", [[0], [1]]), ("other", [[1], [0]])],
+)
+def test_a_fold_trains_at_each_speed_and_tests_at_the_chosen_ones(test_speed, tests):
+    y, specimen, rpm = ["ball"] * 4, ["A", "A", "B", "B"], [900, 1500, 905, 1500]
+    splits = specimen_splits(y, specimen, rpm, test_speed=test_speed)
+    assert [train for train, _ in splits] == [[2], [3], [0], [1]]
+    assert [test for _, test in splits[:2]] == tests
+
+
+def test_first_halves_of_recordings_train_and_left_out_recordings_are_tested_as_a_whole():
+    y, specimen, rpm = ["ball"] * 8, list("AAAABBBB"), [900] * 8
+    assert specimen_splits(y, specimen, rpm, specimen) == [
+        ([4, 5], [0, 1, 2, 3]),
+        ([0, 1], [4, 5, 6, 7]),
+    ]
+    start = [0, 10, 20, 30] * 2
+    overlapping = specimen_splits(y, specimen, rpm, specimen, start, window_length=25)
+    assert overlapping == [([4], [0, 1, 2, 3]), ([0], [4, 5, 6, 7])]
+
+
+def test_a_split_whose_training_lacks_a_tested_place_is_left_out():
+    # B was recorded at 900 rpm only, so no bearing with this fault trains at 1500 rpm without A.
+    y, specimen = ["ball"] * 3 + ["good"] * 2, ["A", "A", "B", "N", "N"]
+    assert specimen_splits(y, specimen, [900, 1500, 900, 900, 1500]) == [
+        ([2, 3], [0, 1]),
+        ([0, 3], [2]),
+        ([1, 4], [2]),
+    ]
+
+
+def test_places_are_those_of_names_or_given():
+    y, specimen = ["minor", "severe", "IR2", "IR5"], list("abcd")
+    assert specimen_splits(y, specimen) == [([0, 1, 3], [2]), ([0, 1, 2], [3])]
+    given = specimen_splits(y, specimen, places={"minor": "ball", "severe": "ball", "IR5": "cage"})
+    assert given == [([1, 2, 3], [0]), ([0, 2, 3], [1])]
+
+
+@pytest.mark.parametrize("routing", [False, True])
+def test_places_of_other_specimens_are_cross_validated(routing):
+    groups = pd.DataFrame({"specimen": RUN, "rpm": np.tile(SPEED[::20], 20)})
+    cv = SpecimenSplit(test_speed="other")
+    with sklearn.config_context(enable_metadata_routing=routing):
+        settings = {"params": {"groups": groups}} if routing else {"groups": groups}
+        scores = cross_validate(ThresholdLadder(), LEVELS, LABELS, cv=cv, **settings)
+    assert len(scores["test_score"]) == cv.get_n_splits(LEVELS, LABELS, groups) == 9
+    assert scores["test_score"].mean() > 0.8
+
+
+@pytest.mark.parametrize(
+    ("splitter", "y", "groups", "message"),
+    [
+        (SpecimenSplit(), LABELS, None, r"groups.shape == \(0, 0\)"),
+        (SpecimenSplit(), LABELS, np.ones((60, 5)), "columns specimen, rpm, recording, start"),
+        (SpecimenSplit(), None, RUN, "y == None, expected the condition of each window"),
+        (SpecimenSplit(), LABELS[:5], RUN, "inconsistent numbers of samples"),
+        (SpecimenSplit(), LABELS, np.where(RUN == 5, np.nan, RUN), r"without a specimen == \[50"),
+        (SpecimenSplit(), LABELS, LABELS, r"'healthy': 1, 'worn': 1\}, expected at least two"),
+        (SpecimenSplit(test_speed="next"), LABELS, RUN, "test_speed == 'next', expected one of"),
+    ],
+)
+def test_splitter_of_specimens_says_what_is_wrong(splitter, y, groups, message):
+    with pytest.raises(ValueError, match=message):
+        list(splitter.split(LEVELS, y, groups))

@@ -18,11 +18,17 @@ _SIMULATED_SAMPLES = 60_000
 
 
 class Recording(NamedTuple):
-    """One recording of a rig: samples, of shape (n_samples,) or (n_channels, n_samples)."""
+    """One recording of a rig: samples, of shape (n_samples,) or (n_channels, n_samples).
+
+    The specimen and the load are None if all recordings of a condition share the specimen, and if
+    the load is not stated.
+    """
 
     samples: np.ndarray
     condition: str
     rpm: float
+    specimen: str | None = None
+    load: str | None = None
 
 
 class Rig(NamedTuple):
@@ -70,6 +76,22 @@ def _sound(folder):
         yield Recording(soundfile.read(path)[0], condition, float(rpm))
 
 
+def _paderborn(folder):
+    for path in sorted(folder.glob("*.npz")):
+        condition, specimen = path.stem.split("_")
+        with np.load(path) as content:
+            settings = zip(
+                content["signal"].astype(float),
+                content["rpm"].tolist(),
+                content["torque_nm"].tolist(),
+                content["radial_force_n"].tolist(),
+                strict=True,
+            )
+            for samples, rpm, torque, force in settings:
+                load = f"{torque:g} Nm, {force:g} N"
+                yield Recording(samples, condition, float(rpm), specimen, load)
+
+
 #: Folder, sampling rate and reader of each rig.
 _REAL = {
     "UESTC": ("uestc", 20_000, _uestc),
@@ -78,14 +100,22 @@ _REAL = {
     "CWRU drive end": ("cwru_drive_end", 12_000, _npz),
     "CWRU fan end": ("cwru_fan_end", 12_000, _npz),
     "motor sound": ("motor_sound", 44_100, _sound),
+    "Paderborn": ("paderborn", 64_000, _paderborn),
 }
+#: Rigs with one specimen of each condition, recorded at several speeds. They serve the protocol in
+#: which the bearing is the same and the speed is another one.
+SAME_BEARING = [name for name in _REAL if name != "Paderborn"]
 
 
 def real_rigs(names=None, home=None):
-    """Yield the real rigs that are there, each with all its recordings in memory."""
+    """Yield the real rigs that are there, each with all its recordings in memory.
+
+    Without names, these are the rigs of `SAME_BEARING`.
+    """
     home = Path(home or os.environ["SKARXLAG_DATA"])
+    names = SAME_BEARING if names is None else names
     for name, (folder, rate, read) in _REAL.items():
-        if (names is None or name in names) and (home / folder).is_dir():
+        if name in names and (home / folder).is_dir():
             yield Rig(name, float(rate), list(read(home / folder)))
 
 

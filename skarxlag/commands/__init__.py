@@ -12,8 +12,8 @@ from io import TextIOWrapper, UnsupportedOperation
 from .._version import __version__
 from .messages import CommandError, UsageError, say
 
-#: Summaries of the commands. The command NAME is the module ``skarxlag.commands.NAME``. Its
-#: ``add_arguments(parser)`` declares the arguments. Its ``run(args)`` returns the exit status.
+#: Summaries of the commands. ``skarxlag.commands.parsers.NAME`` declares and checks the arguments.
+#: ``run(args)`` of the module ``skarxlag.commands.NAME`` returns the exit status.
 _COMMANDS = {
     "evaluate": "compare the diagnosers across speeds",
     "fit": "calibrate a diagnoser on your recordings",
@@ -41,7 +41,9 @@ def main(argv: list[str] | None = None) -> int:
         with warnings.catch_warnings():
             # Users of a shell read the messages of the command, not warnings of Python.
             warnings.simplefilter("ignore")
-            status = args.run(args)
+            args.check(args)
+            # This import takes most of the time of a short command.
+            status = import_module(f".{args.command}", __name__).run(args)
         sys.stdout.flush()
         return status
     except UsageError as error:
@@ -105,10 +107,9 @@ def _parser(argv):
     commands = parser.add_subparsers(parser_class=_CommandParser, **options)
     for name, summary in _COMMANDS.items():
         command = commands.add_parser(name, help=summary)
-        # Importing a command imports all that it computes with, which takes seconds.
         if name in argv:
-            module = import_module(f".{name}", __name__)
+            module = import_module(f".parsers.{name}", __name__)
             command.description = module.__doc__
-            command.set_defaults(run=module.run, fail=command.error)
+            command.set_defaults(check=module.check, fail=command.error)
             module.add_arguments(command)
     return parser

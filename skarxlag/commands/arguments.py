@@ -10,7 +10,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..bearings import bearing_orders
 from ..recordings import listing
 from ..recordings.speeds import TACHO, is_speed_source
 from .messages import UsageError
@@ -84,6 +83,8 @@ def speed_range(text: str) -> tuple[float, float]:
 
 def bearing(text: str) -> str:
     """Check a name, dimensions or orders of a bearing, as `bearing_orders` takes them."""
+    from ..bearings import bearing_orders
+
     try:
         bearing_orders(text)
     except ValueError as error:

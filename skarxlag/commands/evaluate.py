@@ -1,53 +1,49 @@
-"""Compare diagnosers across shaft speeds: train at some, test at others.
-
-On a rig these are ALPIO, the baseline of Piltan and Kim (2019); the extended-state observer, their
-proposal as repaired; and the recommended diagnoser. Each is calibrated on the first half of every
-recording of one speed and tested on the second half of every recording of every speed. The paper's
-own protocol is python -m benchmarks.paper. On a csv table of your own recordings with the columns
-path, condition and rpm, or a folder or glob, make_diagnoser and two other methods are compared with
-one speed in training and with one left out. Recordings of one value of the column campaign are not
-split between training and test. Without that column, if the test was measured without remounting
-after the training, the accuracy may be too high.
-"""
+"""Run ``skarxlag evaluate``: compare the diagnosers on a rig or on recordings of a table."""
 
 import argparse
+from collections import Counter
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from joblib import parallel_config
+from joblib import Parallel, delayed, parallel_config
 from numpy.typing import NDArray
 from scipy.signal import welch
+from sklearn.base import clone
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.ensemble import RandomForestClassifier
-from sklearn.model_selection import check_cv
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer, scale
 from sklearn.utils import Bunch
 
-from .._answers import requests
+from .._answers import offers, requests
 from .._files import write_atomically
 from ..accuracy_tables import confusion_table, speed_summary
 from ..datasets import FETCHERS, simulate_rig
 from ..diagnosers import make_diagnoser
 from ..kernels.speed_references import group_speeds
-from ..model_selection import cross_speed_predict, first_and_second_half
+from ..model_selection import first_and_second_half
 from ..plotting import SpeedAccuracyDisplay
 from ..recordings.rig import cut_recordings, speeds_of_samples
-from . import arguments, messages
-from .arguments import option, positive_int, refuse
+from . import messages, protocols
 from .messages import UsageError, as_command_error, listed
 from .models import DIAGNOSERS, of_outputs
+from .parsers.evaluate import N_SAMPLES, TITLES
+from .progress_bar import ProgressBar
 from .results import why_no_figures
 
-TITLES = {"simulated": "Simulated rig"} | {name: f"{name.upper()} rig" for name in FETCHERS}
-#: The simulated rig: samples of a recording, crack sizes, and the speed of the calibration.
-N_SAMPLES, _CRACKS_MM, _SIMULATED_RPM = 120_000, (3.0, 6.0), 500.0
+#: The simulated rig: crack sizes, and the speed of the calibration.
+_CRACKS_MM, _SIMULATED_RPM = (3.0, 6.0), 500.0
 #: Windows of a table are long if every recording holds two of them. Those of a rig are short.
 _LONG, _SHORT = 4800, 1200
-#: Titles of protocols: of a rig, and of the recordings of a table.
+#: Explanation of the columns of the summary.
+_LEGEND = (
+    "bearings: number of tested ones; condition, place: windows with the right one;\n"
+    f"stated: windows whose place has a probability of {protocols.STATED:g} or more; "
+    "of these: right places among them."
+)
+#: Titles of protocols across speeds: of a rig, and of the recordings of a table.
 _HALVES = {"speeds": "trained on first halves at one speed (rows), tested on second (columns)"}
 _SPEEDS = {
     "in": "trained at one speed, tested at all others (columns)",
@@ -57,55 +53,50 @@ _CAMPAIGNS = " Training and test differ in recording and campaign."
 _NO_CAMPAIGNS = " No column campaign: without remounting, the accuracy may be too high."
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument("table", nargs="?", type=Path, help="your own recordings; default: a rig")
-    parser.add_argument("--rig", choices=TITLES, default="simulated", help="default: simulated")
-    option(parser, "--data-home", "of a real rig's files; default: scikit-learn's", Path, "FOLDER")
-    text = "speed of the calibration on a rig, or all; default: all, on the simulated rig 500"
-    option(parser, "--train-rpm", text, arguments.speed_or_all, "RPM")
-    text = "default: 1200; of a table 4800, if the recordings are long enough"
-    option(parser, "--window-length", text, arguments.window_length)
-    option(parser, "--n-samples", f"of simulated recordings; default: {N_SAMPLES}", positive_int)
-    option(parser, "--outputs", "channels of a table that are sensors, see fit", positive_int)
-    option(parser, "--n-jobs", "threads; default: all cores", arguments.job_count)
-    option(parser, "-o --output", "default: skarxlag-results", Path, "FOLDER")
-    messages.add_progress_arguments(parser)
-    arguments.add_source_arguments(parser, "recordings whose line in the table lacks them")
-    parser.set_defaults(n_jobs=-1, output=Path("skarxlag-results"))
-
-
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     is_rig = args.table is None
-    if is_rig:
-        unfit = "n_samples" if args.rig in FETCHERS else "data_home"
-        refuse(args, [*arguments.FACTS, "outputs", unfit], f"not allowed with --rig {args.rig}")
-    else:
-        refuse(args, ["data_home", "n_samples", "train_rpm"], "not allowed with a table")
-    if args.output.exists() and not args.output.is_dir():
-        raise UsageError(f"argument --output: {args.output} is a file, expected a folder")
     texts, missing = [], why_no_figures()
     with as_command_error():
         cases = list(_rig_cases(args)) if is_rig else [_own_case(args)]
         args.output.mkdir(parents=True, exist_ok=True)
         progress = messages.Progress(sum(len(case.methods) for case in cases), args)
+        bar = ProgressBar(_work(cases), args)
         for case in cases:
-            verdicts = _verdicts(case, args.n_jobs, progress)
-            tables = _tables(case, verdicts)
-            texts += [_heading(case), *(_block(case.title, *each) for each in tables.values())]
+            verdicts = _verdicts(case, args.n_jobs, progress, bar)
+            across_speeds = verdicts[verdicts["protocol"].isin(case.protocols)]
+            tables = _tables(case, across_speeds)
+            table = protocols.summary(verdicts)
+            sentences = [protocols.reading(table, case.recommended), *case.sentences]
+            block = _block(case.title, "summary, windows in %", table)
+            shown = [_heading(case), block + _LEGEND, "", *sentences, ""]
+            bar.clear()
+            print(*shown, sep="\n", flush=True)
+            bar.show()
+            texts += [*shown, *(_block(case.title, *each) for each in tables.values())]
             if missing is None:
-                _save_figure(case, verdicts, args.output)
+                _save_figure(case, across_speeds, args.output)
             tables["verdicts"] = "", verdicts
+            tables["protocols"] = "", table
             for name, (_, table) in tables.items():
                 content = table.to_csv(float_format="%.6g").encode()
                 write_atomically(args.output / f"{case.stem}_{name}.csv", content)
+            bar.advance("tables", len(case.data))
         stem = args.rig if is_rig else cases[0].stem
         write_atomically(args.output / f"{stem}_report.txt", "\n".join(texts).encode())
-    print(*texts, sep="\n")
     print(missing or "Drawn as PNG: accuracy and confusion matrices.")
     print(f"Report, tables and figures are in {args.output.resolve()}")
     return 0
+
+
+def _work(cases):
+    """Return the rows that each diagnoser is fitted on and tested with, and those in tables."""
+    work: Counter[str] = Counter()
+    for case in cases:
+        n_rows = sum(len(train) + len(test) for train, test, *_ in case.splits)
+        work.update(dict.fromkeys(case.methods, n_rows))
+        work["tables"] += len(case.data)
+    return work
 
 
 def _rig_cases(args):
@@ -113,8 +104,9 @@ def _rig_cases(args):
 
     A case is a rig with further entries: ``title``; ``stem`` of its files; ``splits``, which are
     the rows of a training and of its test, the protocol, and the speed of the training if there is
-    one; ``methods``, the diagnosers to compare; ``protocols``, their titles; and ``note``, a
-    sentence on the recordings of a table.
+    one; ``methods``, the diagnosers to compare; ``recommended``, the name of one of them;
+    ``protocols``, the titles of those across speeds; ``sentences`` on what is not measured; and
+    ``note``, a sentence on the recordings of a table.
     """
     length, title = args.window_length or _SHORT, TITLES[args.rig]
     messages.report_progress(args, f"{title}: loading")
@@ -143,8 +135,20 @@ def _rig_case(args, title, stem, rig, train_rpm):
         for rpm in (speeds if wanted == "all" else [wanted])
     ]
     methods = {name: make(healthy=rig.target_names[0]) for name, make in DIAGNOSERS.values()}
-    case = {"title": title, "stem": stem, "splits": splits, "methods": methods, "note": ""}
-    return Bunch(**{"speeds": rig.rpm} | rig | case, protocols=_HALVES)
+    case = {"title": title, "stem": stem, "methods": methods, "note": "", "protocols": _HALVES}
+    case["recommended"] = DIAGNOSERS["diagnoser"][0]
+    usable = np.ones(len(rig.target), dtype=bool)
+    further, case["sentences"] = _further_splits(rig, usable, halves=True)
+    if wanted != "all":
+        further = [split for split in further if split[2] == "load" or split[3] == wanted]
+    return Bunch(**{"speeds": rig.rpm} | rig | case, splits=splits + further)
+
+
+def _further_splits(rig, usable, halves):
+    """Return the splits that leave bearings and loads out, and what is not measured."""
+    bearings, on_bearings = protocols.bearing_splits(rig, usable, halves)
+    loads, on_loads = protocols.load_splits(rig, usable)
+    return bearings + loads, [each for each in (on_bearings, on_loads) if each]
 
 
 def _own_case(args):
@@ -153,7 +157,7 @@ def _own_case(args):
     Recordings that are tested are never those of the training. If the table has a column
     ``campaign``, neither are their campaigns: recordings between which nothing was remounted.
     """
-    recordings = arguments.table_recordings(args)
+    recordings = args.listed
     try:
         rig = cut_recordings(recordings, args.table, args.window_length or _LONG)
     except ValueError:
@@ -181,7 +185,9 @@ def _own_case(args):
     }
     note = _CAMPAIGNS if "campaign" in rig.further else _NO_CAMPAIGNS
     case = {"title": str(args.table), "stem": args.table.resolve().stem, "speeds": speeds}
-    return Bunch(**rig | case, splits=splits, methods=methods, protocols=_SPEEDS, note=note)
+    case |= {"methods": methods, "recommended": "make_diagnoser", "protocols": _SPEEDS}
+    further, case["sentences"] = _further_splits(rig, errors == "", halves=False)
+    return Bunch(**rig | case, splits=splits + further, note=note)
 
 
 def _own_splits(rig, usable):
@@ -218,20 +224,44 @@ def log_spectrum(X: NDArray[Any], nperseg: int) -> NDArray[Any]:
     return np.log(welch(y, nperseg=nperseg, axis=1)[1][:, 1:] + np.finfo(float).tiny)
 
 
-def _verdicts(case, n_jobs, progress):
+def _verdicts(case, n_jobs, progress, bar):
     """Return a row for each window of each test, and each diagnoser."""
-    frames, splits = {}, [(train, test) for train, test, *_ in case.splits]
+    frames, task = [], delayed(_test)
     for name, diagnoser in case.methods.items():
-        params = {"rpm": case.speeds} if requests(diagnoser, "predict", "rpm") else {}
-        rows = {"groups": case.rpm, "cv": check_cv(splits), "params": params}
         with parallel_config("threading", n_jobs=n_jobs):
-            frames[name] = cross_speed_predict(diagnoser, case.data, case.target, **rows)
+            parallel = Parallel(return_as="generator")
+            tested = parallel(task(clone(diagnoser), case, *split[:2]) for split in case.splits)
+            for number, (frame, split) in enumerate(zip(tested, case.splits, strict=True)):
+                facts = {"split": number, "protocol": split[2], "train_rpm": split[3]}
+                frames.append(frame.assign(diagnoser=name, **facts))
+                bar.advance(name, len(split[0]) + len(split[1]))
+        bar.clear()
         progress.step(f"{case.title}: {name}")
-    verdicts = pd.concat(frames, names=["diagnoser", None]).reset_index("diagnoser")
-    columns = pd.DataFrame([each[2:] for each in case.splits], columns=["protocol", "train_rpm"])
-    verdicts = verdicts.join(columns, on="split").set_index("window")
+        bar.show()
+    verdicts = pd.concat(frames)
     rows = pd.DataFrame({name: case[name] for name in ("rpm", "recording", "start")})
+    rows["specimen"] = case.get("specimen", case.target)
     return verdicts.join(rows.rename(columns={"rpm": "test_rpm"})).reset_index(drop=True)
+
+
+def _test(diagnoser, case, train, test):
+    """Fit a diagnoser on some rows, and return its verdicts on others."""
+    params = {"rpm": case.speeds, "specimen": case.get("specimen")}
+    given = {name: value for name, value in params.items() if value is not None}
+
+    def of_rows(method, rows):
+        return {name: given[name][rows] for name in given if requests(diagnoser, method, name)}
+
+    diagnoser.fit(case.data[train], case.target[train], **of_rows("fit", train))
+    X, asked = case.data[test], of_rows("predict", test)
+    if offers(diagnoser, "diagnose"):
+        found = diagnoser.diagnose(X, **asked)
+        predicted, probability = found.verdict, found.probability
+    else:
+        predicted, probability = diagnoser.predict(X), diagnoser.predict_proba(X)
+    true = case.target[test]
+    columns = protocols.place_columns(true, diagnoser.classes_, probability)
+    return pd.DataFrame({"true": true, "predicted": predicted, **columns}, index=test)
 
 
 def _tables(case, verdicts):

@@ -9,7 +9,6 @@ from hashlib import sha256
 from itertools import chain
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 import pandas as pd
@@ -264,12 +263,3 @@ def _remarks(windows, verdict):
         yield f"{verdict['no signal']} of {verdict['windows']} windows carry no signal ({listed})."
     if verdict["limits"] not in ("", HOLD):
         yield f"No alarm: {verdict['limits']}."
-
-
-def is_model_file(path: Path) -> bool:
-    """Return whether a file is a saved model, damaged or not."""
-    try:
-        with ZipFile(path) as file:
-            return "schema.json" in file.namelist()
-    except (BadZipFile, OSError):
-        return False

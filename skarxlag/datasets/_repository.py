@@ -27,7 +27,7 @@ N_RETRIES = 3
 
 
 class Recording(NamedTuple):
-    """One recording: its file in the repository, its labels, a converted file, and its channel."""
+    """One recording: its file in the repository, its labels, a converted file, channel and load."""
 
     path: str
     condition: str
@@ -36,6 +36,7 @@ class Recording(NamedTuple):
     sha256: str | None
     converted: str | None = None
     channel: str | None = None
+    load: str | None = None
 
 
 class Source(NamedTuple):
@@ -147,6 +148,11 @@ def fetch_rig(
             Condition of each window.
         target_names : list of str
             The conditions, the healthy one first if there is one.
+        specimen : ndarray of str, shape (n_windows,)
+            Bearing of each window. Each condition was recorded with one bearing, so it is the
+            condition.
+        load : ndarray of float, shape (n_windows,)
+            Load of the machine. NaN if the authors do not state it.
         rpm : ndarray of float, shape (n_windows,)
             Nominal shaft speed in revolutions per minute.
         recording : ndarray of str, shape (n_windows,)
@@ -196,6 +202,7 @@ def fetch_rig(
                 original = f"the original has {source.n_samples}"
                 raise OSError(f"{path} has {n_samples} samples, but {original}.")
         labels = {"condition": recording.condition, "rpm": float(recording.rpm)}
+        labels["load"] = recording.load
         listed.append(
             ListedRecording(None, recording.name, path, channel, source.sampling_rate, **labels)
         )

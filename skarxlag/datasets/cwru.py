@@ -33,7 +33,8 @@ def fetch_cwru(*, end: str = "drive") -> Source:
     outer race and a ball, at four loads of 0 to 3 hp (fan end: 1 to 3), each a recording of its own
     [1]_. Healthy recordings were made at another sampling rate and are not fetched. The conditions
     are ``inner007``, ``inner014``, ``inner021`` (inner race, 0.007, 0.014 and 0.021 inch), and
-    ``ball...`` and ``outer...`` alike. The samples are in g.
+    ``ball...`` and ``outer...`` alike. Each condition is a bearing of its own. The samples are in
+    g, the load is in hp.
 
     ================   ======================
     Recordings         36 (fan end: 27)
@@ -77,8 +78,7 @@ def fetch_cwru(*, end: str = "drive") -> Source:
             path, converted = f"{number}.mat", f"cwru_{end}_end/{name}.npz"
             # Some files repeat the arrays of another file.
             own = f"X{number:03d}_{sensor}_time"
-            recordings.append(
-                Recording(path, condition, SPEEDS[load], name, sums[path], converted, own)
-            )
+            facts = {"converted": converted, "channel": own, "load": str(load)}
+            recordings.append(Recording(path, condition, SPEEDS[load], name, sums[path], **facts))
     pattern = f"*_{sensor}_time"
     return Source("cwru", URL, SAMPLING_RATE, recordings, bearing, channel=pattern)

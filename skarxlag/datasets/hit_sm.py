@@ -34,8 +34,8 @@ def fetch_hit_sm(*, rig: str = "spectraquest") -> Source:
     ================   ===================
 
     The conditions are ``Normal``, ``IR2``, ``IR5``, ``IR8`` (inner race, arc of 2, 5, 8 degrees),
-    ``OR2``, ``OR5`` and ``OR8`` (outer race). The authors state neither the unit of the samples nor
-    the bearing of the self-built rig.
+    ``OR2``, ``OR5`` and ``OR8`` (outer race). Each condition is a bearing of its own. The authors
+    state neither the unit of the samples nor the bearing of the self-built rig.
 
     Parameters
     ----------

@@ -20,7 +20,8 @@ def fetch_mfpt() -> Source:
 
     Acceleration of a bearing with a fault of the inner or the outer race at seven loads, each a
     recording of its own [1]_. There is one speed only, and no healthy recording at this rate.
-    The conditions are ``inner`` and ``outer``. The samples are in g. The bearing has 8 elements of
+    The conditions are ``inner`` and ``outer``. The attribute ``load`` is the number of the load in
+    the name of the file, 1 to 7, not a force. The samples are in g. The bearing has 8 elements of
     0.235 inch on a pitch diameter of 1.245 inch.
 
     ================   ==========
@@ -57,6 +58,9 @@ def fetch_mfpt() -> Source:
             part = "train_data" if load <= 5 else "test_data"
             path = f"{part}/{condition.capitalize()}RaceFault_vload_{load}.mat"
             name = f"{condition}_load{load}"
-            recordings.append(Recording(path, condition, RPM, name, None, f"mfpt/{name}.npz"))
+            converted = f"mfpt/{name}.npz"
+            recordings.append(
+                Recording(path, condition, RPM, name, None, converted, load=str(load))
+            )
     facts = {"channel": "bearing.gs", "n_samples": N_SAMPLES}
     return Source("mfpt", URL, SAMPLING_RATE, recordings, NICE, **facts)

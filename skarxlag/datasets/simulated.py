@@ -130,6 +130,9 @@ def simulate_rig(
           emission in V (output), channel 1 the drive torque in N m (measured input)
         - target : str ndarray of shape (n_windows,), the condition
         - target_names : list of str, the conditions, the healthy one first
+        - specimen : str ndarray of shape (n_windows,), the condition: nothing but the crack differs
+          between the simulated bearings
+        - load : float ndarray of shape (n_windows,), NaN: no load is simulated
         - rpm : float ndarray of shape (n_windows,)
         - crack_mm : float ndarray of shape (n_windows,), 0 for the normal condition
         - recording : str ndarray of shape (n_windows,)
@@ -214,6 +217,8 @@ def simulate_rig(
         data=data.reshape(-1, 2, window_length),
         target=condition_of[source],
         target_names=names,
+        specimen=condition_of[source],
+        load=np.full(len(source), np.nan),
         rpm=rpm_of[source],
         crack_mm=crack_of[source],
         recording=np.array(names_of_recordings)[source],

@@ -1,12 +1,13 @@
 """Read recordings from files, whole or block by block."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from .formats import find_format, read_file
@@ -14,7 +15,9 @@ from .formats._facts import names_speed
 from .formats._isolation import isolated
 from .formats._signals import describe_channels, describe_chosen, signal_blocks
 from .speeds import SpeedProfile
-from .windows import block_length, cut_blocks
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Channels = str | int | Sequence[Any] | None
 StrPath = str | os.PathLike[str]
@@ -151,6 +154,8 @@ def iter_windows(
     ...     [windows.shape for windows in iter_windows(path, 1000)]
     [(1048, 1000), (1048, 1000), (404, 1000)]
     """
+    from .windows import block_length, cut_blocks
+
     blocks = recording_blocks(path, block_length(window_length), channel=channel, dtype=dtype)
     yield from cut_blocks((signal for signal, _ in blocks), str(path), window_length)
 
@@ -187,6 +192,8 @@ def list_channels(path: StrPath, *, dtype: str | None = None) -> pd.DataFrame:
     0       time            NaN    s  NaN
     1  vibration         1000.0    g  NaN
     """
+    import pandas as pd
+
     rows = _read(path, dtype, describe_channels)
     table = pd.DataFrame(rows, columns=["channel", "sampling_rate", "unit", "rpm"], dtype=object)
     return table.astype({"sampling_rate": float, "rpm": float})

@@ -4,6 +4,7 @@ import difflib
 import os
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -13,17 +14,26 @@ from typing import Any, Self
 
 from numpy.typing import NDArray
 
-from ..speeds import pulse_speeds
 from .files import recording_blocks, recording_speed, recording_start
 from .formats import SUFFIXES
 from .formats._facts import HERTZ
 from .formats.text import distinct, number
 from .monotonic import Direction
 from .rates import NO_RATE, rates_agree, unit_advice
-from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed, read_texts
+from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed
+from .tables import read_rows
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
-FACTS = ("condition", "rpm", "pulses_per_turn", "sampling_rate", "channel", "dtype")
+FACTS = (
+    "condition",
+    "specimen",
+    "load",
+    "rpm",
+    "pulses_per_turn",
+    "sampling_rate",
+    "channel",
+    "dtype",
+)
 _COLUMNS = ("path", *FACTS)
 _RATE_UNIT = "sampling_rate_unit"
 
@@ -46,6 +56,10 @@ class ListedRecording:
         In Hz, if it was stated outside the file.
     condition : str or None
         State of the machine, if known.
+    specimen : str or None
+        The bearing, if stated.
+    load : str or None
+        Load of the machine, a number or a text, if stated.
     rpm : float or None
         Mean shaft speed, rev/min, if known.
     dtype : str or None
@@ -67,6 +81,8 @@ class ListedRecording:
     channel: str | list[Any] | None = None
     sampling_rate: float | None = None
     condition: str | None = None
+    specimen: str | None = None
+    load: str | None = None
     rpm: float | None = None
     dtype: str | None = None
     speed_source: str | None = None
@@ -91,6 +107,8 @@ class ListedRecording:
             if source is None:
                 found = recording_speed(self.path, sampling_rate=self.sampling_rate, **options)
             elif source.startswith(TACHO):
+                from ..speeds import pulse_speeds
+
                 if self.pulses_per_turn % 1:
                     raise ValueError(f"pulses_per_turn is {self.pulses_per_turn}, not an integer")
                 ((signal, rate),) = replace(self, channel=source.removeprefix(TACHO)).blocks()
@@ -183,8 +201,8 @@ def list_files(
     pattern : str, default=None
         Regular expression that is searched for in the path of each file, below the folder or as
         the glob gives it, written with ``/``. Its named groups are facts of the recording:
-        ``condition``, ``rpm``, ``sampling_rate``, ``channel``; groups of other names are kept. An
-        example is ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)``.
+        ``condition``, ``specimen``, ``load``, ``rpm``, ``sampling_rate``, ``channel``; groups of
+        other names are kept. An example is ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)``.
     **stated : channel, sampling_rate, dtype
         Of all recordings, unless the pattern states it.
 
@@ -308,15 +326,15 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
         raise ValueError(f"pattern={pattern!r} is for a folder or a glob; {path} is a table")
     path = Path(path)
     table = _read_table(path, has_speed="rpm" in stated or "speed_source" in stated)
-    repeated = table["path"].duplicated(keep=False)
+    n_listed = Counter(row["path"] for row in table.values())
     listed = []
-    for line, row in zip(table.index, table.to_dict("records"), strict=True):
+    for line, row in table.items():
         where = f"{path}, line {line}"
         facts = _parsed(where, row)
         source = facts.get("speed_source", TACHO)
         if not source.startswith(TACHO):
             facts["speed_source"] = str(path.parent / source)
-        name = f"{row['path']}:{row['channel']}" if repeated[line] else row["path"]
+        name = f"{row['path']}:{row['channel']}" if n_listed[row["path"]] > 1 else row["path"]
         listed.append(ListedRecording(where, name, path.parent / row["path"], **facts))
     return _filled(path, listed, stated)
 
@@ -358,25 +376,26 @@ def _unstated(entry, stated):
 
 
 def _read_table(path, has_speed=False):
+    """Return the cells of each recording by the names of their columns, and these by line."""
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
-    rows = read_texts(path, header=None, skip_blank_lines=False)
-    # The index becomes the line in the file.
-    rows.index += 1
-    names = [_column_name(name) for name in rows.loc[1]]
+    rows = read_rows(path)
+    names = [_column_name(name) for name in rows.pop(1)]
     _check_columns(path, names)
-    table = rows.loc[2:].set_axis(distinct(names), axis=1).apply(lambda column: column.str.strip())
-    table = table[(table != "").any(axis=1)]
-    if table.empty:
+    table = {line: dict(zip(distinct(names), cells, strict=True)) for line, cells in rows.items()}
+    if not table:
         raise ValueError(f"{path}: lists no recording")
-    if "channel" not in table:
-        table = table.assign(channel="")
-    needed = ["path", "condition"] if has_speed else ["path", "condition", "rpm"]
-    for name in table.columns.intersection(needed):
-        for line in table.index[table[name] == ""]:
-            raise ValueError(f"{path}, line {line}: {name} is empty")
-    for line in table.index[table.duplicated(["path", "channel"])]:
-        raise ValueError(f"{path}, line {line}: {table['path'][line]} is listed a second time")
+    needed = ["path", "condition", "specimen"] + ([] if has_speed else ["rpm"])
+    for name in (each for each in needed if each in names):
+        for line, row in table.items():
+            if row[name] == "":
+                raise ValueError(f"{path}, line {line}: {name} is empty")
+    listed = set()
+    for line, row in table.items():
+        recording = row["path"], row.setdefault("channel", "")
+        if recording in listed:
+            raise ValueError(f"{path}, line {line}: {row['path']} is listed a second time")
+        listed.add(recording)
     return table
 
 

@@ -16,6 +16,7 @@ from sklearn.utils import Bunch
 
 from .._validation import check_count
 from ..speeds import speed_errors
+from .formats.text import number
 from .listing import ListedRecording, list_recordings
 from .rates import NO_RATE, rates_agree, resampled_blocks
 from .repeated import check_repeated
@@ -46,6 +47,9 @@ def read_recording_table(
     - ``path``: the file, absolute or relative to the folder of the table; see
       :func:`read_recording` for the formats.
     - ``condition``: the state of the machine, any text. Needed to fit a diagnoser, not to diagnose.
+    - ``specimen``: the bearing, any text. Recordings of one bearing have the same specimen, also if
+      its condition changed. Without this column, each condition is one specimen.
+    - ``load``: the load of the machine, a number or a text.
     - ``rpm``: the shaft speed, rev/min. Not needed if the file states it in a number or channel
       called ``rpm``. ``tacho:CHANNEL`` takes it from the pulses of a tachometer in that channel; a
       csv file with the columns ``rpm`` and ``recording`` or ``time`` may state it, too.
@@ -58,7 +62,7 @@ def read_recording_table(
     - ``dtype``: type of the samples of a raw binary file, see :func:`read_recording`.
 
     Any other column is kept and comes back as it is. A column that is there is filled in every
-    line, except ``channel``, ``sampling_rate``, ``dtype`` and columns of other names.
+    line, except ``load``, ``channel``, ``sampling_rate``, ``dtype`` and columns of other names.
 
     Parameters
     ----------
@@ -67,9 +71,9 @@ def read_recording_table(
         read, also in folders below; or a glob such as ``runs/*/acc_*.tdms``.
     pattern : str, default=None
         For a folder or a glob: a regular expression that is searched for in the path of each file
-        (below the folder, with ``/``). Its named groups are ``condition``, ``rpm``,
-        ``sampling_rate`` and ``channel``; groups of other names are kept like unknown columns.
-        ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)`` fits ``OR_1200.mat``.
+        (below the folder, with ``/``). Its named groups are ``condition``, ``specimen``, ``load``,
+        ``rpm``, ``sampling_rate`` and ``channel``; groups of other names are kept like unknown
+        columns. ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)`` fits ``OR_1200.mat``.
     channel, sampling_rate, dtype : default=None
         Of all recordings for which neither the table nor the pattern states it.
     resample : float, default=None
@@ -87,6 +91,11 @@ def read_recording_table(
             The number of samples may differ between recordings.
         condition : ndarray of str, or None
             None if the conditions are not stated.
+        specimen : ndarray of str, or None
+            The condition if no specimen is stated. None if neither is stated.
+        load : ndarray of float or of str
+            Texts if one of the loads is no number. A load that is not stated is NaN, or empty
+            among texts.
         rpm : ndarray of float, or None
             Mean speeds. None if the speed of a recording is stated neither outside the file nor in
             it.
@@ -133,7 +142,7 @@ def read_recording_table(
     array(['good', 'worn'], dtype='<U4')
     >>> [signal.shape for signal in table.recordings]
     [(5,), (7,)]
-    >>> table.further["load"].tolist()
+    >>> table.load.tolist()
     ['low', 'high']
     """
     facts = {"pattern": pattern, "channel": channel, "sampling_rate": sampling_rate, "dtype": dtype}
@@ -193,6 +202,12 @@ def load_recordings(
             Windows: recording after recording, in time order within each.
         target : ndarray of str, shape (n_windows,), or None
             Condition of each window. None if the table has no conditions.
+        specimen : ndarray of str, shape (n_windows,), or None
+            Bearing of each window: its condition if no specimen is stated. None if neither is
+            stated.
+        load : ndarray of float or of str, shape (n_windows,)
+            Load of each window. Texts if one of the loads is no number. A load that is not stated
+            is NaN, or empty among texts.
         target_names : list of str
             The conditions, the healthy one first, then in the order of the table.
         rpm : ndarray of float, shape (n_windows,), or None
@@ -321,17 +336,19 @@ def cut_recordings(
     for name, rate in table.resampled.items():
         notes.append(f"{name} resampled from {rate:g} to {table.sampling_rate:g} Hz")
     speeds, targets, names = (table.pop(each) for each in ("rpm", "condition", "recording"))
+    specimens = table.pop("specimen")
+    loads = table.pop("load")
     if speeds is not None:
         speeds = np.repeat(speeds, counts)
         for name, profile in table.profiles.items():
             i = names.index(name)
-            step = window_length / _N_MEAN
-            few = profile.rows(starts[i] / step, _N_MEAN, table.sampling_rate / step)
-            speeds[row == i] = few.mean(axis=1)
+            speeds[row == i] = _mean_speeds(profile, starts[i], window_length, table.sampling_rate)
     return Bunch(
         data=data.reshape(-1, *windows.shape[1:]),
         target=None if targets is None else targets[row],
         target_names=conditions,
+        specimen=None if specimens is None else specimens[row],
+        load=loads[row],
         rpm=speeds,
         recording=np.array(names)[row],
         start=np.concatenate(starts),
@@ -339,6 +356,56 @@ def cut_recordings(
         DESCR="; ".join(notes),
         **table,
     )
+
+
+def _mean_speeds(profile, start, n_samples, sampling_rate):
+    """Return the mean speed of each row."""
+    step = n_samples / _N_MEAN
+    return profile.rows(start / step, _N_MEAN, sampling_rate / step).mean(axis=1)
+
+
+def join_windows(rig: Bunch, n_windows: int) -> Bunch:
+    """Join consecutive windows of recordings to rows, as if they had been cut in rows.
+
+    Parameters
+    ----------
+    rig : Bunch
+        Result of `cut_recordings` that holds all windows of each recording, without a hop. Its data
+        are overwritten.
+    n_windows : int
+        Windows in a row. The last windows of a recording that do not fill a row are left out.
+
+    Returns
+    -------
+    Bunch
+        The rows, as `cut_recordings` returns them.
+
+    Examples
+    --------
+    >>> rig = Bunch(data=np.arange(10.0).reshape(5, 2), start=np.array([0, 2, 4, 0, 2]), rpm=None,
+    ...             recording=np.array(["a", "a", "a", "b", "b"]), available=np.array([3, 2]))
+    >>> rows = join_windows(rig, 2)
+    >>> rows.data.tolist(), rows.start.tolist(), rows.recording.tolist(), rows.available.tolist()
+    ([[0.0, 1.0, 2.0, 3.0], [6.0, 7.0, 8.0, 9.0]], [0, 0], ['a', 'b'], [1, 1])
+    """
+    n_old, *n_channels, window_length = rig.data.shape
+    position, n_own = rig.start // window_length, np.repeat(rig.available, rig.available)
+    first = np.flatnonzero((position % n_windows == 0) & (position + n_windows <= n_own))
+    windows = rig.data.reshape(n_old, -1)
+    for row, start in enumerate(first):
+        # Memory would hold all windows twice, were they not moved within it.
+        joined = np.moveaxis(rig.data[start : start + n_windows], 0, -2)
+        place = row * n_windows
+        windows[place : place + n_windows] = joined.reshape(n_windows, -1)
+    data = windows[: len(first) * n_windows].reshape(len(first), *n_channels, -1)
+    rows = rig | {"data": data, "available": rig.available // n_windows}
+    for name in {"target", "specimen", "load", "rpm", "recording", "start"} & rig.keys():
+        rows[name] = None if rig[name] is None else rig[name][first]
+    for name, profile in rig.get("profiles", {}).items():
+        own = rows["recording"] == name
+        speeds = _mean_speeds(profile, rows["start"][own], data.shape[-1], rig.sampling_rate)
+        rows["rpm"][own] = speeds
+    return Bunch(**rows)
 
 
 def speeds_of_samples(
@@ -375,6 +442,13 @@ def speeds_of_samples(
     return rpm if varies.any() else rig.rpm, errors
 
 
+def _loads(texts: list[str]) -> NDArray[Any]:
+    """Convert the loads of recordings to numbers, unless one of them is another text."""
+    numbers = np.array([number(text) for text in texts])
+    is_stated = np.array(texts) != ""
+    return numbers if np.isfinite(numbers[is_stated]).all() else np.array(texts)
+
+
 class _Reader:
     """Reader of recordings that must agree in sampling rate and number of channels."""
 
@@ -399,6 +473,7 @@ class _Reader:
         """Return the facts of the recordings."""
         names = [entry.name for entry in listed]
         conditions = [entry.condition for entry in listed]
+        specimens = [entry.specimen or entry.condition for entry in listed]
         # If one speed is unknown, none is returned, and the other files are not opened.
         entries = (entry.with_speed() for entry in listed)
         known = list(takewhile(lambda entry: entry.rpm is not None, entries))
@@ -406,6 +481,8 @@ class _Reader:
             known = []
         return Bunch(
             condition=None if None in conditions else np.array(conditions),
+            specimen=None if None in specimens else np.array(specimens),
+            load=_loads([entry.load or "" for entry in listed]),
             rpm=np.array([entry.rpm for entry in known]) if known else None,
             profiles={each.name: each.profile for each in known if each.profile is not None},
             recording=names,

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from skarxlag import load_diagnoser, load_recordings, read_recording_table
-from tests.commands.watching import COLOURS, IDLE, RATE, WINDOW, sound, verdicts_of
+from tests.commands.watching import COLOURS, RATE, WINDOW, sound, verdicts_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 
 N = 40 * WINDOW
+# A file is read for longer than that on no machine.
+IDLE = ("--idle", 0.5, "--poll", 0.005, "--settle", 0.01)
 OTHERS = {"good": "worn", "worn": "good"}
 
 

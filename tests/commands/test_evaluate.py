@@ -37,7 +37,7 @@ MAKERS = {
 @pytest.mark.slow
 def test_writes_tables_and_figures_of_each_crack_size(simulated):
     names = {path.name for path in simulated.iterdir()}
-    tables = ["speeds_windows", "summary", "verdicts"]
+    tables = ["speeds_windows", "summary", "verdicts", "protocols"]
     tables += [f"confusion_{title.lower().replace(' ', '-')}" for title in TITLES]
     expected = {"simulated_report.txt"}
     for crack in ("3mm", "6mm"):
@@ -147,6 +147,8 @@ def test_real_rig_is_calibrated_at_every_speed(run, tmp_path, fetched, real_rig)
     assert fetched == {"data_home": tmp_path, "window_length": 1200}
     assert "simulat" not in out.lower()
     assert (tmp_path / "out" / "uestc.png").stat().st_size > 10_000
+    report = (tmp_path / "out" / "uestc_report.txt").read_text()
+    assert out.startswith("UESTC rig: 3 conditions") and report.startswith(out.split("Drawn")[0])
     pairs = numbers(tmp_path / "out", "uestc_speeds_windows.csv", ("diagnoser", "train_rpm"))
     summary = numbers(tmp_path / "out", "uestc_summary.csv", ["diagnoser"])
     assert len(pairs) == 6
@@ -162,7 +164,7 @@ def test_real_rig_is_calibrated_at_every_speed(run, tmp_path, fetched, real_rig)
         numbers_of = rf"{title} +800 rpm +" + " +".join(
             f"{round(each, 1):g}" for each in accuracy[0]
         )
-        assert re.search(numbers_of, out)
+        assert re.search(numbers_of, report)
     # The middle window of nine belongs to neither half: 4 windows, 3 conditions, 2 pairs.
     counts = numbers(tmp_path / "out", "uestc_confusion_alpio.csv", ["true"])
     assert counts.iloc[:3, :3].to_numpy().sum() == 24

@@ -283,6 +283,19 @@ def test_downloaded_rig(fetch, rig_name, originals, tmp_path, server, capsys):
         ("target", "rpm", "recording"), zip(*expected.files.values(), strict=True), strict=True
     ):
         np.testing.assert_array_equal(rig[column], np.repeat(values, 2))
+    np.testing.assert_array_equal(rig.specimen, rig.target)
+
+
+def test_loads_are_those_that_the_authors_state(fetch, rig_name, originals):
+    rig = fetch(data_home=originals.root, download_if_missing=False)
+    if rig_name == "mfpt":
+        assert [f"load{load:g}" for load in rig.load] == [n.split("_")[1] for n in rig.recording]
+    elif rig_name.startswith("cwru"):
+        assert dict(zip(rig.rpm, rig.load, strict=True)) == {
+            rpm: load for load, rpm in enumerate(CWRU_SPEEDS) if rpm in rig.rpm
+        }
+    else:
+        assert np.isnan(rig.load).all()
 
 
 def test_second_call_needs_no_server(fetch, rig_name, tmp_path, capsys):

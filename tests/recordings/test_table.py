@@ -57,6 +57,46 @@ def test_condition_and_speed_are_optional(folder):
     assert rig.data.shape == (2, 4)
 
 
+def test_a_specimen_is_the_condition_if_none_is_stated(folder):
+    path = write(folder, GOOD)
+    assert read_recording_table(path).specimen.tolist() == ["normal", "ball", "inner race"]
+    rig = load_recordings(path, window_length=4)
+    assert rig.specimen.tolist() == rig.target.tolist()
+    write(folder, "path,sampling_rate\na.npy,5\n")
+    assert load_recordings(path, window_length=4).specimen is None
+
+
+def test_stated_specimens_and_loads_reach_every_window(folder):
+    text = "path,specimen,condition,sampling_rate,Load\na.npy,B1,N,5,1.5\nc.csv:,B2,N,5,\n"
+    path = write(folder, text.replace("c.csv:", "d.wav").replace(",5,", ",50e3,"))
+    table = read_recording_table(path)
+    assert table.specimen.tolist() == ["B1", "B2"]
+    np.testing.assert_array_equal(table.load, [1.5, np.nan])
+    assert list(table.further) == []
+    rig = load_recordings(path, window_length=4)
+    assert rig.specimen.tolist() == ["B1", "B1", "B2"]
+    np.testing.assert_array_equal(rig.load, [1.5, 1.5, np.nan])
+
+
+@pytest.mark.parametrize(
+    ("loads", "expected"),
+    [
+        (["2", "1e3"], [2.0, 1000.0]),
+        (["2", "full"], ["2", "full"]),
+        (["half", ""], ["half", ""]),
+        (["2", "nan"], ["2", "nan"]),
+    ],
+)
+def test_loads_are_numbers_if_all_that_are_stated_are(folder, loads, expected):
+    path = write(folder, f"path,load,sampling_rate\na.npy,{loads[0]},50e3\nd.wav,{loads[1]},50e3\n")
+    assert read_recording_table(path).load.tolist() == expected
+
+
+def test_a_load_that_is_not_stated_equals_no_other(folder):
+    load = load_recordings(write(folder, GOOD), window_length=4).load
+    assert load.shape == (6,) and (load != load[0]).all()
+
+
 def test_paths_may_be_absolute(folder, tmp_path_factory):
     elsewhere = tmp_path_factory.mktemp("elsewhere")
     text = f"path,sampling_rate\n{folder / 'a.npy'},5\n"
@@ -167,6 +207,8 @@ def test_recording_shorter_than_a_window_is_named(folder):
         ("400.5", "nan", r"line 3: rpm is 'nan', expected a positive number"),
         ("400.5", "quick", r"line 3: rpm is 'quick', expected a positive number"),
         ("ball", " ", r"line 3: condition is empty"),
+        (GOOD, "path,specimen\na.npy,\n", r"line 2: specimen is empty"),
+        (",condition", ",specimens", r"is 'specimens' meant to be 'specimen'"),
         ("c.csv,inner race,300,50000.0,1", "a.npy,x,1,1,", r"line 4: a.npy is listed a second"),
         ("condition", "conditon", r"columns \['path', 'conditon'.*expected 'path' and any of"),
         ("path,", "file,", r"columns \['file'.*expected 'path'"),
@@ -210,7 +252,8 @@ def test_columns_in_any_case_and_further_columns(folder):
     assert table.rpm.tolist() == [300, 300]
     assert table.sampling_rate == 50_000
     assert table.further.index.tolist() == ["a.npy", "c.csv"]
-    assert table.further.to_dict("list") == {"Load": ["3 kN", ""], "technician": ["", "NA"]}
+    assert table.load.tolist() == ["3 kN", ""]
+    assert table.further.to_dict("list") == {"technician": ["", "NA"]}
     rig = load_recordings(folder / "table.csv", window_length=4)
     assert rig.further.equals(table.further)
 

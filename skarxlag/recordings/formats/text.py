@@ -375,8 +375,9 @@ def number(field: str, decimal: str = ",") -> float:
 
 def distinct(names: list[str]) -> list[str]:
     """Return the names, with a number after those that occur a second time, as in pandas."""
-    import pandas as pd
-
-    named = pd.Series([name or f"Unnamed: {i}" for i, name in enumerate(names)], dtype=object)
-    n_before = named.groupby(named).cumcount()
-    return named.where(n_before == 0, named + "." + n_before.astype(str)).tolist()
+    found, n_before = [], Counter()
+    for i, name in enumerate(names):
+        shown = name or f"Unnamed: {i}"
+        found.append(f"{shown}.{n_before[shown]}" if n_before[shown] else shown)
+        n_before[shown] += 1
+    return found

@@ -1,0 +1,235 @@
+"""Protocols of `evaluate` that leave bearings or loads out, and the summary of all protocols."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from sklearn.model_selection import GroupKFold
+from sklearn.utils import Bunch
+
+from ..kernels.speed_references import SAME_LOG_SPEED
+from ..model_selection import SpecimenSplit, places_of_labels
+
+#: Probability from which a verdict counts as stated with confidence, and the least number of such
+#: verdicts of which a share is given.
+STATED, _LEAST_STATED = 0.9, 30
+#: Most folds of loads.
+_MOST_FOLDS = 5
+#: Name of each protocol in the summary, in its order. A bearing is tested at two kinds of speeds.
+_TESTS = {
+    "speeds": "another speed",
+    "in": "another speed",
+    "out": "another speed",
+    "bearing": "another bearing",
+    "bearing, other speed": "another bearing and speed",
+    "load": "another load",
+}
+
+#: Rows of a training and of its test, the protocol, and the training speed, if there is one.
+Split = tuple[NDArray[Any], NDArray[Any], str, float]
+
+
+def bearing_splits(rig: Bunch, usable: NDArray[np.bool_], halves: bool) -> tuple[list[Split], str]:
+    """Return the splits that leave bearings out, and a sentence on what is not measured.
+
+    Parameters
+    ----------
+    rig : Bunch
+        The rig.
+    usable : ndarray of bool of shape (n_rows,)
+        Rows that may be used.
+    halves : bool
+        Whether first halves of recordings train, or whole recordings.
+
+    Returns
+    -------
+    splits : list of Split
+        Empty if bearings cannot be left out.
+    sentence : str
+        Empty if every place is tested.
+    """
+    rows = np.flatnonzero(usable)
+    specimen = rig.get("specimen", rig.target)
+    groups = pd.DataFrame({"specimen": specimen, "rpm": rig.rpm}).iloc[rows]
+    if halves:
+        groups["recording"] = rig.recording[rows]
+        groups["start"] = rig.start[rows]
+    target = rig.target[rows]
+    place = places_of_labels(target)
+    counts = groups["specimen"].groupby(place).nunique()
+    if counts.max() == 1:
+        return [], "Another bearing: not measured, because each place has one specimen."
+    splitter = SpecimenSplit(window_length=rig.data.shape[-1])
+    try:
+        found = list(splitter.split(None, target, groups))
+    except ValueError:
+        reason = "because without one bearing of each place, no speed has all places"
+        return [], f"Another bearing: not measured, {reason}."
+    splits = [
+        (rows[train], rows[test], "bearing", float(rig.rpm[rows[train[0]]]))
+        for train, test in found
+    ]
+    tested = np.unique(np.concatenate([place[test] for _, test in found]))
+    untested = ", ".join(sorted(set(counts.index) - set(tested)))
+    reason = "because too few such bearings were recorded"
+    sentence = f"Another bearing: not measured for {untested}, {reason}."
+    return splits, sentence if untested else ""
+
+
+def load_splits(rig: Bunch, usable: NDArray[np.bool_]) -> tuple[list[Split], str]:
+    """Return the splits that leave loads out, and a sentence on what is not measured.
+
+    Rows whose load is not stated are in no split, because their load may be any.
+
+    Parameters
+    ----------
+    rig : Bunch
+        The rig.
+    usable : ndarray of bool of shape (n_rows,)
+        Rows that may be used.
+
+    Returns
+    -------
+    splits : list of Split
+        Empty if loads cannot be left out.
+    sentence : str
+        Empty if all loads are stated.
+    """
+    load = rig.get("load", np.full(len(rig.target), np.nan))
+    is_stated = pd.notna(load) & (load.astype(str) != "")
+    rows = np.flatnonzero(usable & is_stated)
+    n_loads = len(np.unique(load[rows]))
+    if n_loads < 2:
+        reason = "only one load is stated" if n_loads else "no load is stated"
+        return [], f"Another load: not measured, because {reason}."
+    folds = GroupKFold(min(n_loads, _MOST_FOLDS)).split(rows, groups=load[rows])
+    conditions = set(rig.target)
+    splits = [
+        (rows[train], rows[test], "load", np.nan)
+        for train, test in folds
+        if set(rig.target[rows[train]]) == conditions
+    ]
+    if not splits:
+        reason = "because a condition was recorded at one load only"
+        return [], f"Another load: not measured, {reason}."
+    missing = len(np.unique(rig.recording[usable & ~is_stated]))
+    sentence = f"Another load: {missing} recordings without a stated load were left out."
+    return splits, sentence if missing else ""
+
+
+def place_columns(
+    true: NDArray[Any], conditions: NDArray[Any], probability: NDArray[Any]
+) -> dict[str, NDArray[Any]]:
+    """Return columns of verdicts on places.
+
+    Parameters
+    ----------
+    true : ndarray of shape (n_rows,)
+        Conditions.
+    conditions : ndarray of shape (n_conditions,)
+        Conditions of the training.
+    probability : ndarray of shape (n_rows, n_conditions)
+        Their probabilities.
+
+    Returns
+    -------
+    dict of str to ndarray of shape (n_rows,)
+        ``is_known``, whether the condition is among those of the training; ``is_place``, whether
+        the most probable place is the right one; ``place_probability``, its probability.
+
+    Examples
+    --------
+    >>> found = place_columns(
+    ...     np.array(["IR7"]), np.array(["IR2", "IR5", "N"]), np.array([[0.3, 0.3, 0.4]])
+    ... )
+    >>> {name: column.tolist() for name, column in found.items()}
+    {'is_known': [False], 'is_place': [True], 'place_probability': [0.6]}
+    """
+    of_places = pd.DataFrame(probability.T).groupby(places_of_labels(conditions)).sum()
+    return {
+        "is_known": np.isin(true, conditions),
+        "is_place": of_places.idxmax().to_numpy() == places_of_labels(true),
+        "place_probability": of_places.max().to_numpy(),
+    }
+
+
+def summary(verdicts: pd.DataFrame) -> pd.DataFrame:
+    """Summarize the verdicts of all protocols.
+
+    Parameters
+    ----------
+    verdicts : DataFrame
+        A row for each row of each test, with ``protocol``, ``diagnoser``, ``train_rpm``,
+        ``test_rpm``, ``specimen``, ``true``, ``predicted`` and the columns of `place_columns`.
+
+    Returns
+    -------
+    DataFrame
+        By test and diagnoser, ``bearings``, the number of specimens that were tested, and
+        percentages of rows. ``condition``: the condition is right; NaN if the
+        training did not have it. ``place``: the place is right. ``stated``: the place is stated
+        with a probability of at least `STATED`. ``of these``: the stated place is right; NaN if
+        fewer than 30 rows are stated.
+    """
+    if (verdicts["protocol"] == "in").any():
+        verdicts = verdicts[verdicts["protocol"] != "out"]
+    is_same = np.abs(np.log(verdicts["test_rpm"] / verdicts["train_rpm"])) <= SAME_LOG_SPEED
+    is_bearing = verdicts["protocol"] == "bearing"
+    protocol = verdicts["protocol"].mask(is_bearing & ~is_same, "bearing, other speed")
+    is_right = (verdicts["true"] == verdicts["predicted"]).astype(float)
+    is_stated = verdicts["place_probability"] >= STATED
+    shares = pd.DataFrame(
+        {
+            "condition": is_right.where(verdicts["is_known"]),
+            "place": verdicts["is_place"],
+            "stated": is_stated,
+            "of these": verdicts["is_place"].astype(float).where(is_stated),
+        }
+    )
+    # Tests of the same bearing at the training speed are not summarized.
+    keys = [protocol.map(_TESTS).rename("test"), verdicts["diagnoser"]]
+    is_shown = is_bearing | ~is_same
+    groups = shares[is_shown].groupby(keys, sort=False)
+    table = 100 * groups.mean()
+    bearings = verdicts["specimen"][is_shown].groupby(keys, sort=False).nunique()
+    table.insert(0, "bearings", bearings)
+    table["of these"] = table["of these"].where(groups["of these"].count() >= _LEAST_STATED)
+    order = [*dict.fromkeys(_TESTS.values())]
+    return table.reindex([test for test in order if test in table.index], level="test")
+
+
+def reading(table: pd.DataFrame, diagnoser: str) -> str:
+    """Return a sentence that reads the summary of one diagnoser.
+
+    Parameters
+    ----------
+    table : DataFrame
+        As `summary` returns it.
+    diagnoser : str
+        Name of the diagnoser.
+
+    Returns
+    -------
+    str
+        The sentence.
+
+    Examples
+    --------
+    >>> tests = pd.MultiIndex.from_product([["another speed", "another bearing"], ["D"]])
+    >>> table = pd.DataFrame({"place": [98.2, 61.0], "of these": [99.9, np.nan]}, tests)
+    >>> print(reading(table, "D"))  # doctest: +NORMALIZE_WHITESPACE
+    D names the right place in 98 % (another speed), 61 % (another bearing) of the windows; of the
+    places that it states with a probability of 0.9 or more, 100 % (another speed) are right.
+    """
+    own = table.xs(diagnoser, level=1)
+    right, of_stated = (_shares(own[name].dropna()) for name in ("place", "of these"))
+    sentence = f"{diagnoser} names the right place in {right} of the windows"
+    if not of_stated:
+        return f"{sentence}."
+    stated = f"of the places that it states with a probability of {STATED:g} or more"
+    return f"{sentence}; {stated}, {of_stated} are right."
+
+
+def _shares(shares):
+    return ", ".join(f"{share:.0f} % ({test})" for test, share in shares.items())

@@ -1,0 +1,202 @@
+"""Bearings and loads that `evaluate` leaves out of the training."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.signal import lfilter
+from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import FunctionTransformer
+from sklearn.utils import Bunch
+
+from skarxlag import SpecimenSplit, load_recordings
+from skarxlag.commands import protocols
+from skarxlag.commands.evaluate import log_spectrum
+
+WINDOW, N_WINDOWS, RATE = 1200, 6, 8_000
+PLACES = {"good": "healthy", "IR2": "inner", "IR5": "inner", "OR2": "outer", "OR5": "outer"}
+POLES = {"good": 0.0, "IR2": 0.8, "IR5": 0.6, "OR2": -0.8, "OR5": -0.2}
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    """One bearing of each condition at two speeds, each of them at a load of its own."""
+    folder, rows = tmp_path_factory.mktemp("bearings"), []
+    for seed, (condition, pole) in enumerate(POLES.items()):
+        for load, rpm in enumerate([900, 1500]):
+            noise = np.random.default_rng([seed, rpm]).normal(size=WINDOW * N_WINDOWS)
+            name = f"{condition}_{rpm}.npy"
+            np.save(folder / name, lfilter([1], [1, -pole], noise))
+            rows.append((name, condition, f"bearing {seed}", load, rpm, RATE))
+    columns = ["path", "condition", "specimen", "load", "rpm", "sampling_rate"]
+    pd.DataFrame(rows, columns=columns).to_csv(folder / "table.csv", index=False)
+    return folder / "table.csv"
+
+
+@pytest.fixture
+def rig(table):
+    return load_recordings(table, window_length=WINDOW)
+
+
+def every(rig):
+    return np.ones(len(rig.target), dtype=bool)
+
+
+@pytest.fixture(scope="module")
+def evaluated(table):
+    """What `evaluate` prints, and the folder of its tables."""
+    from contextlib import redirect_stdout
+    from io import StringIO
+
+    from skarxlag.commands import main
+
+    output, printed = table.parent / "out", StringIO()
+    with redirect_stdout(printed):
+        main(["evaluate", str(table), "--window-length", str(WINDOW), "-q", "-o", str(output)])
+    return printed.getvalue(), output
+
+
+def test_another_bearing_is_summarized_beside_another_speed(evaluated):
+    out, output = evaluated
+    summary = pd.read_csv(output / "table_protocols.csv").set_index(["test", "diagnoser"])
+    tests = ["another speed", "another bearing", "another bearing and speed", "another load"]
+    assert summary.index.get_level_values("test").unique().tolist() == tests
+    shown = [line for line in out.splitlines() if line.startswith("another ")]
+    assert [line.split("make_diagnoser")[0].strip() for line in shown] == tests
+    first, last = summary.loc[tests[0], "make_diagnoser"], summary.loc[tests[1], "make_diagnoser"]
+    assert (first["bearings"], last["bearings"]) == (5, 4)
+    assert first["condition"] > 60 and np.isnan(last["condition"])
+    assert f"{last['place']:.0f} % (another bearing)" in out
+    assert "Another bearing: not measured for healthy, because too few such bearings" in out
+
+
+@pytest.mark.parametrize("test_speed", ["same", "other"])
+def test_the_summary_of_another_bearing_is_that_of_the_splitter(evaluated, rig, test_speed):
+    right, probability = [], []
+    groups = pd.DataFrame({"specimen": rig.specimen, "rpm": rig.rpm})
+    places = np.array([PLACES[condition] for condition in rig.target])
+    for train, test in SpecimenSplit(test_speed=test_speed).split(rig.data, places, groups):
+        spectrum = FunctionTransformer(log_spectrum, kw_args={"nperseg": 256})
+        peer = make_pipeline(spectrum, LinearDiscriminantAnalysis())
+        peer.fit(rig.data[train], rig.target[train])
+        found = pd.DataFrame(peer.predict_proba(rig.data[test]), columns=peer.classes_)
+        found = found.T.groupby(PLACES).sum().T
+        right += (found.idxmax(axis=1) == places[test]).tolist()
+        probability += found.max(axis=1).tolist()
+    is_stated = np.array(probability) >= 0.9
+    table = pd.read_csv(evaluated[1] / "table_protocols.csv").set_index(["test", "diagnoser"])
+    test = {"same": "another bearing", "other": "another bearing and speed"}[test_speed]
+    row = table.loc[test, "log spectrum + LDA"]
+    assert row["place"] == pytest.approx(100 * np.mean(right), rel=1e-5)
+    assert row["stated"] == pytest.approx(100 * is_stated.mean(), rel=1e-5)
+    if is_stated.sum() >= 30:
+        assert row["of these"] == pytest.approx(100 * np.mean(np.array(right)[is_stated]), rel=1e-5)
+    else:
+        assert np.isnan(row["of these"])
+
+
+def test_bearings_of_several_places_are_left_out_together(rig):
+    splits, sentence = protocols.bearing_splits(rig, every(rig), halves=False)
+    assert "not measured for healthy" in sentence
+    assert [set(rig.target[test]) for _, test, *_ in splits] == [{"IR2", "OR2"}] * 2 + [
+        {"IR5", "OR5"}
+    ] * 2
+    assert [rpm for *_, rpm in splits] == [900, 1500] * 2
+    for train, test, protocol, rpm in splits:
+        assert protocol == "bearing" and set(rig.rpm[train]) == {rpm}
+        assert set(rig.rpm[test]) == {900, 1500} and len(train) == 3 * N_WINDOWS
+        assert not set(rig.specimen[train]) & set(rig.specimen[test])
+
+
+def test_first_halves_train_on_a_rig(rig):
+    splits, _ = protocols.bearing_splits(rig, every(rig), halves=True)
+    for train, test, *_ in splits:
+        assert len(train) == 3 * N_WINDOWS / 2 and set(rig.start[train]) == {0, 1200, 2400}
+        assert len(test) == 4 * N_WINDOWS
+
+
+def test_rows_that_cannot_be_used_are_in_no_split(rig):
+    usable = rig.start > 0
+    for splits, _ in (
+        protocols.bearing_splits(rig, usable, halves=False),
+        protocols.load_splits(rig, usable),
+    ):
+        assert splits and all(usable[rows].all() for split in splits for rows in split[:2])
+
+
+def test_what_cannot_be_measured_of_bearings_is_said(rig):
+    one = Bunch(**rig | {"target": np.where(rig.target == "good", "good", "worn")})
+    del one["specimen"]
+    splits, sentence = protocols.bearing_splits(one, every(rig), halves=False)
+    assert splits == []
+    assert sentence == "Another bearing: not measured, because each place has one specimen."
+    # The races were recorded at different speeds.
+    usable = (rig.rpm == 900) == np.isin(rig.target, ["IR2", "IR5"])
+    splits, sentence = protocols.bearing_splits(rig, usable, halves=False)
+    assert splits == [] and "without one bearing of each place, no speed has all" in sentence
+
+
+def test_each_load_is_left_out_in_turn(rig):
+    splits, sentence = protocols.load_splits(rig, every(rig))
+    assert sentence == "" and len(splits) == 2
+    for train, test, protocol, rpm in splits:
+        assert protocol == "load" and np.isnan(rpm)
+        assert not set(rig.load[train]) & set(rig.load[test])
+    assert sorted(np.concatenate([test for _, test, *_ in splits])) == [*range(len(rig.target))]
+
+
+def test_rows_without_a_stated_load_are_left_out(rig):
+    rig.load = np.where(rig.recording == "OR5_900.npy", "", np.where(rig.load == 0, "low", "high"))
+    splits, sentence = protocols.load_splits(rig, every(rig))
+    assert sentence == "Another load: 1 recordings without a stated load were left out."
+    used = {row for split in splits for rows in split[:2] for row in rows}
+    assert used == set(np.flatnonzero(rig.load != ""))
+
+
+@pytest.mark.parametrize(
+    ("load", "reason"),
+    [
+        (None, "no load is stated"),
+        (lambda rig: np.full(len(rig.target), np.nan), "no load is stated"),
+        (lambda rig: np.where(rig.rpm == 900, 2.0, np.nan), "only one load is stated"),
+        (lambda rig: np.unique(rig.target, return_inverse=True)[1] * 1.0, "at one load only"),
+    ],
+)
+def test_what_cannot_be_measured_of_loads_is_said(rig, load, reason):
+    if load is None:
+        del rig["load"]
+    else:
+        rig.load = load(rig)
+    splits, sentence = protocols.load_splits(rig, every(rig))
+    assert splits == [] and sentence.startswith("Another load: not measured, because")
+    assert reason in sentence
+
+
+def verdicts(n_stated):
+    rows = 40
+    return pd.DataFrame(
+        {
+            "protocol": "bearing",
+            "specimen": np.tile(["A", "B"], rows),
+            "diagnoser": "D",
+            "train_rpm": 900.0,
+            # A speed that differs by 1 % is the same one.
+            "test_rpm": np.repeat([909.0, 1500.0], rows),
+            "true": "IR5",
+            "predicted": "IR2",
+            "is_known": False,
+            "is_place": np.tile([True, True, True, False], rows // 2),
+            "place_probability": np.tile(np.where(np.arange(rows) < n_stated, 0.9, 0.89), 2),
+        }
+    )
+
+
+def test_a_share_of_few_stated_verdicts_is_not_given():
+    table = protocols.summary(verdicts(32))
+    for test in ("another bearing", "another bearing and speed"):
+        row = table.loc[test, "D"]
+        assert np.isnan(row["condition"]) and row["place"] == row["of these"] == 75
+        assert row["stated"] == 80 and row["bearings"] == 2
+    few = protocols.summary(verdicts(29))
+    assert few["of these"].isna().all() and few["place"].eq(75).all()
+    assert "probability" not in protocols.reading(few, "D")
