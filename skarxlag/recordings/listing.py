@@ -20,7 +20,7 @@ from .formats._facts import HERTZ
 from .formats.text import distinct, number
 from .monotonic import Direction
 from .rates import NO_RATE, rates_agree, unit_advice
-from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed
+from .speeds import TACHO, SpeedProfile, check_stated_speed, is_speed_source, logged_speed
 from .tables import read_rows
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
@@ -260,8 +260,13 @@ def channel_names(text: str) -> str | list[str]:
 
 def speed_facts(where: str, text: str) -> dict[str, Any]:
     """Parse a shaft speed, or a source of speeds, to fields of `ListedRecording`."""
-    is_source = is_speed_source(text)
-    return {"speed_source": text} if is_source else {"rpm": _positive(where, "rpm", text)}
+    if is_speed_source(text):
+        return {"speed_source": text}
+    try:
+        check_stated_speed(text)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from error
+    return {"rpm": _positive(where, "rpm", text)}
 
 
 def _positive(where, name, text):
