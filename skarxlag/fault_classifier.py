@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import log_softmax
 from sklearn.base import BaseEstimator, ClassifierMixin, clone
-from sklearn.metrics import accuracy_score
 from sklearn.utils import Bunch
 from sklearn.utils.metaestimators import available_if
 
@@ -597,6 +596,9 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
         float
             From 0 to 1.
         """
+        # No other method needs this package, which takes long to import.
+        from sklearn.metrics import accuracy_score
+
         return float(accuracy_score(y, self.predict(X, **params), sample_weight=sample_weight))
 
     def _answers(self):

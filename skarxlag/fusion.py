@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import log_softmax, softmax
 from sklearn.base import BaseEstimator, clone, is_classifier
-from sklearn.metrics import accuracy_score
 from sklearn.utils import Bunch, get_tags
 from sklearn.utils.metadata_routing import get_routing_for_object
 from sklearn.utils.metaestimators import available_if
@@ -249,6 +248,9 @@ class SensorFusion(SignalEstimator, BaseEstimator):
         float
             From 0 to 1.
         """
+        # No other method needs this package, which takes long to import.
+        from sklearn.metrics import accuracy_score
+
         return float(accuracy_score(y, self.predict(X, **params), sample_weight=sample_weight))
 
     @available_if(_detects_outliers)

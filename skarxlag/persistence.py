@@ -1,5 +1,7 @@
 """Diagnosers, and states of monitors, in files that are safe to load."""
 
+from __future__ import annotations
+
 import copy
 import hashlib
 import io
@@ -7,21 +9,24 @@ import json
 import os
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from zipfile import BadZipFile, ZipFile
 
 import sklearn
-from sklearn.calibration import CalibratedClassifierCV
 from sklearn.pipeline import Pipeline
 
 from ._answers import Answers, answers, offers
 from ._files import read_members, write_atomically
+from ._saved_objects import PROTOCOLS, SavedObjects
 from ._state import Values, check_model_state, estimators_within, expect
 from ._version import __version__
 from .detection import FaultDetector, KnownConditions
 from .fusion import SensorFusion
 from .monitoring import ConditionMonitor
 from .verdict_names import check_conditions
+
+if TYPE_CHECKING:
+    from sklearn.calibration import CalibratedClassifierCV
 
 #: Classes of scikit-learn that a model may contain next to the estimators of this package:
 #: pipelines, calibration, scalers and linear models. They hold arrays and plain values only.
@@ -85,7 +90,7 @@ _COMPANIONS = {"known_conditions": "none_of_these", "detector": "healthy_p_value
 #: Facts with a meaning to the commands, by their type or range. Any of them but `conditions` may be
 #: None.
 _KNOWN_FACTS: dict[str, Any] = {
-    **dict.fromkeys(("diagnoser", "rows", "saved", "healthy", "bearing"), str),
+    **dict.fromkeys(("diagnoser", "rows", "saved", "healthy", "bearing", "unit"), str),
     **dict.fromkeys(("window_length", "n_channels"), Values((), "at least 1", "i")),
     "sampling_rate": Values((), "above 0"),
     "false_alarm_rate": Values((), (lambda v, e: 0 < v < 1, "a number in (0, 1)")),
@@ -93,7 +98,8 @@ _KNOWN_FACTS: dict[str, Any] = {
 #: The same of facts that are lists. No row was recorded of some places of faults.
 _KNOWN_LISTS: dict[str, Any] = {
     **dict.fromkeys(("n_windows", "n_recordings"), Values((), "at least 0", "i")),
-    **{"conditions": object, "channels": str | None, "train_rpm": Values((), "above 0")},
+    **{"conditions": object, "channels": str | None, "channel_names": str},
+    "train_rpm": Values((), "above 0"),
 }
 
 
@@ -169,7 +175,7 @@ def save_diagnoser(
     content = {name: copy.deepcopy(value) for name, value in content.items() if value is not None}
     _remove_surroundings(content)
     archive = skops_io.dumps(content)
-    _check_schema(read_members(archive)[0])
+    _checked_schema(read_members(archive)[0])
     write_atomically(path, sealed(archive))
 
 
@@ -213,9 +219,7 @@ def load_diagnoser(
         If the file is no diagnoser, is damaged or was edited, unpacks to more than 100 MB and more
         than ten times its size, holds a type that is not trusted, a parameter or attribute out of
         its range, or a fact that cannot be true. The message names the file, and the type, the
-        attribute or the fact.
-    ImportError
-        If skops is not installed.
+        attribute or the fact. Also if only a later version of skops reads the format of the file.
 
     Examples
     --------
@@ -229,14 +233,17 @@ def load_diagnoser(
         ...
     ValueError: ...bearing.skops: no diagnoser saved by skarxlag (File is not a zip file)
     """
-    skops_io = _import_skops()
     with _errors_named(path, "diagnoser saved by skarxlag"):
         archive = Path(path).read_bytes()
         members, comment = read_members(archive)
-        _check_schema(members)
+        schema = _checked_schema(members)
         if comment != _digest(members):
             raise BadZipFile("it was changed after it was saved")
-        content = skops_io.loads(archive, trusted=sorted(TRUSTED_TYPES["ObjectNode"]))
+        if schema.get("protocol") in PROTOCOLS:
+            content = SavedObjects(members).build(schema)
+        else:
+            trusted = sorted(TRUSTED_TYPES["ObjectNode"])
+            content = _import_skops().loads(archive, trusted=trusted)
         _remove_surroundings(content)
         _check_content(content)
     companions = {name: content[name] for name in _COMPANIONS.keys() & content.keys()}
@@ -259,7 +266,7 @@ def _check_content(content):
     """Raise an error that names the part of a file that is wrong."""
     expect(content["format"] == _FORMAT, "format", content["format"], repr(_FORMAT))
     diagnoser, facts = content["diagnoser"], content["facts"]
-    if not isinstance(diagnoser, Pipeline | CalibratedClassifierCV | SensorFusion):
+    if not (isinstance(diagnoser, Pipeline | SensorFusion) or _is_calibrated(diagnoser)):
         expected = "a Pipeline, a CalibratedClassifierCV or a SensorFusion"
         raise TypeError(f"diagnoser is a {type(diagnoser).__name__}, expected {expected}")
     check_model_state(diagnoser)
@@ -271,6 +278,13 @@ def _check_content(content):
             if not vars(answers(model))[question]:
                 found = type(model).__name__
                 raise TypeError(f"{name} is a {found}, expected the result of make_{name}")
+
+
+def _is_calibrated(diagnoser):
+    # This import takes longer than loading a model.
+    from sklearn.calibration import CalibratedClassifierCV
+
+    return isinstance(diagnoser, CalibratedClassifierCV)
 
 
 def _check_facts(facts: dict[str, Any], can: Answers) -> None:
@@ -317,8 +331,8 @@ def _remove_surroundings(content):
             part.set_callbacks()
 
 
-def _check_schema(members):
-    """Raise an error if the schema is not that of skops, or names a type that is not trusted."""
+def _checked_schema(members):
+    """Return the schema, all types of which are trusted; raise an error if it is another one."""
     content = members["schema.json"]
     if len(content) > _LONGEST_SCHEMA:
         raise BadZipFile(f"its schema.json has {len(content):,} bytes")
@@ -337,6 +351,7 @@ def _check_schema(members):
     if foreign:
         # A type is noted after the types inside it.
         raise TypeError(f"it holds a {foreign[-1]}, which no diagnoser needs")
+    return schema
 
 
 def sealed(archive: bytes) -> bytes:

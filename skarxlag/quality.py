@@ -12,7 +12,7 @@ from sklearn.utils import check_array
 
 from ._parallel import map_batches
 from ._state import expect
-from ._validation import ABOVE_0, check_real
+from ._validation import ABOVE_0, as_samples, check_real
 from .kernels.scaling import ROUNDING, largest
 from .kernels.short_time import windowed_segments
 from .speeds import speeds_of_rows
@@ -37,6 +37,8 @@ _CLIPPED, _PILED_UP, _NEAR = 0.02, 3, 0.01
 #: prediction of this order misses some of them by `_UNFORESEEN` of the range, and if some samples
 #: lie in the outer `_EDGE` of the range at either end, where a signal that was not cut has few.
 _LEAP, _UNFORESEEN, _FEWEST_LEAPS, _EDGE, _FEWEST_AT_ENDS, _ORDER = 0.75, 0.4, 4, 0.02, 6, 8
+#: Steps by which a straight line may be rounded, or begin again.
+_RAMP_STEPS = 2
 #: Shares of a long window that both must have at least: a few impacts in a minute are no wrapping.
 _LEAST_LEAPS, _LEAST_AT_ENDS = 5e-4, 1e-3
 #: Samples in a segment of the spectrum whose bands are judged. Every window has segments of this
@@ -100,6 +102,8 @@ def signal_quality(
       8 misses at least 4 leaps and 0.05 % of the samples, and at least 6 samples and 0.1 % lie at
       either end of the range. Values beyond the range of an integer type continued at its other
       end. Its share counts the leaps.
+    - ``"ramp"``: the output is a straight line, but for two of its steps. It holds times or counts
+      samples.
     - ``"band missing"``: more than 80 % of the frequency bands are empty. Bands are equally wide,
       from 0 to half the sampling rate. A band is empty if its power density is more than 90 dB
       below the mean of all bands. The signal is lines without noise, or was recorded at less than a
@@ -116,7 +120,7 @@ def signal_quality(
     Parameters
     ----------
     X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
-        Windows in any unit; NaN is allowed.
+        Windows in any unit; NaN is allowed, and so are masked samples, which count as NaN.
     sampling_rate : float, default=None
         In Hz, above 0. None does not look for hum.
     rpm : float, array-like of shape (n_windows,) or None, default=None
@@ -148,9 +152,9 @@ def signal_quality(
     `window_verdicts` returns "no signal".
 
     Short windows are judged by fewer criteria. Two samples at the extremes, one at each, never
-    count as clipped. A window of fewer than 64 samples is never coarse or wrapped, and one of fewer
-    than 512 never has a missing band. Otherwise, the criteria do not depend on the length of a
-    window. A few samples that wrapped round look like impacts, and white noise of uniform
+    count as clipped. A window of fewer than 64 samples is never coarse, wrapped or a ramp, and one
+    of fewer than 512 never has a missing band. Otherwise, the criteria do not depend on the length
+    of a window. A few samples that wrapped round look like impacts, and white noise of uniform
     distribution looks like a signal that wrapped round often.
 
     Examples
@@ -169,6 +173,7 @@ def signal_quality(
     """
     if sampling_rate is not None:
         check_real(sampling_rate, "sampling_rate", **ABOVE_0)
+    X = as_samples(X, "X")
     X = check_array(X, dtype=[np.float64, np.float32], allow_nd=True, ensure_all_finite=False)
     shapes = "(n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)"
     expect(X.ndim <= 3, "X.shape", X.shape, shapes)
@@ -259,6 +264,7 @@ def _quality_of_batch(windows, sampling_rate, shaft_frequency):
         scaled, leaps = scaled[rest], leaps[rest]
         checks = {"wrapped": (_wrapped(scaled, leaps), leaps / n_samples)}
         trendless = _without_trend(scaled)
+        checks["ramp"] = (_ramps(scaled, trendless), np.ones(len(rest)))
         if n_samples >= _SEGMENT:
             empty = _empty_bands(trendless)
             checks["band missing"] = (empty > _MOST_EMPTY, empty)
@@ -274,6 +280,13 @@ def _first_failed(checks, n_windows):
     for name, (fails, share_of_check) in reversed(checks.items()):
         quality[fails], share[fails] = name, share_of_check[fails]
     return quality, share
+
+
+def _ramps(windows, trendless):
+    """Return whether signals are straight lines, but for two of their steps."""
+    step = np.ptp(windows, axis=1) / (windows.shape[1] - 1)
+    is_straight = np.abs(trendless).max(axis=1) <= _RAMP_STEPS * step
+    return is_straight & (windows.shape[1] >= _SHORTEST_COARSE)
 
 
 def _near_extremes(windows, step):

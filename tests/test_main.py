@@ -60,9 +60,11 @@ PRINTS_MUCH = [
     sys.executable,
     "-c",
     "import sys, types, skarxlag.commands\n"
+    "from skarxlag.commands.parsers import diagnose as parser\n"
+    "parser.add_arguments = lambda parser: None\n"
+    "parser.check = lambda args: None\n"
     "command = types.ModuleType('skarxlag.commands.diagnose')\n"
     "command.run = lambda args: print('x' * 100_000) or 0\n"
-    "command.add_arguments = lambda parser: None\n"
     "sys.modules[command.__name__] = command\n"
     "sys.exit(skarxlag.commands.main(['diagnose']))\n",
 ]
@@ -87,12 +89,14 @@ def test_a_full_disk_ends_without_a_traceback():
     assert found.stderr.strip() == "skarxlag diagnose: error: [Errno 28] No space left on device"
 
 
-def test_control_c_ends_without_a_traceback(monkeypatch, capsys):
+def test_control_c_ends_without_a_traceback(monkeypatch, capsys, tmp_path):
     def interrupted(args):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("skarxlag.commands.diagnose.run", interrupted)
-    assert main(["diagnose", "m", "x"]) == 130
+    model = tmp_path / "m.skops"
+    model.touch()
+    assert main(["diagnose", str(model), "x"]) == 130
     assert capsys.readouterr().err.strip() == "skarxlag diagnose: interrupted"
 
 

@@ -3,6 +3,7 @@ import json
 import pickle
 import re
 import shutil
+import subprocess
 import sys
 import tracemalloc
 from contextlib import suppress
@@ -169,6 +170,10 @@ ODD_FACTS = [
     {"n_windows": [1]},
     {"n_recordings": [1, 2, 3, 4]},
     {"channels": ["drive", "fan"]},
+    {"channel_names": "drive"},
+    {"channel_names": [1]},
+    {"unit": 9.81},
+    {"unit": ["g"]},
     {"diagnoser": 3},
     {"healthy": "broken"},
     {"healthy": "good", "conditions": ["worn", "good", "broken"]},
@@ -594,11 +599,34 @@ def test_two_members_of_one_name_are_refused(saved):
         load_diagnoser(saved)
 
 
-def test_missing_skops_is_named_with_its_command(monkeypatch, tmp_path):
+def test_missing_skops_is_named_with_its_command(monkeypatch):
     monkeypatch.setitem(sys.modules, "skops.io", None)
-    for call in (lambda: load_diagnoser(tmp_path), lambda: save_diagnoser(make_alpio(), "d")):
-        with pytest.raises(ImportError, match=r"pip install 'skarxlag\[io\]'"):
-            call()
+    with pytest.raises(ImportError, match=r"pip install 'skarxlag\[io\]'"):
+        save_diagnoser(make_alpio(), "d")
+
+
+def test_model_is_loaded_without_skops_and_without_the_rest_of_scikit_learn(saved):
+    code = """
+import sys
+sys.modules["skops"] = None
+import skarxlag
+diagnoser, facts = skarxlag.load_diagnoser(sys.argv[1])
+assert len(diagnoser) > 1 and not {"sklearn.cluster", "sklearn.calibration"} & {*sys.modules}
+"""
+    subprocess.run([sys.executable, "-c", code, saved], check=True)
+
+
+def test_later_version_of_the_format_is_left_to_skops(saved, monkeypatch):
+    def later(name, member):
+        if name != "schema.json":
+            return member
+        return json.dumps(json.loads(member) | {"protocol": 99}).encode()
+
+    rewrite(saved, later)
+    saved.write_bytes(sealed(saved.read_bytes()))
+    monkeypatch.setitem(sys.modules, "skops.io", None)
+    with pytest.raises(ValueError, match=r"bearing\.skops: .*needs skops"):
+        load_diagnoser(saved)
 
 
 def test_file_is_written_whole_or_not_at_all(tmp_path, monkeypatch):

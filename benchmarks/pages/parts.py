@@ -187,6 +187,10 @@ PARTS = {
         "-m benchmarks.speed.fleet --write docs/fleet.md",
         {"docs/fleet.md": ("fleet",)},
     ),
+    "fleet-scale": Part(
+        "-m benchmarks.speed.fleet_scale --write docs/fleet.md",
+        {"docs/fleet.md": ("fleet-scale",)},
+    ),
     "fleet-figure": Part(
         "-m benchmarks.pages.fleet_figure",
         {},

@@ -18,7 +18,7 @@ def scale(counts=_COUNTS):
     """Measure microseconds a recording, of most recordings over a tenth of them."""
     with tempfile.TemporaryDirectory() as folder:
         model, recording = write_model(Path(folder), 1200, n_windows=4)
-        seconds = [_steps(SavedModel(model), recording, n) for n in counts]
+        seconds = [steps(SavedModel(model), recording, n) for n in counts]
     lines = []
     for what in seconds[0]:
         each = [found[what] / n * 1e6 for found, n in zip(seconds, counts, strict=True)]
@@ -36,8 +36,18 @@ def scale(counts=_COUNTS):
     return lines
 
 
-def _steps(model, recording, n):
-    """Return the seconds of each step with n recordings, all of which have one diagnosis."""
+def steps(model, recording, n):
+    """Return the seconds of each step with n recordings, all of which have one diagnosis.
+
+    Parameters
+    ----------
+    model : SavedModel
+        The model.
+    recording : Path
+        A recording. Files are written next to it.
+    n : int
+        Number of recordings.
+    """
     folder = recording.parent / str(n)
     folder.mkdir()
     for number in range(n):
@@ -56,7 +66,7 @@ def _steps(model, recording, n):
                 journal.add(each, diagnosis)
                 journal.result(each)
 
-    steps = {
+    tasks = {
         "files of a folder": lambda: list_files(folder),
         "recordings of a table": lambda: list_recordings(table),
         "journal": with_journal,
@@ -66,4 +76,4 @@ def _steps(model, recording, n):
         ),
         "report": lambda: html_report(model, listed, found, rows),
     }
-    return {what: float(each[0]) for what, each in take_turns(steps, 1).items()}
+    return {what: float(each[0]) for what, each in take_turns(tasks, 1).items()}

@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import re
 import sys
 import warnings
 from contextlib import suppress
@@ -11,8 +12,8 @@ from io import TextIOWrapper, UnsupportedOperation
 from .._version import __version__
 from .messages import CommandError, UsageError, say
 
-#: Summaries of the commands. The command NAME is the module ``skarxlag.commands.NAME``. Its
-#: ``add_arguments(parser)`` declares the arguments. Its ``run(args)`` returns the exit status.
+#: Summaries of the commands. ``skarxlag.commands.parsers.NAME`` declares and checks the arguments.
+#: ``run(args)`` of the module ``skarxlag.commands.NAME`` returns the exit status.
 _COMMANDS = {
     "evaluate": "compare the diagnosers across speeds",
     "fit": "calibrate a diagnoser on your recordings",
@@ -42,7 +43,9 @@ def main(argv: list[str] | None = None) -> int:
         with warnings.catch_warnings():
             # Users of a shell read the messages of the command, not warnings of Python.
             warnings.simplefilter("ignore")
-            status = args.run(args)
+            args.check(args)
+            # This import takes most of the time of a short command.
+            status = import_module(f".{args.command}", __name__).run(args)
         sys.stdout.flush()
         return status
     except UsageError as error:
@@ -71,28 +74,44 @@ def _drop_output():
         os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
-class _CommandParser(argparse.ArgumentParser):
+class _Parser(argparse.ArgumentParser):
+    """Parser whose errors take one line, with the help of the arguments that they name."""
+
+    def error(self, message):
+        about, _, rest = message.partition(": ")
+        is_of_one = about.startswith("argument ")
+        named = {*re.split(r", |/", about.removeprefix("argument ") if is_of_one else rest)}
+        text = argparse.HelpFormatter(self.prog)
+        text.add_arguments(
+            action
+            for action in self._actions
+            if named & {*action.option_strings, action.metavar, action.dest}
+        )
+        shown = text.format_help() or f"  {self.prog} --help lists all arguments.\n"
+        self.exit(2, f"{self.prog}: error: {message}\n{shown}")
+
+
+class _CommandParser(_Parser):
     """Parser of a command, whose options may stand between its other arguments."""
 
     def parse_known_args(self, args=None, namespace=None):
         # The method below calls this one again.
         self.parse_known_args = super().parse_known_args
-        # Without an error here, the usage of all commands would be shown.
+        # Without an error here, the program and not the command would report it.
         return self.parse_intermixed_args(args, namespace), []
 
 
 def _parser(argv):
     text = "Model-based fault diagnosis of bearings across shaft speeds."
-    parser = argparse.ArgumentParser("skarxlag", description=text)
+    parser = _Parser("skarxlag", description=text)
     parser.add_argument("--version", action="version", version=f"skarxlag {__version__}")
     options = {"dest": "command", "required": True, "metavar": "COMMAND"}
     commands = parser.add_subparsers(parser_class=_CommandParser, **options)
     for name, summary in _COMMANDS.items():
         command = commands.add_parser(name, help=summary)
-        # Importing a command imports all that it computes with, which takes seconds.
         if name in argv:
-            module = import_module(f".{name}", __name__)
+            module = import_module(f".parsers.{name}", __name__)
             command.description = module.__doc__
-            command.set_defaults(run=module.run, fail=command.error)
+            command.set_defaults(check=module.check, fail=command.error)
             module.add_arguments(command)
     return parser

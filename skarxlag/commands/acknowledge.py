@@ -1,21 +1,10 @@
-"""Acknowledge a latched alarm of a sensor that ``watch --latch`` follows.
-
-The alarm goes off at once, or as soon as the signal is within the healthy limits again. If the
-command watch does not run, the alarm is acknowledged when it starts.
-"""
+"""Run ``skarxlag acknowledge``: acknowledge latched alarms."""
 
 import argparse
-from pathlib import Path
 
 from ..persistence import load_monitor_state
 from .messages import CommandError, as_command_error, say
 from .watch_stream import acknowledgement
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
-    text = "the file of watch --state; with a table, that of the sensor in the folder"
-    parser.add_argument("states", nargs="+", type=Path, metavar="STATE.json", help=text)
 
 
 def run(args: argparse.Namespace) -> int:

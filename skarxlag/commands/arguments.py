@@ -10,7 +10,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..bearings import bearing_orders
 from ..recordings import listing
 from ..recordings.speeds import TACHO, check_stated_speed, is_speed_source
 from .messages import UsageError
@@ -90,6 +89,8 @@ def speed_range(text: str) -> tuple[float, float]:
 
 def bearing(text: str) -> str:
     """Check a name, dimensions or orders of a bearing, as `bearing_orders` takes them."""
+    from ..bearings import bearing_orders
+
     try:
         bearing_orders(text)
     except ValueError as error:
@@ -98,9 +99,10 @@ def bearing(text: str) -> str:
 
 
 def add_source_arguments(parser: ArgumentParser, of: str) -> None:
-    """Declare facts of recordings that no table lists."""
+    """Declare facts of recordings that a table, a file or its name does not state."""
     group = parser.add_argument_group(f"facts of {of}")
-    option(group, "--pattern", "with named groups that state facts in a file's name", str, "REGEX")
+    text = "for a folder or a glob; its named groups state facts in a file's name"
+    option(group, "--pattern", text, str, "REGEX")
     text = "name, position, or pattern such as *DE_time; several separated by ;, the output first"
     option(group, "--channel", text, listing.channel_names, "NAME")
     option(group, "--sampling-rate", "if the files do not state it", positive_number, "HZ")
@@ -142,5 +144,9 @@ def named_recordings(args: Namespace) -> list[listing.ListedRecording]:
 def table_recordings(args: Namespace) -> list[listing.ListedRecording]:
     """List the recordings of a table, a folder or a glob."""
     if not listing.is_file_source(args.table):
-        refuse(args, FACTS, f"for a folder or a glob; the table {args.table} states its own")
-    return listing.list_recordings(args.table, **stated(args))
+        refuse(args, ["pattern"], f"for a folder or a glob; {args.table} is a table")
+    try:
+        return listing.list_recordings(args.table, **stated(args))
+    except listing.UnusedFactError as error:
+        refuse(args, [error.name], f"no effect, because each line of {error.source} states it")
+        raise

@@ -1,24 +1,8 @@
-"""Compare diagnosers: train at some speeds, with some bearings, and test at others.
-
-The printed table summarizes the tests: another speed of the same bearings; another bearing, if the
-recordings show several bearings with a fault at the same place (column specimen); another load, if
-the column load states several. For each it gives the share of right places (healthy, or the part
-with the fault), and how many of the places stated with a probability of 0.9 are right. A report
-with all tables is written to the output folder.
-
-On a rig, the diagnosers are ALPIO, the baseline of Piltan and Kim (2019); the extended-state
-observer, their proposal as repaired; and the recommended one. Each is calibrated on the first half
-of every recording of one speed and tested on the second half of every recording of every speed. The
-paper's own protocol is python -m benchmarks.paper. On a csv table of your own recordings with the
-columns path, condition and rpm, or a folder or glob, make_diagnoser and two other methods are
-compared with one speed in training and with one left out. Across speeds, recordings of one value of
-the column campaign are not split between training and test. Without that column, if the test was
-measured without remounting after the training, the accuracy may be too high.
-"""
+"""Run ``skarxlag evaluate``: compare the diagnosers on a rig or on recordings of a table."""
 
 import argparse
+from collections import Counter
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -42,15 +26,15 @@ from ..kernels.speed_references import group_speeds
 from ..model_selection import first_and_second_half
 from ..plotting import SpeedAccuracyDisplay
 from ..recordings.rig import cut_recordings, speeds_of_samples
-from . import arguments, messages, protocols
-from .arguments import option, positive_int, refuse
+from . import messages, protocols
 from .messages import UsageError, as_command_error, counted, listed
 from .models import DIAGNOSERS, of_outputs
+from .parsers.evaluate import N_SAMPLES, TITLES
+from .progress_bar import ProgressBar
 from .results import why_no_figures
 
-TITLES = {"simulated": "Simulated rig"} | {name: f"{name.upper()} rig" for name in FETCHERS}
-#: The simulated rig: samples of a recording, crack sizes, and the speed of the calibration.
-N_SAMPLES, _CRACKS_MM, _SIMULATED_RPM = 120_000, (3.0, 6.0), 500.0
+#: The simulated rig: crack sizes, and the speed of the calibration.
+_CRACKS_MM, _SIMULATED_RPM = (3.0, 6.0), 500.0
 #: Windows of a table are long if every recording holds two of them. Those of a rig are short.
 _LONG, _SHORT = 4800, 1200
 #: Explanation of the columns of the summary.
@@ -69,48 +53,26 @@ _CAMPAIGNS = " Training and test differ in recording and campaign."
 _NO_CAMPAIGNS = " No column campaign: without remounting, the accuracy may be too high."
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument("table", nargs="?", type=Path, help="your own recordings; default: a rig")
-    parser.add_argument("--rig", choices=TITLES, default="simulated", help="default: simulated")
-    option(parser, "--data-home", "of a real rig's files; default: scikit-learn's", Path, "FOLDER")
-    text = "speed of the calibration on a rig, or all; default: all, on the simulated rig 500"
-    option(parser, "--train-rpm", text, arguments.speed_or_all, "RPM")
-    text = "default: 1200; of a table 4800, if the recordings are long enough"
-    option(parser, "--window-length", text, arguments.window_length)
-    option(parser, "--n-samples", f"of simulated recordings; default: {N_SAMPLES}", positive_int)
-    option(parser, "--outputs", "channels of a table that are sensors, see fit", positive_int)
-    option(parser, "--n-jobs", "threads; default: all cores", arguments.job_count)
-    option(parser, "-o --output", "default: skarxlag-results", Path, "FOLDER")
-    messages.add_progress_arguments(parser)
-    arguments.add_source_arguments(parser, "a folder or glob")
-    parser.set_defaults(n_jobs=-1, output=Path("skarxlag-results"))
-
-
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     is_rig = args.table is None
-    if is_rig:
-        unfit = "n_samples" if args.rig in FETCHERS else "data_home"
-        refuse(args, [*arguments.FACTS, "outputs", unfit], f"not allowed with --rig {args.rig}")
-    else:
-        refuse(args, ["data_home", "n_samples", "train_rpm"], "not allowed with a table")
-    if args.output.exists() and not args.output.is_dir():
-        raise UsageError(f"argument --output: {args.output} is a file, expected a folder")
     texts, missing = [], why_no_figures()
     with as_command_error():
         cases = list(_rig_cases(args)) if is_rig else [_own_case(args)]
         args.output.mkdir(parents=True, exist_ok=True)
         progress = messages.Progress(sum(len(case.methods) for case in cases), args)
+        bar = ProgressBar(_work(cases), args)
         for case in cases:
-            verdicts = _verdicts(case, args.n_jobs, progress)
+            verdicts = _verdicts(case, args.n_jobs, progress, bar)
             across_speeds = verdicts[verdicts["protocol"].isin(case.protocols)]
             tables = _tables(case, across_speeds)
             table = protocols.summary(verdicts)
             sentences = [protocols.reading(table, case.recommended), *case.sentences]
             block = _block(case.title, "summary, windows in %", table)
             shown = [_heading(case), block + _LEGEND, "", *sentences, ""]
+            bar.clear()
             print(*shown, sep="\n", flush=True)
+            bar.show()
             texts += [*shown, *(_block(case.title, *each) for each in tables.values())]
             if missing is None:
                 _save_figure(case, across_speeds, args.output)
@@ -119,11 +81,22 @@ def run(args: argparse.Namespace) -> int:
             for name, (_, table) in tables.items():
                 content = table.to_csv(float_format="%.6g").encode()
                 write_atomically(args.output / f"{case.stem}_{name}.csv", content)
+            bar.advance("tables", len(case.data))
         stem = args.rig if is_rig else cases[0].stem
         write_atomically(args.output / f"{stem}_report.txt", "\n".join(texts).encode())
     print(missing or "Drawn as PNG: accuracy and confusion matrices.")
     print(f"Report, tables and figures are in {args.output.resolve()}")
     return 0
+
+
+def _work(cases):
+    """Return the rows that each diagnoser is fitted on and tested with, and those in tables."""
+    work: Counter[str] = Counter()
+    for case in cases:
+        n_rows = sum(len(train) + len(test) for train, test, *_ in case.splits)
+        work.update(dict.fromkeys(case.methods, n_rows))
+        work["tables"] += len(case.data)
+    return work
 
 
 def _rig_cases(args):
@@ -184,7 +157,7 @@ def _own_case(args):
     Recordings that are tested are never those of the training. If the table has a column
     ``campaign``, neither are their campaigns: recordings between which nothing was remounted.
     """
-    recordings = arguments.table_recordings(args)
+    recordings = args.listed
     try:
         rig = cut_recordings(recordings, args.table, args.window_length or _LONG)
     except ValueError:
@@ -263,16 +236,20 @@ def log_spectrum(X: NDArray[Any], nperseg: int) -> NDArray[Any]:
     return np.log(welch(y, nperseg=nperseg, axis=1)[1][:, 1:] + np.finfo(float).tiny)
 
 
-def _verdicts(case, n_jobs, progress):
+def _verdicts(case, n_jobs, progress, bar):
     """Return a row for each window of each test, and each diagnoser."""
     frames, task = [], delayed(_test)
     for name, diagnoser in case.methods.items():
         with parallel_config("threading", n_jobs=n_jobs):
-            tested = Parallel()(task(clone(diagnoser), case, *split[:2]) for split in case.splits)
-        for number, (frame, split) in enumerate(zip(tested, case.splits, strict=True)):
-            facts = {"split": number, "protocol": split[2], "train_rpm": split[3]}
-            frames.append(frame.assign(diagnoser=name, **facts))
+            parallel = Parallel(return_as="generator")
+            tested = parallel(task(clone(diagnoser), case, *split[:2]) for split in case.splits)
+            for number, (frame, split) in enumerate(zip(tested, case.splits, strict=True)):
+                facts = {"split": number, "protocol": split[2], "train_rpm": split[3]}
+                frames.append(frame.assign(diagnoser=name, **facts))
+                bar.advance(name, len(split[0]) + len(split[1]))
+        bar.clear()
         progress.step(f"{case.title}: {name}")
+        bar.show()
     verdicts = pd.concat(frames)
     rows = pd.DataFrame({name: case[name] for name in ("rpm", "recording", "start")})
     rows["specimen"] = case.get("specimen", case.target)

@@ -1,19 +1,8 @@
-"""Calibrate a diagnoser on the recordings that a table lists, and save it.
-
-The table is a csv file with the columns path, condition, specimen, load, rpm, sampling_rate and
-channel. Only path is always needed, see skarxlag.read_recording_table. Without --healthy, the only
-condition is taken that is called healthy, normal, good, ok, intact, nominal, baseline, n or h. The
-detector needs healthy recordings only, best of several speeds, and names no fault; it is the
-default if the only condition is healthy. Otherwise the rows are stretches of a second, or of ten
-turns if they take longer, or windows of 1200 samples if the recordings are too short or an option
-cuts windows (of 4800 for the detector). With --bearing and recordings of faults, orders and spectra
-make one verdict; without faults, healthy recordings set the limits.
-"""
+"""Run ``skarxlag fit``: read the recordings, fit the models and save them."""
 
 import argparse
 import warnings
 from datetime import UTC, datetime
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -27,20 +16,20 @@ from ..kernels.speed_references import group_speeds
 from ..persistence import save_diagnoser
 from ..recordings.files import list_channels
 from ..recordings.formats._contents import choose_channels
-from ..recordings.rig import cut_recordings, speeds_of_samples
+from ..recordings.rig import cut_recordings, join_windows, speeds_of_samples
 from ..speeds import LEAST_TURNS
-from . import arguments, messages
-from .arguments import BEARING, bearing, flag, option, positive_int, refuse
+from . import messages
+from .arguments import refuse
+from .channels import fitted_channels, units_of
 from .info import limits_basis
 from .messages import CommandError, UsageError, as_command_error, report_progress
-from .models import DIAGNOSERS, is_model_file, of_outputs
+from .models import DIAGNOSERS, of_outputs
 from .refused_rows import (
     check_speeds_of_recordings,
     leave_out_silent,
     why_no_orders,
     why_windows,
 )
-from .results import check_output
 
 #: Samples of a channel that the windows of all recordings hold together, unless --max-windows says
 #: otherwise: a quarter of a GiB. The fits of companions copy the healthy ones.
@@ -53,39 +42,9 @@ _SECONDS, _TURNS = 1.0, 10
 _FEWEST, _ENOUGH = 2, 4
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument("table", type=Path, help="csv table of the recordings, a folder, or a glob")
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE.skops")
-    option(parser, "--healthy", "healthy condition, or none if no recording is", metavar="LABEL")
-    text = "recordings to use: 1797, 1797+-30, 1797+-2%% or 1700..1800; default: all"
-    option(parser, "--train-rpm", text, arguments.speed_range, "RPM")
-    option(parser, "--false-alarm-rate", "of healthy rows; default: 0.01", arguments.rate, "SHARE")
-    option(parser, "--n-jobs", "number of threads; default: all cores", arguments.job_count)
-    parser.set_defaults(false_alarm_rate=0.01, n_jobs=-1)
-    messages.add_progress_arguments(parser)
-    arguments.add_source_arguments(parser, "a folder or glob")
-    model = parser.add_argument_group("model")
-    kinds = [*DIAGNOSERS, "stretches", "detector"]
-    model.add_argument("--diagnoser", choices=kinds, help="default: as the recordings allow")
-    option(model, "--bearing", f"name places of faults by orders: {BEARING}", bearing, "BEARING")
-    option(model, "--outputs", "the first N channels are sensors; default: 1", positive_int)
-    flag(model, "--fixed-gain", "healthy limits use the level; it needs the same sensor and gain")
-    cut = parser.add_argument_group("windows")
-    option(cut, "--window-length", "samples in a window", arguments.window_length)
-    option(cut, "--hop", "between starts of windows; default: their length", positive_int)
-    option(cut, "--max-windows", "of each recording; default: as memory allows", positive_int)
-    option(cut, "--resample-to", "sampling rate of all", arguments.positive_number, "HZ")
-    flag(parser, "--force", "let -o replace a file that is no saved diagnoser")
-
-
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
-    with as_command_error():
-        recordings = arguments.table_recordings(args)
-        inputs = [args.table, *(recording.path for recording in recordings)]
-        check_output(args.output, inputs, is_model_file, args.force)
-        messages.require("skops", "saving a diagnoser", "io")
+    recordings = args.listed
     _check_options(args, recordings)
     rig, rows = _training_rows(args, recordings)
     check_speeds_of_recordings(args.table, rig)
@@ -104,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
     is_stated = any(recording.specimen for recording in recordings)
     specimen = rig.specimen[chosen] if is_stated else None
     params = {"rpm": rpm, "specimen": specimen}
-    rate, channels = float(rig.sampling_rate), np.atleast_1d(recordings[0].channel or [])
+    rate = float(rig.sampling_rate)
     report_progress(args, f"{len(X)} {rows}: fitting")
     with as_command_error(), parallel_config("threading", n_jobs=args.n_jobs):
         diagnoser = of_outputs(args, _make(args, kind, healthy, rate))
@@ -120,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
         facts = {"diagnoser": kind, "rows": rows, "conditions": conditions, "healthy": healthy}
         facts |= {"train_rpm": _training_speeds(rig, chosen), "sampling_rate": rate}
         facts |= {"n_channels": 1 if X.ndim == 2 else X.shape[1], "window_length": X.shape[-1]}
-        facts |= {"channels": channels.tolist(), "n_windows": counts[rows].tolist()}
+        facts |= fitted_channels(recordings) | {"n_windows": counts[rows].tolist()}
         facts["n_recordings"] = counts["recordings"].tolist()
         facts |= {"false_alarm_rate": args.false_alarm_rate, "bearing": args.bearing}
         facts["saved"] = datetime.now(UTC).strftime("%Y-%m-%d")
@@ -139,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
     is_asked = args.window_length or args.hop or args.max_windows or args.diagnoser in DIAGNOSERS
     if rows == "windows" and not is_asked:
         notes.append(why_windows(rig, X.shape[-1], _SECONDS, _TURNS))
-    notes = [*_roles(recordings[0], args.outputs or 1), *notes]
+    notes = [*_roles(recordings[0], args.outputs or 1), *_units(recordings), *notes]
     print(f"Healthy: {healthy or 'none'} ({reason})", *notes, sep="\n")
     if healthy is not None:
         basis = limits_basis(companions.get("detector", diagnoser), rows)
@@ -159,12 +118,22 @@ def _training_rows(args, listed):
         return rig, "stretches" if kind == "stretches" else "windows"
     n_windows = _stretch_windows(rig)
     if n_windows is not None:
-        del rig["data"]
-        return _cut(args, listed, n_windows * length), "stretches"
+        return _in_rows(args, listed, rig, n_windows), "stretches"
     if kind == "stretches":
         problem = "the shortest recording is too short for two stretches"
         raise CommandError(f"{args.table}: {problem}; use --diagnoser diagnoser")
-    return rig if kind != "detector" else _cut(args, listed, _DETECTOR_LENGTH), "windows"
+    if kind == "detector":
+        rig = _in_rows(args, listed, rig, _DETECTOR_LENGTH // length)
+    return rig, "windows"
+
+
+def _in_rows(args, listed, rig, n_windows):
+    """Return rows of several windows. Only recordings of which some are missing are read again."""
+    if len(rig.data) == rig.available.sum() and rig.available.min() >= n_windows:
+        return join_windows(rig, n_windows)
+    length = n_windows * rig.data.shape[-1]
+    del rig["data"]
+    return _cut(args, listed, length)
 
 
 def _cut(args, listed, window_length):
@@ -220,6 +189,13 @@ def _roles(recording, n_outputs):
     if alike := [name for name in inputs if unit is not None and units[name] == unit]:
         names = ", ".join([outputs[0], *alike])
         yield f"Note: {names} have the unit {unit}. If the inputs are sensors, use --outputs."
+
+
+def _units(recordings):
+    """Yield a note on recordings of different units."""
+    units = units_of(recordings)
+    if len(units) > 1:
+        yield f"Note: the recordings have the units {', '.join(units)}. They must be one quantity."
 
 
 def _check_options(args, recordings):

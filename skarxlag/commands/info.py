@@ -1,11 +1,7 @@
-"""Print what a saved model is, what it was calibrated on, and what it cannot do.
-
-Of a recording, print its channels with their sampling rates, units and shaft speeds.
-"""
+"""Run ``skarxlag info``: describe a saved model, or the channels of a recording."""
 
 import argparse
 import json
-from pathlib import Path
 from typing import Any
 
 from .._answers import answers, unfolded_steps
@@ -15,9 +11,9 @@ from ..fusion import SensorFusion
 from ..recordings.files import list_channels
 from ..recordings.listing import ListedRecording
 from ..speeds import LEAST_TURNS
-from .arguments import flag
+from .files import is_model_file
 from .messages import as_command_error
-from .models import SavedModel, is_model_file
+from .models import SavedModel
 from .refused_rows import compares_orders
 from .results import records
 
@@ -25,16 +21,10 @@ from .results import records
 _UNITS = {"train_rpm": "rpm", "sampling_rate": "Hz", "window_length": "samples"}
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments."""
-    parser.add_argument("model", type=Path, metavar="FILE", help="a saved model, or a recording")
-    flag(parser, "--json", "print JSON, for programs")
-
-
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
     path = args.model
-    if path.suffix != ".skops" and path.is_file() and not is_model_file(path):
+    if path.suffix != ".skops" and not is_model_file(path):
         with as_command_error():
             channels = list_channels(path)
             rpm = ListedRecording(None, path.name, path).with_speed().rpm

@@ -2,10 +2,8 @@
 
 import io
 import json
-import os
 from base64 import b64encode
 from collections import Counter
-from collections.abc import Iterable
 from contextlib import suppress
 from datetime import UTC, datetime
 from functools import partial
@@ -24,12 +22,9 @@ from ..recordings.formats.text import distinct
 from ..recordings.listing import ListedRecording
 from ..verdict_names import NO_SIGNAL, NO_VERDICT
 from .diagnosis import Diagnosis
-from .messages import CommandError, UsageError, percent, printable, require
+from .files import MARK, result_paths
+from .messages import CommandError, percent, printable, require
 
-#: Part of every file of results, so that a later run may replace it.
-MARK = "skarxlag results 1"
-SUFFIXES = (".csv", ".json", ".parquet", ".html")
-_HEADS = (b"recording,verdict,probability,alarm,", b"recording,start,verdict,alarm,")
 _FIRST = ["recording", "verdict", "probability", "alarm", "p-value", "windows", "no signal"]
 _FIRST_OF_WINDOWS = ["start", "verdict", "alarm", "quality"]
 #: First characters of a text that a spreadsheet would run as a formula, also in full width.
@@ -38,46 +33,6 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff2
 MOST_DRAWN = 50
 #: CSS classes of verdicts, the worst first.
 _SEVERITIES = ("fault", "unclear", "healthy")
-
-
-def result_paths(output: Path) -> list[Path]:
-    """Return the files that are written for an output.
-
-    >>> [path.name for path in result_paths(Path("july.csv"))]
-    ['july.csv', 'july_windows.csv']
-    >>> [path.name for path in result_paths(Path("july.html"))]
-    ['july.html']
-    """
-    if output.suffix.lower() in (".json", ".html"):
-        return [output]
-    return [output, output.with_name(f"{output.stem}_windows{output.suffix}")]
-
-
-def check_output(output: Path, inputs: Iterable[Any], is_own: Any, force: bool, suffixes=("",)):
-    """Refuse an output before anything is computed.
-
-    The output is refused if it has another suffix, its folder does not exist, it is an input, or it
-    exists, is not of the same kind (`is_own`) and `force` is not given.
-    """
-    where = f"argument -o/--output: {output}"
-    is_named = output.suffix.lower().endswith(suffixes)
-    if not is_named or not output.parent.is_dir() or output.is_dir():
-        expected = f"expected a file in a folder that exists, named *{', *'.join(suffixes)}"
-        raise UsageError(f"{where}, {expected}")
-    if output.exists():
-        if any(output.samefile(each) for each in inputs if each and os.path.exists(each)):
-            raise UsageError(f"{where} is an input, which is not replaced")
-        if output.is_file() and output.stat().st_size and not force and not is_own(output):
-            expected = "--force replaces it"
-            raise UsageError(f"{where} exists and was not written by this command; {expected}")
-
-
-def is_result_file(path: Path) -> bool:
-    """Return whether a file holds results, in any format."""
-    with path.open("rb") as file:
-        start = file.read(4096)
-        file.seek(max(path.stat().st_size - 65536, 0))
-        return start.startswith(_HEADS) or MARK.encode() in start + file.read()
 
 
 def recording_rows(recordings: Any, diagnoses: list[Diagnosis], healthy: Any) -> pd.DataFrame:

@@ -3,6 +3,8 @@
 import difflib
 import os
 import re
+import unicodedata
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -12,19 +14,14 @@ from typing import Any, Self
 
 from numpy.typing import NDArray
 
-from ..speeds import pulse_speeds
 from .files import recording_blocks, recording_speed, recording_start
 from .formats import SUFFIXES
+from .formats._facts import HERTZ
 from .formats.text import distinct, number
-from .rates import NO_RATE, rates_agree
-from .speeds import (
-    TACHO,
-    SpeedProfile,
-    check_stated_speed,
-    is_speed_source,
-    logged_speed,
-    read_texts,
-)
+from .monotonic import Direction
+from .rates import NO_RATE, rates_agree, unit_advice
+from .speeds import TACHO, SpeedProfile, check_stated_speed, is_speed_source, logged_speed
+from .tables import read_rows
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
 FACTS = (
@@ -38,6 +35,7 @@ FACTS = (
     "dtype",
 )
 _COLUMNS = ("path", *FACTS)
+_RATE_UNIT = "sampling_rate_unit"
 
 
 @dataclass(frozen=True)
@@ -109,6 +107,8 @@ class ListedRecording:
             if source is None:
                 found = recording_speed(self.path, sampling_rate=self.sampling_rate, **options)
             elif source.startswith(TACHO):
+                from ..speeds import pulse_speeds
+
                 if self.pulses_per_turn % 1:
                     raise ValueError(f"pulses_per_turn is {self.pulses_per_turn}, not an integer")
                 ((signal, rate),) = replace(self, channel=source.removeprefix(TACHO)).blocks()
@@ -151,17 +151,23 @@ class ListedRecording:
         Raises
         ------
         FileNotFoundError, ImportError, ValueError
-            As there, and if the stated rate differs from the rate in the file. The message names
-            the entry.
+            As there; if the stated rate differs from the rate in the file; and, after the last
+            block, if the first channel only rises or only falls. The message names the entry.
         """
-        stated = self.sampling_rate
+        stated, direction = self.sampling_rate, Direction()
         with self.named():
-            read = recording_blocks(self.path, n_samples, channel=self.channel, dtype=self.dtype)
-            for signal, known in read:
+            options = {"channel": self.channel, "dtype": self.dtype, "stated_rate": stated}
+            for signal, known in recording_blocks(self.path, n_samples, **options):
                 if not rates_agree(stated, known):
                     found = f"sampling_rate is {stated:g} Hz but the file states {known:g} Hz"
-                    raise ValueError(f"{self.path}: {found}")
+                    raise ValueError(f"{self.path}: {found}{unit_advice(known, stated)}")
+                direction.add(signal if signal.ndim == 1 else signal[0])
                 yield signal, known if stated is None else stated
+            if direction.is_monotonic:
+                chosen = self.channel if isinstance(self.channel, str) else None
+                found = "the channel" if chosen is None else f"channel {chosen!r}"
+                expected = "it holds times or a count, and is no signal; choose another channel"
+                raise ValueError(f"{self.path}: {found} only rises or only falls: {expected}")
 
     @contextmanager
     def named(self) -> Iterator[None]:
@@ -233,10 +239,17 @@ def _parsed(where, facts):
     known = {name: text for name, text in facts.items() if name in FACTS and text}
     for name in known.keys() & {"pulses_per_turn", "sampling_rate"}:
         known[name] = _positive(where, name, known[name])
+    if "sampling_rate" in known and (unit := facts.get(_RATE_UNIT)):
+        if (scale := HERTZ.get(unit.lower())) is None:
+            raise ValueError(f"{where}: {_RATE_UNIT} is {unit!r}, expected Hz or kHz")
+        known["sampling_rate"] *= scale
     if "rpm" in known:
         known |= speed_facts(where, known.pop("rpm"))
     if "channel" in known:
         known["channel"] = channel_names(known["channel"])
+    for name in known.keys() & {"condition", "specimen"}:
+        # The same letters may be one character or two, as in the names of files of macOS.
+        known[name] = unicodedata.normalize("NFC", known[name])
     return known | {"further": {name: text for name, text in facts.items() if name not in _COLUMNS}}
 
 
@@ -295,8 +308,9 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
     ----------
     path : str or path-like
         As in `read_recording_table`.
-    **stated : pattern, channel, sampling_rate, dtype
-        As in `list_files`; not for a table.
+    **stated : pattern, channel, sampling_rate, rpm, dtype
+        As in `list_files`. With a table, they hold for the lines that do not state the fact, and a
+        pattern is an error.
 
     Returns
     -------
@@ -306,54 +320,94 @@ def list_recordings(path: str | os.PathLike[str], **stated: Any) -> list[ListedR
     Raises
     ------
     FileNotFoundError, ValueError
-        As in `read_recording_table`, if the list itself is wrong.
+        As in `read_recording_table`, if the list itself is wrong. `UnusedFactError` if each line
+        of a table states a fact itself.
     """
     if is_file_source(path):
         return list_files(path, **stated)
-    for name, value in stated.items():
-        if value is not None:
-            raise ValueError(f"{name}={value!r} is for a folder or a glob; {path} is a table")
+    stated = {name: value for name, value in stated.items() if value is not None}
+    if "pattern" in stated:
+        pattern = stated["pattern"]
+        raise ValueError(f"pattern={pattern!r} is for a folder or a glob; {path} is a table")
     path = Path(path)
-    table = _read_table(path)
-    repeated = table["path"].duplicated(keep=False)
+    table = _read_table(path, has_speed="rpm" in stated or "speed_source" in stated)
+    n_listed = Counter(row["path"] for row in table.values())
     listed = []
-    for line, row in zip(table.index, table.to_dict("records"), strict=True):
+    for line, row in table.items():
         where = f"{path}, line {line}"
         facts = _parsed(where, row)
         source = facts.get("speed_source", TACHO)
         if not source.startswith(TACHO):
             facts["speed_source"] = str(path.parent / source)
-        name = f"{row['path']}:{row['channel']}" if repeated[line] else row["path"]
+        name = f"{row['path']}:{row['channel']}" if n_listed[row["path"]] > 1 else row["path"]
         listed.append(ListedRecording(where, name, path.parent / row["path"], **facts))
-    return listed
+    return _filled(path, listed, stated)
 
 
-def _read_table(path):
+class UnusedFactError(ValueError):
+    """Error on a fact that holds for no recording, because each states it itself.
+
+    Parameters
+    ----------
+    source : Path
+        The table.
+    name : str
+        Name of the fact.
+    value : object
+        Its value.
+    """
+
+    def __init__(self, source: Path, name: str, value: Any) -> None:
+        self.source, self.name = source, name
+        super().__init__(f"{name}={value!r} has no effect: each line of {source} states it")
+
+
+def _filled(source, listed, stated):
+    """Return the recordings with the facts that their lines do not state."""
+    needs = [_unstated(entry, stated) for entry in listed]
+    for name, value in stated.items():
+        if not any(name in own for own in needs):
+            shown = name.replace("speed_source", "rpm")
+            raise UnusedFactError(source, shown, value)
+    return [replace(entry, **own) for entry, own in zip(listed, needs, strict=True)]
+
+
+def _unstated(entry, stated):
+    """Return the facts that a recording does not state."""
+    unknown = {name for name in ("channel", "sampling_rate", "dtype") if vars(entry)[name] is None}
+    if entry.rpm is None and entry.speed_source is None:
+        unknown |= {"rpm", "speed_source", "pulses_per_turn"}
+    return {name: value for name, value in stated.items() if name in unknown}
+
+
+def _read_table(path, has_speed=False):
+    """Return the cells of each recording by the names of their columns, and these by line."""
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file")
-    rows = read_texts(path, header=None, skip_blank_lines=False)
-    # The index becomes the line in the file.
-    rows.index += 1
-    names = [_column_name(name) for name in rows.loc[1]]
+    rows = read_rows(path)
+    names = [_column_name(name) for name in rows.pop(1)]
     _check_columns(path, names)
-    table = rows.loc[2:].set_axis(distinct(names), axis=1).apply(lambda column: column.str.strip())
-    table = table[(table != "").any(axis=1)]
-    if table.empty:
+    table = {line: dict(zip(distinct(names), cells, strict=True)) for line, cells in rows.items()}
+    if not table:
         raise ValueError(f"{path}: lists no recording")
-    if "channel" not in table:
-        table = table.assign(channel="")
-    for name in table.columns.intersection(["path", "condition", "specimen", "rpm"]):
-        for line in table.index[table[name] == ""]:
-            raise ValueError(f"{path}, line {line}: {name} is empty")
-    for line in table.index[table.duplicated(["path", "channel"])]:
-        raise ValueError(f"{path}, line {line}: {table['path'][line]} is listed a second time")
+    needed = ["path", "condition", "specimen"] + ([] if has_speed else ["rpm"])
+    for name in (each for each in needed if each in names):
+        for line, row in table.items():
+            if row[name] == "":
+                raise ValueError(f"{path}, line {line}: {name} is empty")
+    listed = set()
+    for line, row in table.items():
+        recording = row["path"], row.setdefault("channel", "")
+        if recording in listed:
+            raise ValueError(f"{path}, line {line}: {row['path']} is listed a second time")
+        listed.add(recording)
     return table
 
 
 def _column_name(name):
     """Return the name of a known column in any spelling, and any other name as it is."""
     plain = re.sub(r"[\s_-]+", "_", name.strip().lower())
-    return plain if plain in _COLUMNS else name.strip()
+    return plain if plain in (*_COLUMNS, _RATE_UNIT) else name.strip()
 
 
 def _check_columns(path, names):

@@ -19,6 +19,7 @@ from ..speeds import speed_errors
 from .formats.text import number
 from .listing import ListedRecording, list_recordings
 from .rates import NO_RATE, rates_agree, resampled_blocks
+from .repeated import check_repeated
 from .windows import block_length, cut_blocks, thin_windows
 
 #: Share by which the speed of a row varies before order tracking is needed. In rows of a second or
@@ -53,8 +54,8 @@ def read_recording_table(
       called ``rpm``. ``tacho:CHANNEL`` takes it from the pulses of a tachometer in that channel; a
       csv file with the columns ``rpm`` and ``recording`` or ``time`` may state it, too.
     - ``pulses_per_turn``: pulses of the tachometer in a turn of the shaft; 1 if it is not stated.
-    - ``sampling_rate``: in Hz. Not needed if the file states it; if both do, they must agree
-      within 0.1 %.
+    - ``sampling_rate``: in Hz, or in the unit that a column ``sampling_rate_unit`` states, such as
+      kHz. Not needed if the file states it; if both do, they must agree within 0.1 %.
     - ``channel``: name, position or pattern of the channel, see :func:`read_recording`; several are
       separated by ``;``, the output first and then the inputs. Empty takes the only channel of the
       file.
@@ -74,7 +75,7 @@ def read_recording_table(
         ``rpm``, ``sampling_rate`` and ``channel``; groups of other names are kept like unknown
         columns. ``(?P<condition>[A-Z]+)_(?P<rpm>\d+)`` fits ``OR_1200.mat``.
     channel, sampling_rate, dtype : default=None
-        For a folder or a glob: the same for all recordings, unless the pattern states it.
+        Of all recordings for which neither the table nor the pattern states it.
     resample : float, default=None
         Sampling rate in Hz to which a polyphase filter resamples all recordings, see
         :func:`skarxlag.recordings.rates.resampled_blocks`. None leaves them as they are, and
@@ -119,9 +120,10 @@ def read_recording_table(
         If the table, or a file that it lists, does not exist.
     ValueError
         If the table is empty, misspells a column, has an empty or wrong field, the same recording
-        twice, differing sampling rates or numbers of channels, or a recording that
-        :func:`read_recording` refuses; and if `pattern` does not fit a file or is given for a
-        table. The message names the table, the line and the file.
+        twice (also by a link or a copy), conditions that look alike (``1`` and ``01``), differing
+        sampling rates or numbers of channels, or a recording that :func:`read_recording` refuses;
+        if `pattern` does not fit a file or is given for a table; and if each line of a table states
+        what an argument states. The message names the table, the line and the file.
 
     Examples
     --------
@@ -145,6 +147,7 @@ def read_recording_table(
     """
     facts = {"pattern": pattern, "channel": channel, "sampling_rate": sampling_rate, "dtype": dtype}
     listed = list_recordings(path, **facts)
+    check_repeated(listed)
     reader = _Reader(resample)
     recordings = [np.concatenate([*reader.blocks(each, None)], axis=-1) for each in listed]
     return Bunch(recordings=recordings, **reader.facts(listed))
@@ -293,6 +296,7 @@ def cut_recordings(
     hop = window_length if hop is None else check_count(hop, "hop")
     if max_windows is not None:
         check_count(max_windows, "max_windows")
+    check_repeated(listed)
     inputs = {Path(file).resolve() for file in (source, *(entry.path for entry in listed))}
     if memory_map is not None and Path(memory_map).resolve() in inputs:
         raise ValueError(f"memory_map={str(memory_map)!r} is among the files that are read")
@@ -338,9 +342,7 @@ def cut_recordings(
         speeds = np.repeat(speeds, counts)
         for name, profile in table.profiles.items():
             i = names.index(name)
-            step = window_length / _N_MEAN
-            few = profile.rows(starts[i] / step, _N_MEAN, table.sampling_rate / step)
-            speeds[row == i] = few.mean(axis=1)
+            speeds[row == i] = _mean_speeds(profile, starts[i], window_length, table.sampling_rate)
     return Bunch(
         data=data.reshape(-1, *windows.shape[1:]),
         target=None if targets is None else targets[row],
@@ -354,6 +356,56 @@ def cut_recordings(
         DESCR="; ".join(notes),
         **table,
     )
+
+
+def _mean_speeds(profile, start, n_samples, sampling_rate):
+    """Return the mean speed of each row."""
+    step = n_samples / _N_MEAN
+    return profile.rows(start / step, _N_MEAN, sampling_rate / step).mean(axis=1)
+
+
+def join_windows(rig: Bunch, n_windows: int) -> Bunch:
+    """Join consecutive windows of recordings to rows, as if they had been cut in rows.
+
+    Parameters
+    ----------
+    rig : Bunch
+        Result of `cut_recordings` that holds all windows of each recording, without a hop. Its data
+        are overwritten.
+    n_windows : int
+        Windows in a row. The last windows of a recording that do not fill a row are left out.
+
+    Returns
+    -------
+    Bunch
+        The rows, as `cut_recordings` returns them.
+
+    Examples
+    --------
+    >>> rig = Bunch(data=np.arange(10.0).reshape(5, 2), start=np.array([0, 2, 4, 0, 2]), rpm=None,
+    ...             recording=np.array(["a", "a", "a", "b", "b"]), available=np.array([3, 2]))
+    >>> rows = join_windows(rig, 2)
+    >>> rows.data.tolist(), rows.start.tolist(), rows.recording.tolist(), rows.available.tolist()
+    ([[0.0, 1.0, 2.0, 3.0], [6.0, 7.0, 8.0, 9.0]], [0, 0], ['a', 'b'], [1, 1])
+    """
+    n_old, *n_channels, window_length = rig.data.shape
+    position, n_own = rig.start // window_length, np.repeat(rig.available, rig.available)
+    first = np.flatnonzero((position % n_windows == 0) & (position + n_windows <= n_own))
+    windows = rig.data.reshape(n_old, -1)
+    for row, start in enumerate(first):
+        # Memory would hold all windows twice, were they not moved within it.
+        joined = np.moveaxis(rig.data[start : start + n_windows], 0, -2)
+        place = row * n_windows
+        windows[place : place + n_windows] = joined.reshape(n_windows, -1)
+    data = windows[: len(first) * n_windows].reshape(len(first), *n_channels, -1)
+    rows = rig | {"data": data, "available": rig.available // n_windows}
+    for name in {"target", "specimen", "load", "rpm", "recording", "start"} & rig.keys():
+        rows[name] = None if rig[name] is None else rig[name][first]
+    for name, profile in rig.get("profiles", {}).items():
+        own = rows["recording"] == name
+        speeds = _mean_speeds(profile, rows["start"][own], data.shape[-1], rig.sampling_rate)
+        rows["rpm"][own] = speeds
+    return Bunch(**rows)
 
 
 def speeds_of_samples(

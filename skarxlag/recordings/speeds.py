@@ -1,17 +1,20 @@
 """Shaft speeds of recordings over time, that a tachometer or a log states."""
 
+from __future__ import annotations
+
 import os
 import re
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
-from ..speeds import pulse_levels, pulse_times
 from .formats._facts import seconds_of_dates
 from .formats.text import number
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Beginning of a source of speeds that is a channel of pulses.
 TACHO = "tacho:"
@@ -134,12 +137,16 @@ class TachoStream:
 
     def speeds(self, signal: NDArray[Any]) -> NDArray[Any]:
         """Return the speed at each of the next samples, NaN if it is not known."""
+        import pandas as pd
+
         signal, found = pd.Series(signal).ffill().fillna(0.0).to_numpy(), []
         first = self._n - len(self._signal) % self._n
         for part in np.split(signal, range(first, len(signal), self._n)):
             self._signal = np.append(self._signal, part)
             found.append(self._speeds_of_last(len(part)))
             if len(self._signal) in (self._n, 2 * self._n):
+                from ..speeds import pulse_levels
+
                 self._signal = self._signal[-self._n :]
                 quarter, middle = pulse_levels(self._signal)
                 if middle - quarter >= 0.5 * (self._levels[1] - self._levels[0]):
@@ -147,6 +154,8 @@ class TachoStream:
         return np.concatenate(found)
 
     def _speeds_of_last(self, n_new):
+        from ..speeds import pulse_times
+
         times = pulse_times(self._signal, *self._levels)
         if len(times) < 2:
             return np.full(n_new, np.nan)
@@ -172,6 +181,8 @@ def read_texts(path: str | os.PathLike[str], **options: Any) -> pd.DataFrame:
     FileNotFoundError, ValueError
         If the file cannot be read. The message names it.
     """
+    import pandas as pd
+
     try:
         with open(path, encoding="utf-8-sig") as file:
             separator = max(",;\t", key=file.readline().count)

@@ -89,7 +89,7 @@ def interrupt(*arguments):
         (("--bearing", "6205"), "RECORDING: none given"),
         (("--bearing", "6205", "x.npy", "--resample"), "--resample: belongs to a model"),
         ((), "expected a model or --bearing"),
-        (("--bering", "6205"), "usage: skarxlag diagnose"),
+        (("--bering", "6205"), "skarxlag diagnose: error: unrecognized arguments: --bering"),
     ],
 )
 def test_wrong_arguments_are_named(run, plant, monkeypatch, arguments, message):

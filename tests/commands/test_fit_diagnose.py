@@ -252,7 +252,7 @@ def test_detector_needs_healthy_recordings_only(run, workshop):
         code == 1 and "no verdict: the speed is not stated, and healthy limits hold at 300" in out
     )
     code, _, err = run("diagnose", path, "--table", full, "--rpm", "300")
-    assert code == 2 and "argument --rpm: belongs to RECORDING" in err
+    assert code == 2 and "argument --rpm: no effect, because each line of" in err
 
 
 def test_detector_of_recordings_without_speeds(run, workshop):
@@ -362,8 +362,8 @@ def test_wrong_arguments_of_diagnose_are_named(run, model, workshop):
     table, file = workshop / "table.csv", workshop / "good_300.npy"
     for arguments, message in [
         ([], "argument RECORDING: none given"),
-        (["--table", table, "--channel", "y"], "argument --channel: belongs to RECORDING"),
-        (["--table", table, "--sampling-rate", "5"], "argument --sampling-rate: belongs to"),
+        (["--table", table, "--pattern", "(?P<rpm>.)"], "argument --pattern: for a folder"),
+        (["--table", table, "--sampling-rate", "5"], "argument --sampling-rate: no effect"),
         ([file, "-o", workshop / "no" / "v.csv"], "argument -o/--output"),
         ([file, "--sampling-rate", "x"], "argument --sampling-rate: 'x', expected a number"),
     ]:

@@ -71,7 +71,7 @@ def test_an_output_without_a_signal_is_named(run, workshop):
 
 def test_a_condition_without_any_signal_is_an_error(run, workshop):
     for i in (0, 1):
-        np.save(workshop / f"outer_{i}.npy", np.zeros(int(SECONDS * RATE)))
+        np.save(workshop / f"outer_{i}.npy", np.full(int(SECONDS * RATE), float(i)))
     code, _, err = run(*fit(workshop, "--window-length", 1000))
     assert code == 1 and "table.csv: outer: no signal (constant); check the sensor" in err
     assert not (workshop / "bearing.skops").exists()

@@ -35,8 +35,10 @@ def workshop(tmp_path_factory):
 
 def test_long_recordings_are_compared_by_stretches_and_speeds(run, workshop):
     model = workshop / "bearing.skops"
-    code, out, err = run("fit", workshop / "900.csv", *HEALTHY, "-o", model)
+    code, out, err = run("fit", workshop / "900.csv", *HEALTHY, "-o", model, "-v")
     assert code == 0 and "8 stretches: fitting" in err
+    # Each recording is read once.
+    assert err.count(": read (") == 2
     assert "Stretches of 7200 samples, 0.9 s at 8000 Hz, 13.5 turns at 900 rpm" in out
     assert counts(out)["inner"] == [1, 4] and "Saved stretches to" in out
     diagnoser, facts = load_diagnoser(model)

@@ -50,6 +50,16 @@ def test_a_value_that_is_no_sample(run, models, piped, text, quality, n_bad):
     assert ("lines that are no numbers: 1" in err) == bool(n_bad)
 
 
+def test_decimal_commas_of_one_column(run, models, fitted, piped):
+    signal = np.round(sound("good", 600, 3), 4)
+    piped("\n".join(f"{value:+.4f}".replace(".", ",") for value in signal.tolist()).encode())
+    code, out, _ = run("watch", models[0], "-")
+    assert code == 0 and verdicts_of(out) == expected(fitted, signal)
+    piped(b"512,498\n" * 600)
+    code, _, err = run("watch", models[0], "-")
+    assert code == 1 and "2 channels, expected 1; the comma may separate two columns" in err
+
+
 def test_names_that_come_again_and_a_first_line_that_was_cut(run, models, fitted, piped):
     samples = sound("good", 600, 3)
     lines = lines_of(np.stack([samples, samples])).splitlines()
@@ -99,7 +109,7 @@ def test_a_byte_order_mark_and_two_signs_at_the_end_of_a_line(run, models, fitte
         (b"1" * 1_400_000, "bytes without a line of numbers, expected csv lines"),
         (b"<html>\n<p>Not found\n</p>\n</html>\n", "'<p>Not found' is no line of 1 numbers"),
         ("1.5\n2.5\n".encode("utf-16"), "expected csv lines in UTF-8"),
-        (b"1,5\n" * 300, "2 channels, expected 1; --channel chooses"),
+        (b"1.5,5\n" * 300, "2 channels, expected 1; --channel chooses"),
     ],
 )
 def test_what_is_no_text_with_numbers(run, models, piped, data, message):

@@ -157,6 +157,8 @@ PEAK = """
 import sys
 from pathlib import Path
 import numpy as np
+import scipy.io.wavfile
+import skarxlag.recordings.windows
 from skarxlag import iter_windows
 
 def peak():

@@ -83,10 +83,48 @@ def test_an_empty_folder(tmp_path):
         list_recordings(tmp_path)
 
 
-def test_options_of_folders_do_not_go_with_a_table(tmp_path):
+def test_a_pattern_does_not_go_with_a_table(tmp_path):
     (tmp_path / "table.csv").write_text("path\na.npy\n")
-    with pytest.raises(ValueError, match=r"channel='y' is for a folder or a glob; .*table.csv is"):
-        list_recordings(tmp_path / "table.csv", channel="y")
+    with pytest.raises(ValueError, match=r"pattern='y' is for a folder or a glob; .*table.csv is"):
+        list_recordings(tmp_path / "table.csv", pattern="y")
+
+
+def test_facts_fill_what_a_table_does_not_state(tmp_path):
+    table = tmp_path / "table.csv"
+    table.write_text("path,channel,sampling_rate,rpm\na.npy,x,,900\nb.npy,,50e3,\n")
+    first, second = list_recordings(table, channel="y", sampling_rate=2e4, rpm=600.0)
+    assert (first.channel, first.sampling_rate, first.rpm) == ("x", 2e4, 900.0)
+    assert (second.channel, second.sampling_rate, second.rpm) == ("y", 5e4, 600.0)
+
+
+def test_a_speed_in_a_table_comes_before_a_stated_source(tmp_path):
+    table = tmp_path / "table.csv"
+    table.write_text("path,rpm,pulses_per_turn\na.npy,900,\nb.npy,tacho:k,\nc.npy,,\n")
+    tacho = {"speed_source": "tacho:key", "pulses_per_turn": 2}
+    found = list_recordings(table, **tacho)
+    assert [(e.rpm, e.speed_source, e.pulses_per_turn) for e in found] == [
+        (900.0, None, 1),
+        (None, "tacho:k", 1),
+        (None, "tacho:key", 2),
+    ]
+
+
+@pytest.mark.parametrize(("name", "value"), [("channel", "y"), ("sampling_rate", 1e3)])
+def test_a_fact_that_each_line_states_has_no_effect(tmp_path, name, value):
+    table = tmp_path / "table.csv"
+    table.write_text("path,channel,sampling_rate\na.npy,x,5e3\nb.npy,x,5e3\n")
+    with pytest.raises(ValueError, match=rf"{name}={value!r} has no effect: each line of .*table"):
+        list_recordings(table, **{name: value})
+
+
+def test_the_unit_of_a_stated_rate(tmp_path):
+    table = tmp_path / "table.csv"
+    lines = "path,sampling_rate,Sampling rate unit\na.npy,25.6,kHz\nb.npy,25600,Hz\nc.npy,5,\n"
+    table.write_text(lines)
+    assert [each.sampling_rate for each in list_recordings(table)] == [25_600, 25_600, 5]
+    table.write_text("path,sampling_rate,sampling_rate_unit\na.npy,25.6,kV\n")
+    with pytest.raises(ValueError, match=r"line 2: sampling_rate_unit is 'kV', expected Hz or kHz"):
+        list_recordings(table)
 
 
 @pytest.mark.skipif(not hasattr(os, "symlink"), reason="links")

@@ -23,22 +23,29 @@ class NamedArrays:
     ----------
     scalars : dict of str to number
         Single numbers by name, of which some state sampling rates and speeds.
+    texts : dict of str to str
+        Single texts by name, of which some state units.
     refused : dict of str to str
         Arrays that are not channels, and the reason.
     """
 
     def __init__(self, array_of: Callable[[Any], Any], separator: str = ".") -> None:
         self.scalars: dict[str, Any] = {}
+        self.texts: dict[str, str] = {}
         self.refused: dict[str, str] = {}
         self._array_of, self._separator = array_of, separator
         self._channels, self._places, self._parts = {}, {}, {}
 
     def add_numbers(self, place: str, properties: Mapping[str, Any]) -> None:
-        """Add the single numbers among the properties of a place in the file."""
+        """Add the single numbers and texts among the properties of a place in the file."""
         for key, value in properties.items():
-            number = np.asarray(value)
-            if is_numeric(number.dtype) and number.size == 1:
-                self.scalars[f"{place}{self._separator}{key}" if place else key] = number.item()
+            name, number = f"{place}{self._separator}{key}" if place else key, np.asarray(value)
+            if number.size != 1:
+                continue
+            if is_numeric(number.dtype):
+                self.scalars[name] = number.item()
+            elif isinstance(text := number.item(), str | bytes):
+                self.texts[name] = text if isinstance(text, str) else text.decode(errors="replace")
 
     def add(
         self, name: str, shape: Any, dtype: Any = None, key: Any = None, at: str = "", **facts: Any
@@ -87,7 +94,8 @@ class NamedArrays:
 
     def contents(self) -> Contents:
         """Return the contents of the file."""
-        state_facts(self._channels, self._places, self.scalars, self._separator)
+        facts = self.scalars, self._separator, self.texts
+        state_facts(self._channels, self._places, *facts)
         return Contents(self._channels, self._read, self.refused)
 
     def _read(self, names, n_samples):

@@ -55,6 +55,8 @@ class Channel:
         Shaft speed in rev/min.
     start : float or None
         Seconds since 1970 at the first sample.
+    contradiction : dict of str to float
+        Sampling rates by name, in Hz, if the file states several that disagree.
     """
 
     length: int | None = None
@@ -62,6 +64,7 @@ class Channel:
     unit: str | None = None
     rpm: float | None = None
     start: float | None = None
+    contradiction: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass
@@ -79,11 +82,14 @@ class Contents:
         asked for are equally long.
     refused : dict of str to str
         Arrays that are not channels, such as square matrices, and the reason.
+    advice : str
+        Advice for a user who has to choose a channel, else empty.
     """
 
     channels: dict[str, Channel]
     read: Callable[[list[str], int | None], Iterator[list[Any]]]
     refused: dict[str, str] = field(default_factory=dict)
+    advice: str = ""
 
 
 def choose_channel(names: list[str], channel: str | int) -> str:

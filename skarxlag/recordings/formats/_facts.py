@@ -2,14 +2,13 @@
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import Channel, ContentError, Contents
+from ._contents import Channel
 
 #: Letters of a name in lower case, with the unit at the end.
 _SAMPLE = "sampl(?:e|ing)"
@@ -21,13 +20,12 @@ _SPEED_NAME = re.compile(r"(.*?)[ _(\[]*(?:rpm|drehzahl)[ )\]]*", re.IGNORECASE)
 _SPEED_UNITS = {"rpm", "rev/min", "r/min", "1/min", "min-1", "u/min"}
 SECONDS = {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0}
 SECONDS |= {"us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ms": 1e-3, "ns": 1e-9}
+SECONDS |= {"min": 60.0, "minute": 60.0, "minutes": 60.0, "h": 3600.0, "hours": 3600.0}
+#: Units of sampling rates, in lower case.
+HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "1/s": 1.0, "s/s": 1.0, "ks/s": 1e3, "ms/s": 1e6}
 _UNIT_NAMES = ("unitstring", "unit", "units", "niunitdescription")
-#: Times from which the sampling rate is computed, and more if they are too coarse.
-_N_PROBED, _N_COARSE = 10_000, 1_000_000
 #: Stated rates that differ by this share agree.
 RATE_TOLERANCE = 1e-3
-#: Coarse times give a sampling rate if it is known to this share.
-_COARSE_TOLERANCE = 5e-3
 _DAY_FIRST = re.compile(r"\s*(\d{1,2})([./])(\d{1,2})\2(\d\d)?(\d\d)(?!\d)[ T,]*")
 
 
@@ -62,7 +60,11 @@ def is_rate(value: Any) -> bool:
 
 
 def state_facts(
-    channels: dict[str, Channel], places: dict[str, str], scalars: dict[str, Any], separator: str
+    channels: dict[str, Channel],
+    places: dict[str, str],
+    scalars: dict[str, Any],
+    separator: str,
+    texts: Mapping[str, str] | None = None,
 ) -> None:
     """Fill in sampling rates and shaft speeds from numbers with names such as ``fs`` or ``rpm``.
 
@@ -70,7 +72,8 @@ def state_facts(
     The number nearest to the channel on the way up to the root counts. A rate is that of the
     longest of the channels that it could belong to; shorter ones, such as a speed next to a
     vibration, were sampled more slowly. Of several speeds with a prefix, the one counts whose
-    prefix begins the name of the channel. Numbers that disagree do not count.
+    prefix begins the name of the channel. Speeds that disagree do not count. Rates that disagree
+    are the `contradiction` of the channel.
 
     Parameters
     ----------
@@ -80,6 +83,9 @@ def state_facts(
         Place of each channel, and single numbers by their places.
     separator : str
         Between the parts of a place.
+    texts : mapping of str to str
+        Single texts by their places. They may be units: that of ``run.fs`` is ``run.fs_unit`` or
+        ``run.fs.unit``.
 
     Examples
     --------
@@ -91,44 +97,87 @@ def state_facts(
     (20.0, 10.0, None, 1772.0, None)
     """
     rates, speeds = {}, {}
+    units = _units(texts or {}, separator)
     for name, number in scalars.items():
         place, _, last = name.rpartition(separator)
         if not is_rate(number):
             continue
-        if rate := _rate_of(last, float(number)):
-            rates.setdefault(place, set()).add(("", rate))
+        if rate := _rate_of(last, float(number), units.get(_plain(name, separator))):
+            rates.setdefault(place, []).append((last, rate))
         if match := _SPEED_NAME.fullmatch(last):
-            speeds.setdefault(place, set()).add((match[1], float(number)))
+            speeds.setdefault(place, []).append((match[1], float(number)))
     longest: dict[str, int] = {}
-    found = {name: _nearest(place, rates, separator) for name, place in places.items()}
+    found = {name: _nearest_rates(place, rates, separator) for name, place in places.items()}
     for name, (place, _) in found.items():
         longest[place] = max(longest.get(place, 0), channels[name].length or 0)
     for name, channel in channels.items():
-        place, rate = found[name]
-        if channel.length == longest[place]:
-            channel.sampling_rate = channel.sampling_rate or rate
-        channel.rpm = _nearest(places[name], speeds, separator)[1]
+        place, stated = found[name]
+        if stated and channel.length == longest[place] and channel.sampling_rate is None:
+            channel.sampling_rate, channel.contradiction = _agreed_rate(stated)
+        channel.rpm = _nearest_speed(places[name], speeds, separator)
 
 
-def _nearest(place, by_place, separator):
-    """Return place and value of the nearest fact. Contradictory values do not count."""
-    last = place.rpartition(separator)[2]
+def _places_above(place, separator):
+    """Yield the places above a place, the nearest first."""
     while place:
         place = place.rpartition(separator)[0]
-        facts = by_place.get(place, set())
+        yield place
+
+
+def _nearest_rates(place, rates, separator):
+    """Return place, names and values of the nearest sampling rates."""
+    above = _places_above(place, separator)
+    return next(((each, rates[each]) for each in above if each in rates), ("", []))
+
+
+def _nearest_speed(place, speeds, separator):
+    """Return the nearest speed. Contradictory values do not count."""
+    last = place.rpartition(separator)[2]
+    for each in _places_above(place, separator):
+        facts = speeds.get(each, [])
         own = {value for prefix, value in facts if last.startswith(prefix)}
         values = own or {value for _, value in facts}
         if len(values) == 1:
-            return place, values.pop()
-    return "", None
+            return values.pop()
+    return None
 
 
-def _rate_of(name, number):
+def _agreed_rate(stated):
+    """Return the rate that names state, or None; and the rates by name if they disagree."""
+    rates = [rate for _, rate in stated]
+    if max(rates) <= (1 + RATE_TOLERANCE) * min(rates):
+        return rates[0], {}
+    return None, dict(stated)
+
+
+def _units(texts, separator):
+    """Return units by the plain name of the number to which they belong."""
+    found = {}
+    for name, text in texts.items():
+        place, _, last = name.rpartition(separator)
+        plain = _plain(name, separator)
+        if letters(last) in _UNIT_NAMES:
+            found[_plain(place, separator)] = text
+        elif plain.endswith(("unit", "units")):
+            found[plain.removesuffix("s").removesuffix("unit")] = text
+    return found
+
+
+def _plain(name, separator):
+    """Return a place, and the letters of a name in it, in lower case."""
+    place, _, last = name.rpartition(separator)
+    return place + separator + "".join(c for c in last.lower() if c.isalpha())
+
+
+def _rate_of(name, number, unit=None):
     plain = "".join(c for c in name.lower() if c.isalpha())
+    unit = unit and unit.strip().lower()
     if match := _RATE_NAME.fullmatch(plain):
-        return number * (1e3 if match[1] == "khz" else 1.0)
+        scale = 1e3 if match[1] == "khz" else HERTZ.get(unit or "hz")
+        return scale and number * scale
     match = _STEP_NAME.fullmatch(plain)
-    rate = 1 / (number * SECONDS.get(match[1], 1.0)) if match else np.nan
+    seconds = match and SECONDS.get(match[1] or unit or "s")
+    rate = 1 / (number * seconds) if seconds else np.nan
     return rounded(rate, 1e-9) if is_rate(rate) else None
 
 
@@ -179,104 +228,3 @@ def _seconds_of_date(text):
     except (ValueError, AttributeError):
         return np.nan
     return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
-
-
-@dataclass
-class TimeAxis:
-    """Channel of evenly spaced times.
-
-    Attributes
-    ----------
-    name : str
-        Of the channel.
-    channel : Channel
-        Of the times.
-    sampling_rate : float
-        In Hz.
-    start : float or None
-        Seconds since 1970 at the first sample; None if the times are not dates.
-    largest : float
-        Seconds of the largest step that is not a gap.
-    """
-
-    name: str
-    channel: Channel
-    sampling_rate: float
-    start: float | None
-    largest: float
-    _last: float = np.nan
-
-    def covers(self, channel: Channel) -> bool:
-        """Return whether the times belong to another channel."""
-        return channel is not self.channel and channel.length == self.channel.length
-
-    def check(self, values: Any, start: int) -> None:
-        """Refuse a block of times with a gap, in itself or after the block before."""
-        times = _in_seconds(values, self.channel.unit)
-        if times is None:
-            raise ContentError(f"channel {self.name!r} is not numeric, expected times")
-        steps = np.diff(times, prepend=self._last if start else times[0])
-        bad = np.flatnonzero(~((steps >= 0) & (steps <= self.largest)))
-        if bad.size:
-            found = f"{steps[bad[0]]:g} s before sample {start + bad[0]}"
-            expected = f"{1 / self.sampling_rate:g} s"
-            raise ContentError(f"{self.name!r} is not evenly spaced: {found}, expected {expected}")
-        self._last = times[-1]
-
-
-def find_time_axis(contents: Contents) -> TimeAxis | None:
-    """Find the channel of times, None if there is none.
-
-    Its name is one such as ``time``, ``t`` or ``seconds``, and its values never fall: numbers,
-    dates, or texts of dates. Integers without a unit are not times: they may count samples.
-    """
-    name = next(filter(names_times, contents.channels), None)
-    if name is None or len(contents.channels) < 2:
-        return None
-    channel = contents.channels[name]
-    for n_probed in (_N_PROBED, _N_COARSE):
-        (values,) = next(contents.read([name], n_probed), [np.zeros(0)])
-        values = np.asarray(values[:n_probed])
-        times = _in_seconds(values, channel.unit)
-        if times is None or len(times) < 2:
-            return None
-        steps = np.diff(times)
-        kind = values.dtype.kind
-        is_counter = kind in "iu" or (kind == "f" and np.all(steps == 1))
-        if (is_counter and not channel.unit) or not np.all((steps >= 0) & (steps < np.inf)):
-            return None
-        rate, tolerance = _rate_of_times(times)
-        if tolerance < RATE_TOLERANCE or len(times) < n_probed:
-            break
-    if tolerance > _COARSE_TOLERANCE:
-        return None
-    start = float(times[0]) if kind in "MOU" else None
-    return TimeAxis(name, channel, rate, start, max(1.6 / rate, 1.5 * steps[steps > 0].min()))
-
-
-def _rate_of_times(times):
-    """Return the sampling rate of times, and its relative tolerance."""
-    changes = 1 + np.flatnonzero(np.diff(times))
-    is_coarse = len(changes) < len(times) - 1
-    # Coarse times are equal for several samples. How long the first and last of them were equal is
-    # unknown, so the rate is that between two changes, which are known to about a sample.
-    ends = changes[[0, -1]] if is_coarse and len(changes) else np.array([0, len(times) - 1])
-    n_steps, seconds = np.diff(ends)[0], np.diff(times[ends])[0]
-    if n_steps == 0 or seconds == 0:
-        return np.nan, np.inf
-    tolerance = 1.5 / n_steps if is_coarse else max(1e-5, 2 * np.spacing(times[-1]) / seconds)
-    return rounded(n_steps / seconds, tolerance), tolerance
-
-
-def _in_seconds(values, unit):
-    """Return times in seconds, or None if the values are not times."""
-    values = np.asarray(values)
-    if values.dtype.kind in "mM":
-        return values.astype(f"{values.dtype.kind}8[ns]").astype(np.int64) / 1e9
-    if values.dtype.kind in "OU":
-        seconds = seconds_of_dates(values)
-        return None if np.isnan(seconds).any() else seconds
-    scale = SECONDS.get(unit.strip().lower()) if unit else 1.0
-    if values.dtype.kind not in "fiu" or scale is None:
-        return None
-    return values.astype(np.float64) * scale

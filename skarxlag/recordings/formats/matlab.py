@@ -7,8 +7,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from scipy.io import loadmat
-from scipy.io.matlab import mat_struct
 
 from . import hdf5
 from ._arrays import NamedArrays
@@ -27,6 +25,8 @@ def contents(path: Path) -> Iterator[Contents]:
     A channel has the name of its variable. Fields of a struct are ``struct.field``, and elements
     of an array of structs or of a cell array are ``name[0]``, ``name[1]``, ...
     """
+    from scipy.io import loadmat
+
     with path.open("rb") as file:
         head = file.read(520)
     # HDF5 files of early versions of MATLAB do not state version 7.3.
@@ -50,6 +50,8 @@ def contents(path: Path) -> Iterator[Contents]:
 
 def _arrays(name, values):
     """Yield the names of the arrays of a variable, and the arrays."""
+    from scipy.io.matlab import mat_struct
+
     if isinstance(values, mat_struct):
         for field in values._fieldnames:
             yield from _arrays(f"{name}.{field}", getattr(values, field))

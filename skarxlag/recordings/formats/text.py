@@ -19,12 +19,22 @@ import numpy as np
 from ._contents import Channel, ContentError, Contents, Format, check_unpacked
 from ._facts import SECONDS, letters, names_times, seconds_of_dates
 
-FORMAT = Format((".csv", ".txt", ".tsv", ".csv.gz", ".txt.gz", ".tsv.gz"))
+FORMAT = Format((".csv", ".txt", ".tsv", ".dat", ".csv.gz", ".txt.gz", ".tsv.gz"))
 
 #: Bytes and lines from which the layout is inferred.
 _HEAD, _LINES = 2**16, 200
+_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+#: Number with a decimal comma, or two integers: sign, digits before the comma, digits after it.
+_WITH_COMMA = re.compile(r"([+-]?)(\d*),(\d+)")
+_INTEGER = re.compile(r"[+-]?\d+")
 _UNIT_IN_NAME = re.compile(r".*[(\[]([^()\[\]]+)[)\]]\s*")
+_AMBIGUOUS = (
+    "the comma may separate two columns of integers, or be the decimal sign of one column: write "
+    "the names of the columns into the first line, one for each"
+)
 _UNITS = {*SECONDS, "g", "m/s2", "m/s^2", "m/s²", "mm/s", "v", "mv", "nm", "n", "rpm", "1/min", "%"}
+# These are names of columns, too.
+_UNITS -= {"min", "h"}
 
 
 @dataclass(frozen=True)
@@ -45,6 +55,8 @@ class TextLayout:
         Of the columns; their positions if there is no header.
     units : dict of str to str
         By column, if stated.
+    advice : str
+        Sentence for the reader of a file whose columns are ambiguous, else empty.
     """
 
     encoding: str
@@ -55,6 +67,7 @@ class TextLayout:
     n_ignored: int
     names: list[str]
     units: dict[str, str]
+    advice: str = ""
 
 
 def contents(path: Path) -> Iterator[Contents]:
@@ -64,6 +77,8 @@ def contents(path: Path) -> Iterator[Contents]:
     """
     with _open(path) as file:
         head = file.read(_HEAD)
+    if b"\0" in head and not head.startswith(_UTF_16):
+        raise ContentError("holds no text; raw samples need their dtype, such as '<i2'")
     layout = text_layout(head, is_whole=len(head) < _HEAD)
     if layout.names[0].strip().lower() == "path":
         raise ContentError("this is a table of recordings, expected samples; --table takes it")
@@ -76,7 +91,8 @@ def contents(path: Path) -> Iterator[Contents]:
                 frame = frame.assign(**dict.fromkeys(parts, date + " " + clock))
             yield [frame[name].to_numpy() for name in names]
 
-    yield Contents({name: Channel(unit=layout.units.get(name)) for name in layout.names}, read)
+    channels = {name: Channel(unit=layout.units.get(name)) for name in layout.names}
+    yield Contents(channels, read, advice=layout.advice)
 
 
 def date_columns(names: list[str], row: Mapping[str, object]) -> list[str]:
@@ -150,7 +166,9 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
 
     Lines at the top that begin with ``#`` or ``%`` are comments. Separators are the semicolon, the
     tabulator, the comma, and white space if a line holds nothing but numbers. The decimal comma is
-    recognised if the comma does not separate. The columns of the last lines are numbers, dates or
+    recognised if the comma does not separate. In lines with one comma, it does not if an integer
+    would not be written so (``+23,9168``, ``-0,5``, ``7,05``), or if the names above have no comma.
+    The columns of the last lines are numbers, dates or
     other texts; the first line with the same kinds of fields is the first sample. The line before
     it holds the names, or the units if that line holds no number and the one before it does not
     either. All other lines above are a preamble.
@@ -184,6 +202,9 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     if not filled:
         raise ContentError("No columns to parse: the file holds no line of text")
     separator = _separator(filled[len(filled) // 2 :][-20:])
+    is_one_column = None if separator != "," else _has_decimal_commas(filled)
+    if is_one_column:
+        separator = ";"
     before, rows = zip(*_rows(body, separator), strict=True)
     with_comma = [field for field in chain.from_iterable(rows) if "," in field]
     is_comma = separator != "," and any(is_number(field, ",") for field in with_comma)
@@ -200,11 +221,37 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     has_header = names is not None
     n_ignored = max(len(above) - has_header - bool(unit_line), 0)
     names = distinct(names) if has_header else [str(i) for i in range(n_fields)]
-    in_names = {name: match[1] for name in names if (match := _UNIT_IN_NAME.fullmatch(name))}
+    in_names = {name: unit for name in names if (unit := unit_in_name(name))}
     units = in_names | dict(zip(names, unit_line, strict=False))
     units = {name: unit.strip("[]() ") for name, unit in units.items() if unit.strip("[]() ")}
     n_head = n_comments + (before[first] if first < len(rows) else len(body))
-    return TextLayout(encoding, separator, decimal, has_header, n_head, n_ignored, names, units)
+    facts = encoding, separator, decimal, has_header, n_head, n_ignored, names, units
+    is_ambiguous = is_one_column is False and not has_header
+    return TextLayout(*facts, _AMBIGUOUS if is_ambiguous else "")
+
+
+def _has_decimal_commas(lines):
+    """Return whether the comma is the decimal sign of one column.
+
+    It is True if the lines show it, False if they do not, and None if the comma separates.
+    """
+    texts = [line.strip().strip('"') for line in lines]
+    found = [_WITH_COMMA.fullmatch(text) for text in texts]
+    first = next((i for i, match in enumerate(found) if match), len(found))
+    samples = [match for match in found[first:] if match]
+    others = [text for text in texts[first:] if not _WITH_COMMA.fullmatch(text)]
+    if not samples or not all(map(_INTEGER.fullmatch, others)):
+        return None
+    if first > 0:
+        return True if "," not in texts[first - 1] else None
+    # Integers have no such signs and zeros.
+    return any(
+        match[1] == "+"
+        or not match[2]
+        or (match[1] == "-" and not match[2].strip("0"))
+        or (match[3][0] == "0" and len(match[3]) > 1)
+        for match in samples
+    )
 
 
 def _first_sample(kinds, may_be_cut):
@@ -230,8 +277,10 @@ def _first_sample(kinds, may_be_cut):
     if headers:
         first = headers[-1] + 1
     elif not may_be_cut:
-        # Damaged samples are not taken for a preamble: the reader refuses them.
-        first = next(i for i, row in enumerate(kinds) if row)
+        # A row of more fields is a preamble. Any other may be a damaged sample: the reader refuses
+        # it.
+        is_long = [any(row[n_fields:]) for row in kinds]
+        first = next(i for i, row in enumerate(kinds) if row and not (is_long[i] and i < first))
     return n_fields, n_filled, first
 
 
@@ -281,8 +330,7 @@ def _rows(lines, separator):
 
 
 def _decode(head):
-    is_utf_16 = head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    encoding = "utf-16" if is_utf_16 else "utf-8-sig"
+    encoding = "utf-16" if head.startswith(_UTF_16) else "utf-8-sig"
     try:
         # An incremental decoder accepts that the last character was cut.
         return encoding, codecs.getincrementaldecoder(encoding)().decode(head)
@@ -301,6 +349,16 @@ def _separator(lines):
     return ","
 
 
+def unit_in_name(name: str) -> str | None:
+    """Return the unit in brackets at the end of a name, None if there is none.
+
+    >>> unit_in_name("time (ms)")
+    'ms'
+    """
+    match = _UNIT_IN_NAME.fullmatch(name)
+    return match and match[1]
+
+
 def is_number(field: str, decimal: str) -> bool:
     """Whether a field holds a number, or nothing."""
     return field.lower() in ("", "nan") or not np.isnan(number(field, decimal))
@@ -317,8 +375,9 @@ def number(field: str, decimal: str = ",") -> float:
 
 def distinct(names: list[str]) -> list[str]:
     """Return the names, with a number after those that occur a second time, as in pandas."""
-    import pandas as pd
-
-    named = pd.Series([name or f"Unnamed: {i}" for i, name in enumerate(names)], dtype=object)
-    n_before = named.groupby(named).cumcount()
-    return named.where(n_before == 0, named + "." + n_before.astype(str)).tolist()
+    found, n_before = [], Counter()
+    for i, name in enumerate(names):
+        shown = name or f"Unnamed: {i}"
+        found.append(f"{shown}.{n_before[shown]}" if n_before[shown] else shown)
+        n_before[shown] += 1
+    return found

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from scipy.io import wavfile
 
 from ._contents import Channel, Contents, Format, slices
 
@@ -35,6 +34,8 @@ def contents(path: Path) -> Iterator[Contents]:
 
 def _map(path):
     """Return the sampling rate, and the samples of shape (n_samples, n_channels)."""
+    from scipy.io import wavfile
+
     with warnings.catch_warnings():
         # SciPy warns of metadata, which is harmless, and of truncated files.
         warnings.simplefilter("ignore", wavfile.WavFileWarning)

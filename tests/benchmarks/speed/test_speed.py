@@ -253,21 +253,24 @@ def test_rows_on_processes(monkeypatch):
 
 
 def test_commands_are_compared_with_their_imports(monkeypatch):
-    seconds = {"python": 0.25, "imports": 2.0, "diagnose": 3.0, "info": 1.0}
-    seconds |= {"--version": 0.375, "--help": 0.5}
+    seconds = {"python": 0.25, "imports": 2.0, "diagnose": 1.0, "info": 1.0}
+    seconds |= {"--version": 0.375, "--help": 0.5, "--unknown": 0.5, "fit": 0.5}
 
-    def python(*arguments, cache):
+    def python(*arguments, cache, status):
+        assert status == (2 if "--unknown" in arguments else 1 if "fit" in arguments else 0)
+        if "diagnose" in arguments and "--unknown" in arguments:
+            arguments = ["--unknown"]
         if "diagnose" in arguments:
             assert children.Path(arguments[-1]).stat().st_size > 40 * 1200 * 8
         [name] = {*seconds} & {*arguments} or ({"python"} if "pass" in arguments else {"imports"})
         clock.append(clock[-1] + seconds[name])
 
     clock = [0.0]
-    monkeypatch.setattr(processes, "_python", python)
+    monkeypatch.setattr(processes, "run_python", python)
     monkeypatch.setattr(processes, "_seconds_of_children", lambda: clock[-1])
     monkeypatch.setattr(processes, "_first_predictions", list)
     lines = processes.start_up(n_rounds=2)
-    assert [line["reached"] for line in lines] == [1.5, 0.5, 0.125, 0.25]
+    assert [line["reached"] for line in lines] == [0.5, 0.5, 0.125, 0.25, 0.25, 0.25]
     assert speed.missed_targets(lines) == []
 
 

@@ -110,6 +110,19 @@ def test_steps_of_time_among_the_attributes(tmp_path, where, name, value):
     assert read_recording(tmp_path / "run.h5")[1] == 25600
 
 
+@pytest.mark.parametrize("unit", ["kHz", np.bytes_("kHz")])
+def test_units_of_the_sampling_rate(tmp_path, unit):
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file["y"] = Y
+        file["fs"] = 25.6
+        file["fs"].attrs["units"] = unit
+    assert read_recording(tmp_path / "run.h5", channel="y")[1] == 25_600
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file["y"] = Y
+        file["y"].attrs.update(sampling_rate=25.6, sampling_rate_unit=unit, unit="g")
+    assert read_recording(tmp_path / "run.h5")[1] == 25_600
+
+
 @pytest.fixture
 def matlab(tmp_path):
     """Laid out as MATLAB 7.3 does: a user block, columns as rows, structs as groups."""

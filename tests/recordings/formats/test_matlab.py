@@ -45,11 +45,42 @@ def test_names_of_the_sampling_rate(path, name):
     assert read_recording(path)[1] == 12_000
 
 
-@pytest.mark.parametrize(
-    "content", [{"rate": 5}, {"fs": np.nan}, {"fs": -1}, {"fs": 1 + 1j}, {"fs": 1, "sr": 2}]
-)
+@pytest.mark.parametrize("content", [{"rate": 5}, {"fs": np.nan}, {"fs": -1}, {"fs": 1 + 1j}])
 def test_what_states_no_sampling_rate(path, content):
     savemat(path, {"y": Y, **content})
+    assert read_recording(path)[1] is None
+
+
+@pytest.mark.parametrize("content", [{"fs": 12e3, "Fs": 48e3}, {"fs": 12e3, "dt": 1 / 48e3}])
+def test_two_rates_that_disagree(path, content):
+    savemat(path, {"y": Y, **content})
+    names = "fs 12000 Hz, (Fs|dt) 48000 Hz"
+    with pytest.raises(ValueError, match=f"run.mat: states several sampling rates: {names}"):
+        read_recording(path)
+    assert np.isnan(list_channels(path)["sampling_rate"]).all()
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"sampling_rate": 25.6, "sampling_rate_unit": "kHz"},
+        {"fs": 25.6, "fs_unit": " khz "},
+        {"Fs": 25.6, "FsUnits": "kS/s"},
+        {"fs": 25600, "fs_unit": "Hz"},
+        {"fs_kHz": 25.6},
+        {"dt": 39.0625, "dt_unit": "us"},
+    ],
+)
+def test_units_of_the_sampling_rate(path, content):
+    savemat(path, {"y": Y, **content})
+    assert read_recording(path)[1] == 25_600
+    archive = path.with_suffix(".npz")
+    np.savez(archive, y=Y, **content)
+    assert read_recording(archive)[1] == 25_600
+
+
+def test_a_unit_that_is_none(path):
+    savemat(path, {"y": Y, "fs": 25.6, "fs_unit": "V"})
     assert read_recording(path)[1] is None
 
 

@@ -179,3 +179,66 @@ def test_lines_that_end_with_a_separator(tmp_path, n_rows):
     np.testing.assert_array_equal(read_recording(path, channel="u")[0], [10.0] * n_rows)
     path = write(tmp_path, "y;u;\n" + "1.5;10\n" * n_rows)
     np.testing.assert_array_equal(read_recording(path, channel="u")[0], [10.0] * n_rows)
+
+
+DECIMAL_COMMAS = {
+    "a plus": "+23,9168\n+1,5210\n-7,1000\n",
+    "a zero before the comma": "-0,5\n1,5\n-2,5\n",
+    "a zero after the comma": "23,05\n1,52\n-7,10\n",
+    "no digit before the comma": "1,5\n,25\n-2,5\n",
+    "a name": "acc\n1,5\n2,5\n3,5\n",
+    "a name and a unit": "acc\nm/s2\n1,5\n2,5\n3,5\n",
+    "quotes": '"23,05"\n"1,52"\n"-7,10"\n',
+    "an integer": "23,05\n24\n-7,10\n",
+}
+
+
+@pytest.mark.parametrize("text", DECIMAL_COMMAS)
+def test_decimal_commas_of_one_column(tmp_path, text):
+    """The comma would cut each sample in two channels of integers."""
+    lines = DECIMAL_COMMAS[text].replace('"', "").split()
+    numbers = [float(line.replace(",", ".")) for line in lines if line not in ("acc", "m/s2")]
+    path = write(tmp_path, DECIMAL_COMMAS[text])
+    signal, _ = read_recording(path)
+    np.testing.assert_array_equal(signal, numbers)
+    assert list_channels(path)["unit"].tolist() == ["m/s2" if "unit" in text else None]
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("512,498\n511,7\n513,12\n", ["0", "1"]),
+        ("a,b\n1,05\n2,10\n", ["a", "b"]),
+        ("1,-5\n+2,05\n", ["0", "1"]),
+        ("1.5,25\n2.5,05\n", ["0", "1"]),
+    ],
+)
+def test_commas_that_separate(tmp_path, text, names):
+    assert list_channels(write(tmp_path, text))["channel"].tolist() == names
+
+
+def test_an_ambiguous_comma_is_said(tmp_path):
+    """Advice to choose a channel alone would cut the samples at the comma."""
+    path = write(tmp_path, "512,498\n511,732\n513,121\n")
+    with pytest.raises(ValueError, match=r"'0', '1'; the comma may separate .* or be the decimal"):
+        read_recording(path)
+    with pytest.raises(ValueError, match=r"available: 'a', 'b'$"):
+        read_recording(write(tmp_path, "a,b\n512,498\n511,732\n"))
+
+
+@pytest.mark.parametrize("long", ["1;2;3;4;5", "25600;0.5;7", "x;1;2"])
+def test_a_first_row_of_more_fields_is_skipped(tmp_path, long):
+    path = write(tmp_path, long + "\n1.5;10\n-2;20\n.25;30.5\n")
+    np.testing.assert_array_equal(read_recording(path, channel=["0", "1"])[0], [Y, U])
+    path = write(tmp_path, long + "\ny;u\n1.5;10\n-2;20\n.25;30.5\n")
+    np.testing.assert_array_equal(read_recording(path, channel=["y", "u"])[0], [Y, U])
+
+
+def test_dat_files(tmp_path):
+    """They hold text, or raw samples if their type is stated."""
+    path = write(tmp_path, "y u\n1.5 10\n-2 20\n.25 30.5\n", "run.DAT")
+    np.testing.assert_array_equal(read_recording(path, channel="u")[0], U)
+    np.array([1, 2, 3], "<i2").tofile(path)
+    with pytest.raises(ValueError, match=r"run.DAT: holds no text; raw samples need their dtype"):
+        read_recording(path)
+    np.testing.assert_array_equal(read_recording(path, dtype="<i2")[0], [1, 2, 3])
