@@ -54,6 +54,7 @@ def validate_signals(
         # The model before has checked the windows, and that there are as many conditions.
         validate_signals(estimator, X[:1], y if y is None else y[:1], reset=reset)
         return X, None if y is None else column_or_1d(y)
+    X = as_samples(X, "X")
     # scikit-learn converts big-endian float32 to float64, but the byte order must not matter.
     if isinstance(X, np.ndarray) and not X.dtype.isnative:
         X = X.astype(X.dtype.newbyteorder("="))
@@ -73,6 +74,35 @@ def validate_signals(
     if reset:
         estimator.window_shape_ = np.array(X.shape[1:])
     return X, y
+
+
+def as_samples(values: Any, name: str) -> Any:
+    """Return values in which masked ones are NaN, and refuse flags.
+
+    NumPy would take the hidden value of a masked sample, and 1 for True.
+
+    Parameters
+    ----------
+    values : object
+        Samples or speeds, which are not converted otherwise.
+    name : str
+        Name of the parameter.
+
+    Raises
+    ------
+    ValueError
+        If the values are True and False.
+
+    Examples
+    --------
+    >>> as_samples(np.ma.array([1, 2], mask=[False, True]), "X")
+    array([ 1., nan])
+    """
+    if isinstance(values, np.ma.MaskedArray):
+        return values.astype(np.float64).filled(np.nan) if np.ma.is_masked(values) else values.data
+    dtype = np.asarray(values).dtype
+    expect(dtype.kind != "b", f"{name}.dtype", dtype, "numbers")
+    return values
 
 
 def is_plain(estimator: Any, X: Any, shape: tuple[int, ...]) -> bool:
@@ -207,6 +237,7 @@ WITHIN_1 = {"min_val": -1, "max_val": 1, "include_boundaries": "neither"}
 
 def check_real(value: Any, name: str, **bounds: Any) -> None:
     """Check a real parameter, which must be finite, by `sklearn.utils.check_scalar`."""
+    expect(not isinstance(value, bool | np.bool_), name, value, "a number")
     check_scalar(value, name, Real, **bounds)
     # An integer may exceed all floats.
     if not abs(value) <= sys.float_info.max:

@@ -11,7 +11,7 @@ from sklearn.utils import check_array
 
 from ._parallel import map_rows
 from ._state import expect
-from ._validation import ABOVE_0, check_real
+from ._validation import ABOVE_0, as_samples, check_real
 from .kernels.comb import comb_frequency
 from .kernels.fault_orders import CAGE_WEIGHT, PLACES, fault_comb, squared_envelope_spectrum
 from .speeds import check_speeds, with_plausible_speeds
@@ -126,9 +126,8 @@ def envelope_spectrum(
     50.0
     """
     check_real(sampling_rate, "sampling_rate", **ABOVE_0)
-    signal = check_array(
-        signal, dtype=np.float64, ensure_2d=False, ensure_min_samples=8, input_name="signal"
-    )
+    options = {"ensure_2d": False, "ensure_min_samples": 8, "input_name": "signal"}
+    signal = check_array(as_samples(signal, "signal"), dtype=np.float64, **options)
     expect(signal.ndim == 1, "signal.shape", signal.shape, "one axis")
     low, high = (0.0, sampling_rate / 2) if band is None else band
     expected = f"two frequencies from 0 to {sampling_rate / 2:g} Hz, the lower one first"

@@ -89,7 +89,7 @@ _COMPANIONS = {"known_conditions": "none_of_these", "detector": "healthy_p_value
 #: Facts with a meaning to the commands, by their type or range. Any of them but `conditions` may be
 #: None.
 _KNOWN_FACTS: dict[str, Any] = {
-    **dict.fromkeys(("diagnoser", "rows", "saved", "healthy", "bearing"), str),
+    **dict.fromkeys(("diagnoser", "rows", "saved", "healthy", "bearing", "unit"), str),
     **dict.fromkeys(("window_length", "n_channels"), Values((), "at least 1", "i")),
     "sampling_rate": Values((), "above 0"),
     "false_alarm_rate": Values((), (lambda v, e: 0 < v < 1, "a number in (0, 1)")),
@@ -97,7 +97,8 @@ _KNOWN_FACTS: dict[str, Any] = {
 #: The same of facts that are lists. No row was recorded of some places of faults.
 _KNOWN_LISTS: dict[str, Any] = {
     **dict.fromkeys(("n_windows", "n_recordings"), Values((), "at least 0", "i")),
-    **{"conditions": object, "channels": str | None, "train_rpm": Values((), "above 0")},
+    **{"conditions": object, "channels": str | None, "channel_names": str},
+    "train_rpm": Values((), "above 0"),
 }
 
 

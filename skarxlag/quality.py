@@ -10,7 +10,7 @@ from sklearn.utils import check_array
 
 from ._parallel import map_batches
 from ._state import expect
-from ._validation import ABOVE_0, check_real
+from ._validation import ABOVE_0, as_samples, check_real
 from .kernels.scaling import ROUNDING, largest
 from .speeds import speeds_of_rows
 
@@ -33,6 +33,8 @@ _CLIPPED = 0.02
 #: prediction of this order misses some of them by `_UNFORESEEN` of the range, and if some samples
 #: lie in the outer `_EDGE` of the range at either end, where a signal that was not cut has few.
 _LEAP, _UNFORESEEN, _FEWEST_LEAPS, _EDGE, _FEWEST_AT_ENDS, _ORDER = 0.75, 0.4, 4, 0.02, 6, 8
+#: Steps by which a straight line may be rounded, or begin again.
+_RAMP_STEPS = 2
 #: A decade of the spectrum is missing if its density, in so many bands, is this much below that of
 #: the rest.
 _EMPTY, _FEWEST_BINS, _BANDS = 1e-6, 200, 8
@@ -79,6 +81,8 @@ def signal_quality(
     - ``"wrapped"``: the output leaps by more than 75 % of its range. A linear prediction of order
       8 misses at least 4 leaps, and at least 6 samples lie at either end of the range. Values
       beyond the range of an integer type continued at its other end. Its share counts the leaps.
+    - ``"ramp"``: the output is a straight line, but for two of its steps. It holds times or counts
+      samples.
     - ``"band missing"``: in a decade of frequency, the mean power density of narrow bands is more
       than 60 dB below the median of all other frequencies. The signal was filtered, or was recorded
       at a lower rate. Its share is that of the decade in all frequencies.
@@ -93,7 +97,7 @@ def signal_quality(
     Parameters
     ----------
     X : array-like of shape (n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)
-        Windows in any unit; NaN is allowed.
+        Windows in any unit; NaN is allowed, and so are masked samples, which count as NaN.
     sampling_rate : float, default=None
         In Hz, above 0. None does not look for hum.
     rpm : float, array-like of shape (n_windows,) or None, default=None
@@ -125,9 +129,9 @@ def signal_quality(
     `window_verdicts` returns "no signal".
 
     Short windows are judged by fewer criteria. Two samples at the extremes, one at each, never
-    count as clipped. A window of fewer than 64 samples is never coarse or wrapped, and one of fewer
-    than 400 never has a missing band. A few samples that wrapped round look like impacts, and white
-    noise of uniform distribution looks like a signal that wrapped round often.
+    count as clipped. A window of fewer than 64 samples is never coarse, wrapped or a ramp, and one
+    of fewer than 400 never has a missing band. A few samples that wrapped round look like impacts,
+    and white noise of uniform distribution looks like a signal that wrapped round often.
 
     Examples
     --------
@@ -145,6 +149,7 @@ def signal_quality(
     """
     if sampling_rate is not None:
         check_real(sampling_rate, "sampling_rate", **ABOVE_0)
+    X = as_samples(X, "X")
     X = check_array(X, dtype=[np.float64, np.float32], allow_nd=True, ensure_all_finite=False)
     shapes = "(n_windows, n_samples) or (n_windows, 1 + n_inputs, n_samples)"
     expect(X.ndim <= 3, "X.shape", X.shape, shapes)
@@ -193,6 +198,7 @@ def _quality_of_batch(windows, sampling_rate, shaft_frequency):
         scaled, leaps = scaled[rest], leaps[rest]
         checks = {"wrapped": (_wrapped(scaled, leaps), leaps / n_samples)}
         trendless = _without_trend(scaled)
+        checks["ramp"] = (_ramps(scaled, trendless), np.ones(len(rest)))
         if n_samples >= 2 * _FEWEST_BINS:
             checks["band missing"] = _missing_decade(trendless)
         if sampling_rate is not None:
@@ -207,6 +213,13 @@ def _first_failed(checks, n_windows):
     for name, (fails, share_of_check) in reversed(checks.items()):
         quality[fails], share[fails] = name, share_of_check[fails]
     return quality, share
+
+
+def _ramps(windows, trendless):
+    """Whether signals are straight lines, but for two of their steps."""
+    step = np.ptp(windows, axis=1) / (windows.shape[1] - 1)
+    is_straight = np.abs(trendless).max(axis=1) <= _RAMP_STEPS * step
+    return is_straight & (windows.shape[1] >= _SHORTEST_COARSE)
 
 
 def _longest_runs(stays):

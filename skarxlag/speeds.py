@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array
 
 from ._state import expect
-from ._validation import ABOVE_0, check_count, check_real, warn_user
+from ._validation import ABOVE_0, as_samples, check_count, check_real, warn_user
 from .kernels.comb import comb_frequency
 
 #: Least number of turns of the shaft in a stretch whose orders are compared.
@@ -52,7 +52,7 @@ def speeds_of_rows(rpm: ArrayLike, n_rows: int) -> NDArray[np.float64]:
     array([900., 900.])
     """
     try:
-        speeds = np.asarray(rpm, dtype=np.float64)
+        speeds = np.asarray(as_samples(rpm, "rpm"), dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise ValueError(f"rpm must hold numbers, got {rpm!r}.") from error
     return np.full(n_rows, speeds) if speeds.ndim == 0 else speeds
@@ -310,7 +310,7 @@ def estimate_shaft_speed(X: ArrayLike, sampling_rate: float, rpm: ArrayLike) -> 
     True
     """
     check_real(sampling_rate, "sampling_rate", **ABOVE_0)
-    X = check_array(X, allow_nd=True, dtype=np.float64, input_name="X")
+    X = check_array(as_samples(X, "X"), allow_nd=True, dtype=np.float64, input_name="X")
     rows = X[:, 0] if X.ndim == 3 else X
     turns = samples_a_turn(rpm, sampling_rate, len(rows), rows.shape[1])
     expect(turns.ndim == 1, "rpm.shape", turns.shape, "one speed for each stretch")

@@ -20,6 +20,7 @@ from ..recordings.rig import cut_recordings, join_windows, speeds_of_samples
 from ..speeds import LEAST_TURNS
 from . import messages
 from .arguments import refuse
+from .channels import fitted_channels, units_of
 from .info import limits_basis
 from .messages import CommandError, UsageError, as_command_error, report_progress
 from .models import DIAGNOSERS, of_outputs
@@ -54,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     is_stated = any(recording.specimen for recording in recordings)
     specimen = rig.specimen[chosen] if is_stated else None
     params = {"rpm": rpm, "specimen": specimen}
-    rate, channels = float(rig.sampling_rate), np.atleast_1d(recordings[0].channel or [])
+    rate = float(rig.sampling_rate)
     report_progress(args, f"{len(X)} {rows}: fitting")
     with as_command_error(), parallel_config("threading", n_jobs=args.n_jobs):
         diagnoser = of_outputs(args, _make(args, kind, healthy, rate))
@@ -70,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
         facts = {"diagnoser": kind, "rows": rows, "conditions": conditions, "healthy": healthy}
         facts |= {"train_rpm": _training_speeds(rig, chosen), "sampling_rate": rate}
         facts |= {"n_channels": 1 if X.ndim == 2 else X.shape[1], "window_length": X.shape[-1]}
-        facts |= {"channels": channels.tolist(), "n_windows": counts[rows].tolist()}
+        facts |= fitted_channels(recordings) | {"n_windows": counts[rows].tolist()}
         facts["n_recordings"] = counts["recordings"].tolist()
         facts |= {"false_alarm_rate": args.false_alarm_rate, "bearing": args.bearing}
         facts["saved"] = datetime.now(UTC).strftime("%Y-%m-%d")
@@ -82,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"{np.sum(errors != '')} {rows} left out: {errors[errors != ''][0]}")
     print(f"{rows.capitalize()} of {X.shape[-1]} samples, {seconds:.3g} s at {rate:g} Hz{turns}")
     print(counts.to_string())
-    notes = [*_roles(recordings[0], args.outputs or 1), *notes]
+    notes = [*_roles(recordings[0], args.outputs or 1), *_units(recordings), *notes]
     print(f"Healthy: {healthy or 'none'} ({reason})", *notes, sep="\n")
     if healthy is not None:
         basis = limits_basis(companions.get("detector", diagnoser), rows)
@@ -173,6 +174,13 @@ def _roles(recording, n_outputs):
     if alike := [name for name in inputs if unit is not None and units[name] == unit]:
         names = ", ".join([outputs[0], *alike])
         yield f"Note: {names} have the unit {unit}. If the inputs are sensors, use --outputs."
+
+
+def _units(recordings):
+    """Yield a note on recordings of different units."""
+    units = units_of(recordings)
+    if len(units) > 1:
+        yield f"Note: the recordings have the units {', '.join(units)}. They must be one quantity."
 
 
 def _check_options(args, recordings):

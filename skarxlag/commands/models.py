@@ -2,6 +2,8 @@
 
 import argparse
 import os
+from contextlib import suppress
+from dataclasses import replace
 from functools import lru_cache, partial
 from hashlib import sha256
 from itertools import chain
@@ -17,11 +19,13 @@ from .._answers import answers
 from ..fault_places import FAULTS, HEALTHY
 from ..fusion import SensorFusion
 from ..persistence import load_diagnoser
+from ..recordings.files import chosen_channels
 from ..recordings.listing import ListedRecording
 from ..recordings.rates import NO_RATE, rates_agree, resampled_blocks
 from ..recordings.windows import block_length, cut_blocks
 from ..speeds import SPEED_FACTOR
 from ..verdicts import CHANGED, HOLD, NO_SIGNAL, NONE_OF_THESE, Judge
+from .channels import channel_remarks, channels_of_model
 from .diagnosis import Diagnosis, cancelled
 from .messages import CommandError, as_command_error, listed, printable
 
@@ -82,6 +86,7 @@ class SavedModel:
         self.sampling_rate, self.train_rpm = self.judge.sampling_rate, self.judge.train_rpm
         self.summary = {"file": printable(path)} | self.facts
         self.rows = "stretches" if self.can.is_stretch else "windows"
+        self.usual_channels = channels_of_model(self.facts)
 
     def _judge(self, facts):
         names = ("conditions", "train_rpm", "sampling_rate")
@@ -111,6 +116,7 @@ class SavedModel:
     def diagnose(self, recording: ListedRecording, resample: bool = False) -> Diagnosis:
         """Diagnose a recording, block by block."""
         old_rates, parts, n_windows, length = [], [], 0, self.window_length
+        asked, recording = recording.channel, self.with_channel(recording)
         if self.takes_rpm:
             recording = recording.with_speed()
         blocks, sampling_rate = self.windows(recording, resample, old_rates.append)
@@ -127,6 +133,7 @@ class SavedModel:
         windows = pd.concat(parts, ignore_index=True)
         verdict = self.judge.recording(windows)
         remarks = [f"Resampled from {r:g} to {self.sampling_rate:g} Hz." for r in old_rates]
+        remarks += self.channel_remarks(recording, asked)
         remarks += _remarks(windows, verdict)
         if verdict["verdict"] == CHANGED and self.facts.get("bearing"):
             remarks.append(f"No comb of bearing {self.facts['bearing']} shows a fault.")
@@ -138,6 +145,7 @@ class SavedModel:
 
     def windows(self, recording: ListedRecording, resample: bool = False, note: Any = None) -> Any:
         """Return an iterator of windows, and their rate; `note` is called with the rate before."""
+        recording = self.with_channel(recording)
         self.check_order(recording.name, recording.channel)
         blocks = recording.blocks(block_length(self.window_length))
         if resample:
@@ -152,6 +160,29 @@ class SavedModel:
             raise CommandError(f"{name}: {found}; --resample brings it to that")
         signals = chain([first], (signal for signal, _ in blocks))
         return cut_blocks(signals, name, self.window_length), rate
+
+    def with_channel(self, recording: ListedRecording) -> ListedRecording:
+        """Return the recording with the channels of the model, if none are stated and it has them.
+
+        A file that has no more channels than the model needs none to be stated.
+        """
+        if recording.channel is not None:
+            return recording
+        for names in self.usual_channels:
+            own = replace(recording, channel=names if len(names) > 1 else names[0])
+            with suppress(ValueError):
+                chosen_channels(own.path, channel=own.channel, dtype=own.dtype)
+                return own
+        return recording
+
+    def channel_remarks(self, recording: ListedRecording, asked: Any) -> list[str]:
+        """Return remarks on channels and units that are not those of the model."""
+        is_same = [*np.atleast_1d(asked)] == self.facts.get("channels")
+        if self.facts.get("unit") is None and (is_same or not self.facts.get("channel_names")):
+            return []
+        options = {"channel": recording.channel, "dtype": recording.dtype}
+        found = chosen_channels(recording.path, **options)
+        return [*channel_remarks(found, self.facts, asked)]
 
     def check_order(self, name: str, channels: str | list[str] | None) -> None:
         """Refuse the channels of the model in another order."""

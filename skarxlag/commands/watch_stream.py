@@ -20,6 +20,7 @@ from ..recordings.rates import rates_agree
 from ..recordings.speeds import TACHO, TachoStream
 from ..verdicts import HOLD
 from .arguments import refuse
+from .channels import channel_remarks
 from .messages import CommandError, UsageError, as_command_error, listed, percent, printable, say
 from .models import SavedModel
 
@@ -82,7 +83,7 @@ class SensorStream:
         self._last = self._written = self._limits = None
         self._said = self._line_at = self._window_at = time.monotonic()
         self._unread, self.is_at_place = Counter(), True
-        self._advice = lambda: "--channel chooses"
+        self._parser, self._remarks = None, []
         model.check_order(args.source, args.channel)
         with as_command_error():
             settings = {name: vars(args)[name] for name in _SETTINGS}
@@ -128,17 +129,28 @@ class SensorStream:
         facts = {"channel": args.channel, "dtype": args.dtype, "sampling_rate": self._rate}
         facts |= {"pulses_per_turn": self._pulses} | args.rpm
         files = ListedRecording(None, "", path, **facts)
-        return from_folder(files, rows, args.settle, args.timed_files, self.say, self._place)
+        how = args.settle, args.timed_files, self.say, self._place
+        return from_folder(files, rows, *how, prepare=self._with_channel)
+
+    def _with_channel(self, recording):
+        """Return a file of a folder with its channels, and print remarks that are new."""
+        own = self._model.with_channel(recording)
+        self._say_of_channels(self._model.channel_remarks(own, recording.channel))
+        return own
 
     def _stream(self, path):
         args, length = self._args, self._model.window_length
+        usual = self._model.usual_channels
         if args.dtype is None:
             tolerance = args.gap_tolerance or 0.5 * length / self._rate
             times = StreamTimes(args.time_column, self._rate, tolerance, length)
-            parser = TextSamples(args.channel, times, self._speed_column)
+            parser = TextSamples(
+                args.channel, times, self._speed_column, self._model.usual_channels
+            )
         else:
-            parser = RawSamples(args.dtype, args.channel, self._speed_column)
-        self._unread, self._advice = parser.unread, lambda: parser.advice
+            usual = self._model.usual_channels
+            parser = RawSamples(args.dtype, args.channel, self._speed_column, usual)
+        self._unread, self._parser = parser.unread, parser
         if args.source == "-":
             if sys.stdin is None:
                 raise CommandError("-: there is no standard input")
@@ -177,13 +189,24 @@ class SensorStream:
                 samples, rpm = samples[:-1], samples[-1]
                 rpm = rpm if self._tacho is None else self._tacho.speeds(rpm)
             if len(samples) != (n := self._model.n_channels):
-                raise ValueError(f"{len(samples)} channels, expected {n}; {self._advice()}")
+                advice = "--channel chooses" if self._parser is None else self._parser.advice
+                raise ValueError(f"{len(samples)} channels, expected {n}; {advice}")
+            if self._parser is not None:
+                found, facts = self._parser.channels[:n], self._model.facts
+                self._say_of_channels(channel_remarks(found, facts, self._args.channel))
             verdicts = self._monitor.update(samples, time=block.time, rpm=rpm)
             self._report(verdicts, block.source)
         if block.place is not None:
             self._place, self.is_at_place = block.place, True
             if time.monotonic() - self._saved >= _SAVE_EVERY:
                 self.save()
+
+    def _say_of_channels(self, remarks):
+        """Print remarks on the channels, unless they are those before."""
+        if (remarks := list(remarks)) != self._remarks:
+            self._remarks = remarks
+            for remark in remarks:
+                self.say(remark)
 
     def _report(self, verdicts, source):
         for verdict in verdicts:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from .._answers import answers, offers, unfolded_steps
 from .._state import expect
-from .._validation import ABOVE_0, check_count, check_rate, check_real
+from .._validation import ABOVE_0, as_samples, check_count, check_rate, check_real
 from ..evidence import SMALLEST_PROBABILITY, combined_score, effective_number, p_value_score
 from ..kernels.fault_orders import N_ORDERS
 from ..speeds import speeds_of_rows
@@ -256,7 +256,7 @@ class ConditionMonitor:
         ----------
         samples : array-like of shape (n_samples,) or (n_channels, n_samples)
             Any number of real samples in the unit of `fit`. Of several channels, the first is the
-            output. NaN is a missing sample.
+            output. NaN is a missing sample, and so is a masked one.
         time : float or None, default=None
             Time of the first sample, in seconds on any clock. None: the block follows the block
             before.
@@ -321,7 +321,7 @@ class ConditionMonitor:
 
     def _checked(self, samples):
         """Samples of shape (n_channels, n_samples)."""
-        signal, n = np.asarray(samples), self._n_channels
+        signal, n = np.asarray(as_samples(samples, "samples")), self._n_channels
         if signal.ndim == 1 and (n == 1 or signal.size == 0):
             signal = signal.reshape(n, -1)
         is_right = signal.dtype.kind in "iuf" and signal.ndim == 2 and len(signal) == n

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .formats import find_format, read_file
 from .formats._facts import names_speed
 from .formats._isolation import isolated
-from .formats._signals import describe_channels, signal_blocks
+from .formats._signals import describe_channels, describe_chosen, signal_blocks
 from .speeds import SpeedProfile
 
 if TYPE_CHECKING:
@@ -47,7 +47,9 @@ def read_recording(
 
     The file states its sampling rate in its format, in a single number named ``fs``,
     ``SampleRate``, ``dt`` or alike, or by a channel of times named ``time``, ``t`` or alike, whose
-    steps must be even. Times may be numbers, dates in ISO 8601, or dates with the day first.
+    steps must be even. A text such as ``fs_unit`` may state the unit of the number. Times may be
+    numbers, dates in ISO 8601, or dates with the day first; the sample of a missing time follows
+    the one before.
 
     A text file that was cut at the end of a line, or within the last number, looks like a whole
     one; every other damage raises an error. Formats with complicated parsers are read in another
@@ -82,9 +84,10 @@ def read_recording(
         If there is no such file.
     ValueError
         If the format is not known or the file cannot be read (damaged, truncated, pickled, far
-        larger when unpacked than a recording can be), if the channel is unknown or ambiguous, and
-        if its values are not numeric, complex, NaN or infinite, or of another length or sampling
-        rate than those of the other channels. The message names the file.
+        larger when unpacked than a recording can be), if the channel is unknown or ambiguous, if
+        its values are not numeric, complex, NaN or infinite, or of another length or sampling rate
+        than those of the other channels, if the file states several sampling rates, and if times
+        have gaps, fall, or change their rate by more than 1 %. The message names the file.
     ImportError
         If the library that the format needs is not installed. The message names the extra.
 
@@ -254,6 +257,29 @@ def recording_speed(
     return SpeedProfile((np.arange(len(rpm)) + 0.5) * n_mean / rate, rpm)
 
 
+def chosen_channels(
+    path: Any, *, channel: Any = None, dtype: Any = None
+) -> list[tuple[str, str | None]]:
+    """Return name and unit of each channel that `read_recording` reads.
+
+    Parameters
+    ----------
+    path, channel, dtype
+        As in :func:`read_recording`.
+
+    Returns
+    -------
+    list of tuple of str
+        The unit is None if the file states none.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError, ImportError
+        As in :func:`read_recording`.
+    """
+    return [*_read(path, dtype, describe_chosen, channel)]
+
+
 def recording_start(path: Any, *, channel: Any = None, dtype: Any = None) -> float | None:
     """Return the date of the first sample, if the file states one.
 
@@ -278,7 +304,12 @@ def recording_start(path: Any, *, channel: Any = None, dtype: Any = None) -> flo
 
 
 def recording_blocks(
-    path: Any, n_samples: int | None = None, *, channel: Any = None, dtype: str | None = None
+    path: Any,
+    n_samples: int | None = None,
+    *,
+    channel: Any = None,
+    dtype: str | None = None,
+    stated_rate: float | None = None,
 ) -> Iterator[tuple[NDArray[Any], float | None]]:
     """Yield a recording block by block.
 
@@ -288,6 +319,8 @@ def recording_blocks(
         As in :func:`read_recording`.
     n_samples : int or None, default=None
         Samples of a block, at most, if the format can be read in parts. None: one block of all.
+    stated_rate : float or None, default=None
+        Sampling rate in Hz that is stated outside the file.
 
     Yields
     ------
@@ -301,4 +334,4 @@ def recording_blocks(
     FileNotFoundError, ValueError, ImportError
         As in :func:`read_recording`, when the block in question is reached.
     """
-    return _read(path, dtype, signal_blocks, channel, n_samples)
+    return _read(path, dtype, signal_blocks, channel, n_samples, stated_rate)

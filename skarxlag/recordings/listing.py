@@ -3,6 +3,7 @@
 import difflib
 import os
 import re
+import unicodedata
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,8 +16,9 @@ from numpy.typing import NDArray
 
 from .files import recording_blocks, recording_speed, recording_start
 from .formats import SUFFIXES
-from .formats._facts import HERTZ
+from .formats._facts import HERTZ, SECONDS
 from .formats.text import distinct, number
+from .monotonic import Direction
 from .rates import NO_RATE, rates_agree
 from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed
 from .tables import read_rows
@@ -149,17 +151,23 @@ class ListedRecording:
         Raises
         ------
         FileNotFoundError, ImportError, ValueError
-            As there, and if the stated rate differs from the rate in the file. The message names
-            the entry.
+            As there; if the stated rate differs from the rate in the file; and, after the last
+            block, if the first channel only rises or only falls. The message names the entry.
         """
-        stated = self.sampling_rate
+        stated, direction = self.sampling_rate, Direction()
         with self.named():
-            read = recording_blocks(self.path, n_samples, channel=self.channel, dtype=self.dtype)
-            for signal, known in read:
+            options = {"channel": self.channel, "dtype": self.dtype, "stated_rate": stated}
+            for signal, known in recording_blocks(self.path, n_samples, **options):
                 if not rates_agree(stated, known):
                     found = f"sampling_rate is {stated:g} Hz but the file states {known:g} Hz"
-                    raise ValueError(f"{self.path}: {found}")
+                    raise ValueError(f"{self.path}: {found}{_unit_advice(known / stated)}")
+                direction.add(signal if signal.ndim == 1 else signal[0])
                 yield signal, known if stated is None else stated
+            if direction.is_monotonic:
+                chosen = self.channel if isinstance(self.channel, str) else None
+                found = "the channel" if chosen is None else f"channel {chosen!r}"
+                expected = "it holds times or a count, and is no signal; choose another channel"
+                raise ValueError(f"{self.path}: {found} only rises or only falls: {expected}")
 
     @contextmanager
     def named(self) -> Iterator[None]:
@@ -171,6 +179,13 @@ class ListedRecording:
             if str(error).startswith(where):
                 raise
             raise type(error)(f"{where}: {error}") from error
+
+
+def _unit_advice(ratio):
+    """Return advice if two rates differ by the factor of a unit of time."""
+    scales = {name: 1 / SECONDS[name] for name in ("min", "h", "ms", "us")}
+    near = [name for name, scale in scales.items() if abs(ratio * scale - 1) < 0.01]
+    return f"; times in {near[0]} need the unit in their name: 'time ({near[0]})'" if near else ""
 
 
 def is_file_source(source: str | os.PathLike[str]) -> bool:
@@ -239,6 +254,9 @@ def _parsed(where, facts):
         known |= speed_facts(where, known.pop("rpm"))
     if "channel" in known:
         known["channel"] = channel_names(known["channel"])
+    for name in known.keys() & {"condition", "specimen"}:
+        # The same letters may be one character or two, as in the names of files of macOS.
+        known[name] = unicodedata.normalize("NFC", known[name])
     return known | {"further": {name: text for name, text in facts.items() if name not in _COLUMNS}}
 
 

@@ -148,7 +148,13 @@ def _status(path):
 
 
 def from_folder(
-    files: ListedRecording, rows: Any, settle: float, has_times: bool, warn: Callable, place: Any
+    files: ListedRecording,
+    rows: Any,
+    settle: float,
+    has_times: bool,
+    warn: Callable,
+    place: Any,
+    prepare: Callable[[ListedRecording], ListedRecording] = lambda entry: entry,
 ) -> Blocks:
     """Yield blocks from the files of a folder, in the order in which they were finished.
 
@@ -172,6 +178,8 @@ def from_folder(
     place : sequence or None
         Time and name of the latest file that was read. Older files that exist at the start count as
         read.
+    prepare : callable
+        Called with each file before it is read, and returns it with its channels.
     """
     folder, done = files.path, tuple(place or (-1, ""))
     read = {state for state in _files(folder) if state[:2] <= done}
@@ -191,6 +199,7 @@ def from_folder(
             done = max(done, state[:2])
             entry = replace(files, name=path.name, path=path)
             try:
+                entry = prepare(entry)
                 yield from _blocks_of_file(entry, state, rows, has_times, list(done))
             except (OSError, ValueError, ImportError, MemoryError) as error:
                 warn(f"skipped: {error}")

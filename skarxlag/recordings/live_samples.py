@@ -5,12 +5,14 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .formats._clock import DRIFT, Clock
 from .formats._contents import ContentError, choose_channel, choose_channels
 from .formats._facts import SECONDS, names_speed, names_times, seconds_of_dates
 from .formats.raw import frame_type
@@ -28,18 +30,19 @@ _AT_LINE_END = re.compile(rb"[;,][ \t\r]*(\n|$)")
 NO_TIMES = "none"
 #: Larger numbers of seconds are not times, and their sums might overflow.
 _LARGEST = 1e15
-#: Seconds of samples after which a time is stated again, and on which the rate is measured.
-_STATED_EVERY, _MEASURED_FOR = 1.0, 10.0
-#: Share by which the rate of the times may differ from the stated one, apart from rounding.
-_RATE_TOLERANCE = 0.01
-#: So many wrong steps in a row come from another sampling rate, not from a gap.
-_WRONG_STEPS = 10
+#: Seconds of samples after which a time is stated again.
+_STATED_EVERY = 1.0
 
 #: Names, positions or patterns of channels.
 Channels = str | Sequence[str] | None
 
 
-def chosen_channels(names: list[str], channel: Channels, speed: str | None = None) -> list[str]:
+def chosen_channels(
+    names: list[str],
+    channel: Channels,
+    speed: str | None = None,
+    usual: Sequence[list[str]] = (),
+) -> list[str]:
     """Return the names of the chosen channels.
 
     Parameters
@@ -50,6 +53,9 @@ def chosen_channels(names: list[str], channel: Channels, speed: str | None = Non
         As in `read_recording`; None takes all but those of times and of shaft speeds.
     speed : str or None
         Channel of the shaft speed or of pulses, which comes last.
+    usual : sequence of list of str
+        Choices, of which the first that is possible is taken if `channel` is None and there are
+        more channels.
 
     Examples
     --------
@@ -63,6 +69,11 @@ def chosen_channels(names: list[str], channel: Channels, speed: str | None = Non
     if channel is None:
         signals = [name for name in names if not names_times(name) and not names_speed(name)]
         chosen = signals or names
+        for own in usual:
+            if len(own) < len([name for name in chosen if name != speed]):
+                with suppress(ContentError):
+                    chosen = choose_channels(names, own)
+                    break
     else:
         chosen = choose_channels(names, channel)
     if speed is None:
@@ -110,6 +121,8 @@ class RawSamples(_Samples):
         Chosen channels, in their order; None for all.
     speed : str or None
         Channel of the shaft speed or of pulses, which becomes the last row of the samples.
+    usual : sequence of list of str
+        As in `chosen_channels`.
 
     Attributes
     ----------
@@ -117,10 +130,21 @@ class RawSamples(_Samples):
         Bytes at the end that do not make a whole sample.
     """
 
-    def __init__(self, dtype: str, channel: Channels = None, speed: str | None = None) -> None:
+    def __init__(
+        self,
+        dtype: str,
+        channel: Channels = None,
+        speed: str | None = None,
+        usual: Sequence[list[str]] = (),
+    ) -> None:
         self._frame = frame_type(dtype)
-        self._names = chosen_channels(list(self._frame.names), channel, speed)
+        self._names = chosen_channels(list(self._frame.names), channel, speed, usual)
         super().__init__()
+
+    @property
+    def channels(self) -> list[tuple[str, str | None]]:
+        """Names of the channels, and None for their units."""
+        return [(name, None) for name in self._names]
 
     def parts(self, data: bytes, *, is_end: bool = False) -> Iterator[tuple[Any, float | None]]:
         """Yield samples of shape (n_channels, n_samples), and None for their time."""
@@ -153,7 +177,7 @@ class StreamTimes:
         self._column, self._rate, self._tolerance = column, sampling_rate, tolerance
         self._shortest = shortest
         # A clock drifts against the sampling rate, by less than the tolerance until it is stated.
-        self._every = sampling_rate * min(_STATED_EVERY, tolerance / (2 * _RATE_TOLERANCE))
+        self._every = sampling_rate * min(_STATED_EVERY, tolerance / (2 * DRIFT))
 
     def find(self, layout: TextLayout, rows: list[dict[str, str]], taken: list[str]) -> str | None:
         """Prepare for a source, and return the name of its column of times, None without one.
@@ -172,11 +196,9 @@ class StreamTimes:
         ContentError
             If the chosen column does not exist or has an unknown unit.
         """
-        # Place and time of the last sample of known time, and of that from which the rate is
-        # measured. Places count from the first sample of the source.
-        self._last = self._origin = None
-        self._stated = self._n_samples = self._n_wrong = 0
-        self._largest_step = 0.0
+        self._clock = Clock(self._rate, self._tolerance, self._shortest)
+        # Samples so far, and the last place, counted from the first, at which a time was stated.
+        self._n_samples, self._stated = 0, None
         if self._column is None:
             name = next((n for n in layout.names if names_times(n) and n not in taken), None)
         else:
@@ -229,48 +251,24 @@ class StreamTimes:
         Raises
         ------
         ContentError
-            If the times are those of another sampling rate.
+            If the times are those of another sampling rate, or stand still.
         """
-        cuts = {0: None}
-        for i, time in enumerate(times.tolist()):
-            is_first = self._last is None
-            if math.isfinite(time) and self._must_be_stated(self._n_samples + i, time):
+        found, cuts = self._clock.compare(times), {0: None}
+        if found.wrong is not None:
+            self._refuse(found.wrong)
+        columns = (found.places, found.seconds, found.is_break)
+        for i, time, is_break in zip(*map(np.ndarray.tolist, columns), strict=True):
+            place, is_first = self._n_samples + i, self._stated is None
+            if is_first or is_break or place - self._stated >= self._every:
                 # Unknown times before the first known one follow from it.
                 cuts |= {0: time - i / self._rate} if is_first else {i: time}
+                self._stated = place
         self._n_samples += len(times)
         for start, end in pairwise([*cuts, len(times)]):
             yield samples[:, start:end], cuts[start]
 
-    def _must_be_stated(self, place, time):
-        """Return whether a known time is the first, follows a leap, or is due after a pause."""
-        before, last = self._last or (place, math.nan)
-        # A time that is equal to the one before was rounded.
-        if time == last:
-            return False
-        n_samples, seconds = place - before, time - last
-        is_leap = not abs(seconds - n_samples / self._rate) <= self._tolerance
-        if is_leap:
-            self._n_wrong += self._last is not None
-            if self._n_wrong >= _WRONG_STEPS:
-                self._refuse(n_samples, seconds)
-            self._origin, self._largest_step = (place, time), 0.0
-        else:
-            self._largest_step, self._n_wrong = max(self._largest_step, abs(seconds)), 0
-            self._check_rate(place, time)
-        self._last = place, time
-        is_stated = is_leap or place - self._stated >= self._every
-        self._stated = place if is_stated else self._stated
-        return is_stated
-
-    def _check_rate(self, place, time):
-        n_samples, seconds = place - self._origin[0], time - self._origin[1]
-        allowed = _RATE_TOLERANCE * n_samples / self._rate + 2 * self._largest_step
-        if n_samples >= self._shortest and abs(seconds - n_samples / self._rate) > allowed:
-            self._refuse(n_samples, seconds)
-        if n_samples >= _MEASURED_FOR * self._rate:
-            self._origin, self._largest_step = (place, time), 0.0
-
-    def _refuse(self, n_samples, seconds):
+    def _refuse(self, wrong):
+        _, n_samples, seconds = wrong
         expected = f"{n_samples / self._rate:g} at {self._rate:g} Hz"
         found = f"{n_samples} samples take {seconds:g} s by their times, expected {expected}"
         advice = "a unit is missing as in 'time (ms)', or use --time-column none"
@@ -293,6 +291,8 @@ class TextSamples(_Samples):
         Parser of the column of times.
     speed : str or None
         Column of shaft speeds or of pulses, which becomes the last row of the samples.
+    usual : sequence of list of str
+        As in `chosen_channels`.
 
     Attributes
     ----------
@@ -300,9 +300,22 @@ class TextSamples(_Samples):
         Lines and times that could not be read.
     """
 
-    def __init__(self, channel: Channels, times: StreamTimes, speed: str | None = None) -> None:
+    def __init__(
+        self,
+        channel: Channels,
+        times: StreamTimes,
+        speed: str | None = None,
+        usual: Sequence[list[str]] = (),
+    ) -> None:
         self._channel, self._times, self._speed = channel, times, speed
+        self._usual = usual
         super().__init__()
+
+    @property
+    def channels(self) -> list[tuple[str, str | None]]:
+        """Names and units of the channels, none before the first lines."""
+        layout = self._layout
+        return [(name, layout.units.get(name)) for name in self._chosen] if layout else []
 
     @property
     def advice(self) -> str:
@@ -384,7 +397,8 @@ class TextSamples(_Samples):
     def _choose_columns(self, rows):
         """Choose the columns, and make sure that they hold numbers."""
         layout, samples = self._layout, list(filter(None, map(self._by_name, rows)))
-        self._chosen = chosen_channels(layout.names, self._channel, self._speed)
+        options = self._channel, self._speed, self._usual
+        self._chosen = chosen_channels(layout.names, *options)
         self._time = self._times.find(layout, samples, self._chosen)
         if self._time in self._chosen and self._channel is None:
             self._chosen.remove(self._time)

@@ -19,6 +19,7 @@ from ..speeds import speed_errors
 from .formats.text import number
 from .listing import ListedRecording, list_recordings
 from .rates import NO_RATE, rates_agree, resampled_blocks
+from .repeated import check_repeated
 from .windows import block_length, cut_blocks, thin_windows
 
 #: Share by which the speed of a row varies before order tracking is needed. In rows of a second or
@@ -119,10 +120,10 @@ def read_recording_table(
         If the table, or a file that it lists, does not exist.
     ValueError
         If the table is empty, misspells a column, has an empty or wrong field, the same recording
-        twice, differing sampling rates or numbers of channels, or a recording that
-        :func:`read_recording` refuses; if `pattern` does not fit a file or is given for a table;
-        and if each line of a table states what an argument states. The message names the table,
-        the line and the file.
+        twice (also by a link or a copy), conditions that look alike (``1`` and ``01``), differing
+        sampling rates or numbers of channels, or a recording that :func:`read_recording` refuses;
+        if `pattern` does not fit a file or is given for a table; and if each line of a table states
+        what an argument states. The message names the table, the line and the file.
 
     Examples
     --------
@@ -146,6 +147,7 @@ def read_recording_table(
     """
     facts = {"pattern": pattern, "channel": channel, "sampling_rate": sampling_rate, "dtype": dtype}
     listed = list_recordings(path, **facts)
+    check_repeated(listed)
     reader = _Reader(resample)
     recordings = [np.concatenate([*reader.blocks(each, None)], axis=-1) for each in listed]
     return Bunch(recordings=recordings, **reader.facts(listed))
@@ -294,6 +296,7 @@ def cut_recordings(
     hop = window_length if hop is None else check_count(hop, "hop")
     if max_windows is not None:
         check_count(max_windows, "max_windows")
+    check_repeated(listed)
     inputs = {Path(file).resolve() for file in (source, *(entry.path for entry in listed))}
     if memory_map is not None and Path(memory_map).resolve() in inputs:
         raise ValueError(f"memory_map={str(memory_map)!r} is among the files that are read")

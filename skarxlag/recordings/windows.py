@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array
 
-from .._validation import check_count
+from .._validation import as_samples, check_count
 
 #: Samples of a channel that are processed at a time, if a recording is read in parts.
 _BLOCK = 2**20
@@ -47,8 +47,9 @@ def make_windows(
     Raises
     ------
     ValueError
-        If the recording is shorter than one window, is not numeric, is complex, holds NaN or
-        infinity or has more than two dimensions, or if `window_length` or `hop` is below 1.
+        If the recording is shorter than one window, is not numeric, is complex, holds True and
+        False, NaN, infinity or masked samples, or has more than two dimensions, or if
+        `window_length` or `hop` is below 1.
     TypeError
         If `window_length` or `hop` is not an integer, or the recording is a single number.
 
@@ -64,6 +65,7 @@ def make_windows(
     check_count(window_length, "window_length")
     hop = window_length if hop is None else check_count(hop, "hop")
     types = [np.float64, np.float32]
+    recording = as_samples(recording, "recording")
     signal = check_array(recording, dtype=types, ensure_2d=False, input_name="recording")
     n_samples = signal.shape[-1]
     if n_samples < window_length:

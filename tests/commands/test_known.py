@@ -15,7 +15,6 @@ WINDOW, N = 600, 60
 OTHERS = {
     "noise": np.random.default_rng(0).normal(size=6 * WINDOW),
     "sine": np.sin(0.3 * np.arange(6 * WINDOW)),
-    "time": np.linspace(0, 1, 6 * WINDOW),
     "untrained": signal("outer", 6 * WINDOW, 5),
     "sensor": lfilter([1], [1, -1.2, 0.9], np.random.default_rng(1).normal(size=6 * WINDOW)),
 }

@@ -124,6 +124,36 @@ def test_times_that_go_backwards(run, models, piped):
     assert found[2]["time"] == pytest.approx(1000.5 - 300 + 0.63)
 
 
+@pytest.mark.parametrize("size", [100_000, 777])
+def test_a_clock_that_stands_still(run, models, piped, size):
+    """It would hide every gap. Times that are rounded to some seconds are right."""
+    times = np.floor(np.arange(15_000) / RATE / 5) * 5
+    list(parser(tolerance=5.0).parts(timed(times, np.ones(15_000))))
+    stream, data = parser(), timed(np.full(15_000, 8.5), np.ones(15_000))
+    with pytest.raises(ContentError, match=r"samples take 0 s by their times, expected 1"):
+        for start in range(0, len(data), size):
+            list(stream.parts(data[start : start + size]))
+    piped(timed(np.full(11_000, 8.5), sound("good", 11_000, 3)))
+    code, _, err = run("watch", models[0], "-")
+    assert code == 1 and "samples take 0 s by their times" in err
+
+
+@pytest.mark.parametrize("size", [100_000, 777])
+def test_times_that_fall(size):
+    stream, data = parser(), timed(100 - np.arange(3000) / RATE, np.ones(3000))
+    with pytest.raises(ContentError, match=r"samples take -0\.2 s by their times, expected 0\.2"):
+        for start in range(0, len(data), size):
+            list(stream.parts(data[start : start + size]))
+
+
+def test_times_in_minutes(run, models, piped):
+    times = [f"{t:.9f}" for t in np.arange(700) / RATE / 60]
+    piped(timed(times, sound("good", 700, 3), b"time (min),acc\n"))
+    code, out, err = run("watch", models[0], "-")
+    assert code == 0 and "0 gaps" in err
+    assert verdicts_of(out)[0]["time"] == pytest.approx(0.2, abs=1e-6)
+
+
 def test_times_that_cannot_be_read_are_counted(run, models, piped):
     signal = sound("good", 700, 3)
     times = [f"{t:.3f}" for t in 4 + np.arange(700) / RATE]

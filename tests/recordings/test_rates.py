@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from scipy.signal import resample_poly
 
+from skarxlag import load_recordings
 from skarxlag.recordings.rates import rates_agree, resampled_blocks
 
 RNG = np.random.default_rng(0)
@@ -85,3 +86,18 @@ def test_rates_that_cannot_be_brought_together():
         next(resampled_blocks([(np.zeros(5), None)], 5))
     with pytest.raises(ValueError, match=r"from 1e-06 to 1e\+06 Hz: expected a ratio"):
         next(resampled_blocks([(np.zeros(5), 1e-6)], 1e6))
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("min", 1 / 60), ("ms", 1000)])
+def test_times_in_another_unit_are_named(tmp_path, unit, scale):
+    seconds, signal = np.arange(3000) / 800, RNG.normal(size=3000)
+    path, table = tmp_path / "run.npz", tmp_path / "table.csv"
+    table.write_text("path,sampling_rate\nrun.npz,800\n")
+    np.savez(path, time=seconds * scale, acc=signal)
+    with pytest.raises(ValueError, match=rf"states .* Hz; .* name: 'time \({unit}\)'"):
+        load_recordings(table)
+    np.savez(path, **{f"time ({unit})": seconds * scale, "acc": signal})
+    assert load_recordings(table, channel="acc").sampling_rate == 800
+    np.savez(path, time=seconds * 1.5, acc=signal)
+    with pytest.raises(ValueError, match=r"the file states 533.\d* Hz$"):
+        load_recordings(table)

@@ -292,8 +292,9 @@ def test_resampling_is_reported(folder):
 
 @pytest.mark.parametrize("hop", [None, 3, 10])
 def test_windows_to_keep_at_most(folder, hop):
-    np.save(folder / "long.npy", np.arange(100))
-    np.save(folder / "short.npy", np.arange(10))
+    alternating = np.arange(100) * np.where(np.arange(100) % 2, -1, 1)
+    np.save(folder / "long.npy", alternating)
+    np.save(folder / "short.npy", alternating[:10])
     path = write(folder, "path,sampling_rate\nlong.npy,5\nshort.npy,5\n")
     whole = load_recordings(path, window_length=5, hop=hop)
     some = load_recordings(path, window_length=5, hop=hop, max_windows=6)
@@ -309,7 +310,7 @@ def test_windows_to_keep_at_most(folder, hop):
         assert set(starts) <= set(all_starts)
         assert len(np.unique(np.diff(starts))) <= 1
         assert all_starts[-1] - starts[-1] < np.diff(starts).max(initial=1e9)
-    np.testing.assert_array_equal(some.data[:, 0], some.start)
+    np.testing.assert_array_equal(np.abs(some.data[:, 0]), some.start)
     assert ("fewer than there are in 1" in some.DESCR) and "fewer" not in whole.DESCR
 
 

@@ -55,8 +55,8 @@ class Channel:
         Shaft speed in rev/min.
     start : float or None
         Seconds since 1970 at the first sample.
-    contradiction : str or None
-        Why the sampling rate is not known although the file states it.
+    contradiction : dict of str to float
+        Sampling rates by name, in Hz, if the file states several that disagree.
     """
 
     length: int | None = None
@@ -64,7 +64,7 @@ class Channel:
     unit: str | None = None
     rpm: float | None = None
     start: float | None = None
-    contradiction: str | None = None
+    contradiction: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass

@@ -2,14 +2,13 @@
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._contents import Channel, ContentError, Contents
+from ._contents import Channel
 
 #: Letters of a name in lower case, with the unit at the end.
 _SAMPLE = "sampl(?:e|ing)"
@@ -21,16 +20,12 @@ _SPEED_NAME = re.compile(r"(.*?)[ _(\[]*(?:rpm|drehzahl)[ )\]]*", re.IGNORECASE)
 _SPEED_UNITS = {"rpm", "rev/min", "r/min", "1/min", "min-1", "u/min"}
 SECONDS = {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0}
 SECONDS |= {"us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ms": 1e-3, "ns": 1e-9}
-SECONDS |= {"min": 60.0, "minutes": 60.0, "h": 3600.0, "hours": 3600.0}
+SECONDS |= {"min": 60.0, "minute": 60.0, "minutes": 60.0, "h": 3600.0, "hours": 3600.0}
 #: Units of sampling rates, in lower case.
 HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "1/s": 1.0, "s/s": 1.0, "ks/s": 1e3, "ms/s": 1e6}
 _UNIT_NAMES = ("unitstring", "unit", "units", "niunitdescription")
-#: Times from which the sampling rate is computed, and more if they are too coarse.
-_N_PROBED, _N_COARSE = 10_000, 1_000_000
 #: Stated rates that differ by this share agree.
 RATE_TOLERANCE = 1e-3
-#: Coarse times give a sampling rate if it is known to this share.
-_COARSE_TOLERANCE = 5e-3
 _DAY_FIRST = re.compile(r"\s*(\d{1,2})([./])(\d{1,2})\2(\d\d)?(\d\d)(?!\d)[ T,]*")
 
 
@@ -148,12 +143,11 @@ def _nearest_speed(place, speeds, separator):
 
 
 def _agreed_rate(stated):
-    """Return the rate that names state, and None; or None and why there is none."""
+    """Return the rate that names state, or None; and the rates by name if they disagree."""
     rates = [rate for _, rate in stated]
     if max(rates) <= (1 + RATE_TOLERANCE) * min(rates):
-        return rates[0], None
-    listed = ", ".join(f"{name} {rate:g} Hz" for name, rate in stated)
-    return None, f"the file states several sampling rates: {listed}; remove the wrong ones"
+        return rates[0], {}
+    return None, dict(stated)
 
 
 def _units(texts, separator):
@@ -234,104 +228,3 @@ def _seconds_of_date(text):
     except (ValueError, AttributeError):
         return np.nan
     return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
-
-
-@dataclass
-class TimeAxis:
-    """Channel of evenly spaced times.
-
-    Attributes
-    ----------
-    name : str
-        Of the channel.
-    channel : Channel
-        Of the times.
-    sampling_rate : float
-        In Hz.
-    start : float or None
-        Seconds since 1970 at the first sample; None if the times are not dates.
-    largest : float
-        Seconds of the largest step that is not a gap.
-    """
-
-    name: str
-    channel: Channel
-    sampling_rate: float
-    start: float | None
-    largest: float
-    _last: float = np.nan
-
-    def covers(self, channel: Channel) -> bool:
-        """Return whether the times belong to another channel."""
-        return channel is not self.channel and channel.length == self.channel.length
-
-    def check(self, values: Any, start: int) -> None:
-        """Refuse a block of times with a gap, in itself or after the block before."""
-        times = _in_seconds(values, self.channel.unit)
-        if times is None:
-            raise ContentError(f"channel {self.name!r} is not numeric, expected times")
-        steps = np.diff(times, prepend=self._last if start else times[0])
-        bad = np.flatnonzero(~((steps >= 0) & (steps <= self.largest)))
-        if bad.size:
-            found = f"{steps[bad[0]]:g} s before sample {start + bad[0]}"
-            expected = f"{1 / self.sampling_rate:g} s"
-            raise ContentError(f"{self.name!r} is not evenly spaced: {found}, expected {expected}")
-        self._last = times[-1]
-
-
-def find_time_axis(contents: Contents) -> TimeAxis | None:
-    """Find the channel of times, None if there is none.
-
-    Its name is one such as ``time``, ``t`` or ``seconds``, and its values never fall: numbers,
-    dates, or texts of dates. Integers without a unit are not times: they may count samples.
-    """
-    name = next(filter(names_times, contents.channels), None)
-    if name is None or len(contents.channels) < 2:
-        return None
-    channel = contents.channels[name]
-    for n_probed in (_N_PROBED, _N_COARSE):
-        (values,) = next(contents.read([name], n_probed), [np.zeros(0)])
-        values = np.asarray(values[:n_probed])
-        times = _in_seconds(values, channel.unit)
-        if times is None or len(times) < 2:
-            return None
-        steps = np.diff(times)
-        kind = values.dtype.kind
-        is_counter = kind in "iu" or (kind == "f" and np.all(steps == 1))
-        if (is_counter and not channel.unit) or not np.all((steps >= 0) & (steps < np.inf)):
-            return None
-        rate, tolerance = _rate_of_times(times)
-        if tolerance < RATE_TOLERANCE or len(times) < n_probed:
-            break
-    if tolerance > _COARSE_TOLERANCE:
-        return None
-    start = float(times[0]) if kind in "MOU" else None
-    return TimeAxis(name, channel, rate, start, max(1.6 / rate, 1.5 * steps[steps > 0].min()))
-
-
-def _rate_of_times(times):
-    """Return the sampling rate of times, and its relative tolerance."""
-    changes = 1 + np.flatnonzero(np.diff(times))
-    is_coarse = len(changes) < len(times) - 1
-    # Coarse times are equal for several samples. How long the first and last of them were equal is
-    # unknown, so the rate is that between two changes, which are known to about a sample.
-    ends = changes[[0, -1]] if is_coarse and len(changes) else np.array([0, len(times) - 1])
-    n_steps, seconds = np.diff(ends)[0], np.diff(times[ends])[0]
-    if n_steps == 0 or seconds == 0:
-        return np.nan, np.inf
-    tolerance = 1.5 / n_steps if is_coarse else max(1e-5, 2 * np.spacing(times[-1]) / seconds)
-    return rounded(n_steps / seconds, tolerance), tolerance
-
-
-def _in_seconds(values, unit):
-    """Return times in seconds, or None if the values are not times."""
-    values = np.asarray(values)
-    if values.dtype.kind in "mM":
-        return values.astype(f"{values.dtype.kind}8[ns]").astype(np.int64) / 1e9
-    if values.dtype.kind in "OU":
-        seconds = seconds_of_dates(values)
-        return None if np.isnan(seconds).any() else seconds
-    scale = SECONDS.get(unit.strip().lower()) if unit else 1.0
-    if values.dtype.kind not in "fiu" or scale is None:
-        return None
-    return values.astype(np.float64) * scale

@@ -8,12 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ._clock import DRIFT
 from ._contents import ContentError, Contents, choose_channels, listed
-from ._facts import find_time_axis, names_speed, names_times
+from ._facts import RATE_TOLERANCE, names_speed, names_times
+from ._time_axis import find_time_axis
 
 
 def signal_blocks(
-    contents: Contents, channel: str | int | Sequence[Any] | None, n_samples: int | None
+    contents: Contents,
+    channel: str | int | Sequence[Any] | None,
+    n_samples: int | None,
+    stated_rate: float | None = None,
 ) -> Iterator[tuple[NDArray[Any], float | None]]:
     """Yield blocks of the chosen channels as floating-point numbers.
 
@@ -25,6 +30,9 @@ def signal_blocks(
         As in `read_recording`.
     n_samples : int or None
         Samples in a block at most, if the format can be read in parts.
+    stated_rate : float or None
+        Sampling rate in Hz that the user states. It decides if the file states several, and times
+        that state none are compared with it.
 
     Yields
     ------
@@ -40,14 +48,15 @@ def signal_blocks(
     names, is_single = _chosen_names(contents, channel, axis)
     chosen = {name: contents.channels[name] for name in names}
     _agreed("length, in samples", {name: each.length for name, each in chosen.items()})
-    for each in chosen.values():
-        if each.contradiction is not None:
-            raise ContentError(each.contradiction)
-    rates = {name: each.sampling_rate for name, each in chosen.items() if each.sampling_rate}
-    rate = _agreed("sampling rates, in Hz", rates)
-    is_timed = rate is None and axis is not None and any(map(axis.covers, chosen.values()))
+    rate = _stated_by_file(chosen, stated_rate)
+    is_timed = axis is not None and any(
+        each is axis.channel or axis.covers(each) for each in chosen.values()
+    )
     if is_timed:
-        rate = axis.sampling_rate
+        rate = _agreed_with_times(rate, axis, stated_rate)
+        # Times of another rate have a unit that is not known, and show no gaps.
+        is_usable = axis.sampling_rate is None or _is_near(axis.sampling_rate, rate, DRIFT)
+        axis.begin((rate or stated_rate) if is_usable else None)
         chosen.setdefault(axis.name, axis.channel)
     start = 0
     for block in contents.read(list(chosen), n_samples):
@@ -63,6 +72,13 @@ def signal_blocks(
         raise ContentError(f"channel {names[0]!r} is empty")
 
 
+def describe_chosen(contents: Contents, channel: Any) -> Iterator[tuple[str, str | None]]:
+    """Yield name and unit of the channels that `signal_blocks` reads, in their order."""
+    axis = find_time_axis(contents) if channel is None else None
+    for name in _chosen_names(contents, channel, axis)[0]:
+        yield name, contents.channels[name].unit
+
+
 def describe_channels(contents: Contents, channel: Any = None) -> Iterator[dict[str, Any]]:
     """Yield the facts of every channel, and whether it is chosen first; None chooses all."""
     axis, names = find_time_axis(contents), list(contents.channels)
@@ -74,6 +90,37 @@ def describe_channels(contents: Contents, channel: Any = None) -> Iterator[dict[
             row["sampling_rate"] = found.sampling_rate or axis.sampling_rate
             row["start"] = axis.start if found.start is None else found.start
         yield row
+
+
+def _stated_by_file(chosen, stated_rate):
+    """Return the sampling rate that numbers in the file state, None if there is none."""
+    rates = {name: each.sampling_rate for name, each in chosen.items() if each.sampling_rate}
+    for each in chosen.values():
+        several = each.contradiction
+        is_decided = any(_is_near(r, stated_rate, RATE_TOLERANCE) for r in several.values())
+        if several and not is_decided:
+            found = ", ".join(f"{name} {rate:g} Hz" for name, rate in several.items())
+            expected = "expected one, or --sampling-rate to state which is right"
+            raise ContentError(f"states several sampling rates: {found}; {expected}")
+    return _agreed("sampling rates, in Hz", rates)
+
+
+def _agreed_with_times(rate, axis, stated_rate):
+    """Return the sampling rate by numbers and times in the file, of which the user may choose."""
+    by_times = axis.sampling_rate
+    if rate is None or by_times is None:
+        return by_times if rate is None else rate
+    if _is_near(rate, by_times, DRIFT) or _is_near(rate, stated_rate, RATE_TOLERANCE):
+        return rate
+    if _is_near(by_times, stated_rate, RATE_TOLERANCE):
+        return by_times
+    found = f"{rate:g} Hz, but its times {axis.name!r} state {by_times:g} Hz"
+    expected = "expected one, or --sampling-rate to state which is right"
+    raise ContentError(f"the sampling rate is {found}; {expected}")
+
+
+def _is_near(value, other, tolerance):
+    return other is not None and abs(value - other) <= tolerance * max(value, other)
 
 
 def _agreed(what, values):

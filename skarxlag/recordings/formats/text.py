@@ -33,6 +33,8 @@ _AMBIGUOUS = (
     "the names of the columns into the first line, one for each"
 )
 _UNITS = {*SECONDS, "g", "m/s2", "m/s^2", "m/s²", "mm/s", "v", "mv", "nm", "n", "rpm", "1/min", "%"}
+# These are names of columns, too.
+_UNITS -= {"min", "h"}
 
 
 @dataclass(frozen=True)
@@ -219,7 +221,7 @@ def text_layout(head: bytes, is_whole: bool, *, may_be_cut: bool = False) -> Tex
     has_header = names is not None
     n_ignored = max(len(above) - has_header - bool(unit_line), 0)
     names = distinct(names) if has_header else [str(i) for i in range(n_fields)]
-    in_names = {name: match[1] for name in names if (match := _UNIT_IN_NAME.fullmatch(name))}
+    in_names = {name: unit for name in names if (unit := unit_in_name(name))}
     units = in_names | dict(zip(names, unit_line, strict=False))
     units = {name: unit.strip("[]() ") for name, unit in units.items() if unit.strip("[]() ")}
     n_head = n_comments + (before[first] if first < len(rows) else len(body))
@@ -345,6 +347,16 @@ def _separator(lines):
     if len(last) > 1 and not np.isnan([*map(number, last)]).any():
         return r"\s+"
     return ","
+
+
+def unit_in_name(name: str) -> str | None:
+    """Return the unit in brackets at the end of a name, None if there is none.
+
+    >>> unit_in_name("time (ms)")
+    'ms'
+    """
+    match = _UNIT_IN_NAME.fullmatch(name)
+    return match and match[1]
 
 
 def is_number(field: str, decimal: str) -> bool:

@@ -147,8 +147,111 @@ def test_jitter_is_none(tmp_path):
 
 
 def test_a_rate_in_the_file_comes_before_the_times(tmp_path):
-    np.savez(tmp_path / "run.npz", time=np.arange(N) / 1000, y=Y, fs=2000)
-    assert read_recording(tmp_path / "run.npz", channel="y")[1] == 2000
+    path = tmp_path / "run.npz"
+    np.savez(path, time=np.arange(N) / 1000, y=Y, fs=1001)
+    assert read_recording(path, channel="y")[1] == 1001
+    np.savez(path, time=np.arange(N) / 1000, y=Y, fs=2000)
+    message = "the sampling rate is 2000 Hz, but its times 'time' state 1000 Hz"
+    with pytest.raises(ValueError, match=message):
+        read_recording(path, channel="y")
+    for rate in (1000.0, 2000.0):
+        ((_, decided),) = recording_blocks(path, channel="y", stated_rate=rate)
+        assert decided == rate
+    with pytest.raises(ValueError, match=message):
+        list(recording_blocks(path, channel="y", stated_rate=3000.0))
+    np.savez(path, time=np.arange(N) / 1000 + np.repeat([0, 3], N // 2), y=Y, fs=1000)
+    with pytest.raises(ValueError, match=r"not evenly spaced: 3\.001 s before sample 300"):
+        read_recording(path, channel="y")
+
+
+BROKEN = {
+    "jump back": lambda t: np.where(t < 0.4, t, t - 0.2),
+    "restart": lambda t: t % 0.25,
+    "descending": lambda t: 5 - t,
+    "a gap": lambda t: np.where(t < 0.3, t, t + 60),
+    "a gap of unknown times": lambda t: np.where((t < 0.3) | (t > 0.35), t, np.nan) + (t > 0.3),
+}
+
+
+@pytest.mark.parametrize("broken", BROKEN)
+@pytest.mark.parametrize("suffix", ["csv", "npz", "parquet"])
+@pytest.mark.parametrize("n_samples", [None, 70])
+def test_broken_clocks_are_refused(tmp_path, broken, suffix, n_samples):
+    """They were taken for no times, so that their gaps were not noticed."""
+    path = write(tmp_path, BROKEN[broken](np.arange(N) / 1000), suffix=suffix)
+    with pytest.raises(ValueError, match=r"'time' is not evenly spaced: .* expected 0.001 s"):
+        list(recording_blocks(path, n_samples, channel="y"))
+
+
+@pytest.mark.parametrize("is_date", [False, True])
+@pytest.mark.parametrize("suffix", ["csv", "npz", "parquet"])
+def test_unknown_times_follow_the_sample_before(tmp_path, suffix, is_date):
+    times = np.arange(N) / 1000 + 1e9 * is_date
+    times[[0, 7, 8, 9, 300, -1]] = np.nan
+    if is_date:
+        times = pd.to_datetime(pd.Series(times), unit="s").astype("datetime64[ns]")
+    if is_date and suffix == "npz":
+        pytest.skip("dates of an archive are no channel")
+    path = write(tmp_path, times, suffix=suffix)
+    for n_samples in (None, 50):
+        blocks, rates = zip(*recording_blocks(path, n_samples), strict=True)
+        np.testing.assert_allclose(np.concatenate(blocks), Y, rtol=1e-13)
+        assert set(rates) == {1000.0}
+    if is_date:
+        assert recording_start(path) == pytest.approx(1e9, abs=1e-6)
+
+
+def test_texts_among_times_are_unknown_times(tmp_path):
+    times = [f"{t:.3f}" for t in np.arange(N) / 1000]
+    times[3] = times[400] = "later"
+    assert read_recording(write(tmp_path, times))[1] == 1000
+
+
+@pytest.mark.parametrize("n_samples", [None, 999])
+@pytest.mark.parametrize("at", [0, 20_000])
+def test_a_rate_that_drifts_is_refused(tmp_path, n_samples, at):
+    """Each step is right within the tolerance of a step."""
+    n = 60_000
+    rates = 1000 * np.append(np.ones(at), np.linspace(1, 1.3, n - at))
+    np.savez(tmp_path / "run.npz", time=np.cumsum(1 / rates), y=np.zeros(n))
+    with pytest.raises(ValueError, match=r"'time' is not evenly spaced: .* samples before sample"):
+        list(recording_blocks(tmp_path / "run.npz", n_samples, channel="y"))
+
+
+def test_a_clock_that_is_wrong_by_a_share_is_no_drift(tmp_path):
+    times = np.arange(60_000) / 1000 * np.where(np.arange(60_000) < 30_000, 1, 1.00001)
+    np.savez(tmp_path / "run.npz", time=times, y=np.zeros(60_000))
+    assert read_recording(tmp_path / "run.npz", channel="y")[1] == 1000
+
+
+@pytest.mark.parametrize("unit", ["min", "h"])
+def test_times_in_minutes_and_hours(tmp_path, unit):
+    scale = {"min": 60, "h": 3600}[unit]
+    path = write(tmp_path, np.arange(N) / 1000 / scale, f"time ({unit})")
+    assert read_recording(path)[1] == pytest.approx(1000, rel=1e-3)
+
+
+@pytest.mark.parametrize("n_samples", [None, 999])
+def test_a_clock_that_stands_still(tmp_path, n_samples):
+    """Its rate is not known. If another one is stated, ten seconds of equal times are too many."""
+    path = tmp_path / "run.npz"
+    np.savez(path, time=np.full(15_000, 7.5), y=np.zeros(15_000))
+    assert read_recording(path)[1] is None
+    assert len(read_recording(path)[0]) == 15_000
+    blocks = recording_blocks(path, n_samples, stated_rate=1000.0)
+    with pytest.raises(ValueError, match=r"'time' is not evenly .* take 0 s, expected 1.* at 1000"):
+        list(blocks)
+    assert len(list(recording_blocks(path, stated_rate=2000.0))) == 1
+
+
+def test_a_rate_that_is_stated_decides_between_two_of_the_file(tmp_path):
+    path = tmp_path / "run.npz"
+    np.savez(path, y=Y, fs=12e3, Fs=48e3)
+    for rate in (12e3, 48e3):
+        assert len(list(recording_blocks(path, stated_rate=rate))) == 1
+    for rate in (None, 24e3):
+        with pytest.raises(ValueError, match="several sampling rates: fs 12000 Hz, Fs 48000"):
+            list(recording_blocks(path, stated_rate=rate))
 
 
 def test_times_of_another_length_belong_to_other_channels(tmp_path):

@@ -1,0 +1,112 @@
+"""Recordings that are listed twice, and conditions that look alike."""
+
+import hashlib
+import os
+import unicodedata
+from collections import defaultdict
+from collections.abc import Hashable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from .files import chosen_channels
+from .formats.text import number
+from .listing import ListedRecording
+
+#: Bytes at either end of a file that are compared before all of it.
+_ENDS = 2**16
+
+
+def check_repeated(listed: Sequence[ListedRecording]) -> None:
+    """Refuse a recording that is listed twice, and two conditions that look alike.
+
+    The same recording in training and test, or under two conditions, makes every result wrong. Two
+    files hold the same recording if one is a link to the other, or if their bytes are equal.
+
+    Parameters
+    ----------
+    listed : sequence of ListedRecording
+        The recordings.
+
+    Raises
+    ------
+    ValueError
+        If two entries name the same channels of the same recording; or if two conditions differ
+        only in invisible characters, or are equal numbers, such as ``1`` and ``01``. The message
+        names both entries.
+    """
+    first: dict[Hashable, ListedRecording] = {}
+    for entry in listed:
+        if entry.condition is None:
+            continue
+        other = first.setdefault(_look(entry.condition), entry)
+        if other.condition != entry.condition:
+            found = f"{entry.condition!a} looks like {other.condition!a}"
+            expected = "expected one way to write it"
+            raise ValueError(f"{_where(entry)}: condition {found} of {_where(other)}, {expected}")
+    for same in _same_files(listed):
+        channels: dict[Hashable, ListedRecording] = {}
+        for entry in same:
+            other = channels.setdefault(_channels(entry, same), entry)
+            if other is not entry:
+                found = f"{entry.path} is the same recording as {other.path} of {_where(other)}"
+                raise ValueError(f"{_where(entry)}: {found}")
+
+
+def _where(entry):
+    return entry.where or str(entry.path)
+
+
+def _look(text):
+    """Return what a reader sees of a text: a number, or letters without their encoding."""
+    plain = unicodedata.normalize("NFKC", text)
+    plain = "".join(letter for letter in plain if unicodedata.category(letter) != "Cf")
+    plain = " ".join(plain.split())
+    value = number(plain)
+    return value if abs(value) < float("inf") else plain
+
+
+def _channels(entry, same):
+    """Return the chosen channels, by their names if they are stated in several ways."""
+    if len({str(each.channel) for each in same}) == 1:
+        return ""
+    names = chosen_channels(entry.path, channel=entry.channel, dtype=entry.dtype)
+    return tuple(name for name, _ in names)
+
+
+def _same_files(listed: Iterable[Any]) -> Iterator[list[Any]]:
+    """Yield entries of the same file, or of files with equal bytes, if there are several."""
+    by_file, by_size = defaultdict(list), defaultdict(list)
+    for entry in listed:
+        # A missing file is reported when it is read.
+        if entry.path.is_file():
+            status = entry.path.stat()
+            by_file[status.st_dev, status.st_ino, status.st_size].append(entry)
+    for (*_, size), entries in by_file.items():
+        by_size[size].append(entries)
+    groups = list(by_size.values())
+    for key in (_ends, _digest):
+        parts = [_grouped(files, key) if len(files) > 1 else [files] for files in groups]
+        groups = [files for part in parts for files in part]
+    for files in groups:
+        same = [entry for entries in files for entry in entries]
+        if len(same) > 1:
+            yield same
+
+
+def _grouped(files, key):
+    groups = defaultdict(list)
+    for entries in files:
+        groups[key(entries[0].path)].append(entries)
+    return list(groups.values())
+
+
+def _ends(path: Path) -> bytes:
+    with path.open("rb") as file:
+        first = file.read(_ENDS)
+        file.seek(max(os.fstat(file.fileno()).st_size - _ENDS, 0))
+        return hashlib.sha256(first + file.read()).digest()
+
+
+def _digest(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").digest()

@@ -1,0 +1,96 @@
+"""Masked samples are missing, and True is no number."""
+
+import numpy as np
+import pytest
+
+from skarxlag import (
+    ARXLaguerre,
+    ConditionMonitor,
+    FaultOrderClassifier,
+    envelope_spectrum,
+    estimate_shaft_speed,
+    make_detector,
+    make_diagnoser,
+    make_windows,
+    signal_quality,
+    window_verdicts,
+)
+
+LENGTH, RATE = 400, 1000.0
+X = np.random.default_rng(0).normal(size=(40, LENGTH))
+X[20:] = X[20:].cumsum(axis=1)
+Y = np.repeat(["good", "worn"], 20)
+#: The hidden values would be the largest of all.
+MASKED = np.ma.masked_greater(np.where(np.arange(LENGTH) < 300, X, 1e6), 1e5)
+
+
+@pytest.fixture(scope="module")
+def diagnoser():
+    return make_diagnoser(healthy="good").fit(X, Y, rpm=np.repeat(900.0, 40))
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda X, _: make_windows(X[0], 100),
+        lambda X, _: ARXLaguerre().fit(X),
+        lambda X, _: make_diagnoser().fit(X, Y),
+        lambda X, diagnoser: diagnoser.predict(X),
+        lambda X, _: envelope_spectrum(X[0], RATE),
+        lambda X, _: estimate_shaft_speed(X, RATE, 900),
+        lambda X, _: FaultOrderClassifier(bearing="6205", sampling_rate=RATE).fit(X),
+    ],
+)
+def test_masked_samples_and_flags_are_refused(diagnoser, use):
+    with pytest.raises(ValueError, match="NaN"):
+        use(MASKED, diagnoser)
+    with pytest.raises(ValueError, match=r"\.dtype == .*bool.*, expected numbers"):
+        use(X > 0, diagnoser)
+    with pytest.raises(ValueError, match=r"\.dtype == .*bool.*, expected numbers"):
+        use((X > 0).tolist(), diagnoser)
+
+
+def test_an_array_without_a_masked_sample_is_like_any_other(diagnoser):
+    whole = np.ma.array(X)
+    assert (diagnoser.predict(whole) == diagnoser.predict(X)).all()
+    np.testing.assert_array_equal(make_windows(whole[0], 100), make_windows(X[0], 100))
+
+
+def test_masked_samples_are_no_signal(diagnoser):
+    assert set(signal_quality(MASKED)) == {"not finite"}
+    assert set(window_verdicts(diagnoser, MASKED, rpm=900)["verdict"]) == {"no signal"}
+    monitor = ConditionMonitor(diagnoser, RATE, window_length=LENGTH)
+    found = monitor.update(np.ma.concatenate([X[0], MASKED[1]]), rpm=900)
+    assert [verdict.quality for verdict in found] == ["good", "not finite"]
+    integers = np.ma.array(np.arange(LENGTH) % 7, mask=np.arange(LENGTH) == 3)
+    assert signal_quality(integers[np.newaxis]).tolist() == ["not finite"]
+
+
+@pytest.mark.parametrize("rpm", [True, np.True_, [True] * 40, np.ones(40, dtype=bool)])
+def test_a_flag_is_no_speed(diagnoser, rpm):
+    for use in (diagnoser.predict, make_detector().fit):
+        with pytest.raises(ValueError, match="rpm must hold numbers, got"):
+            use(X, rpm=rpm)
+    with pytest.raises(ValueError, match="rpm must hold numbers, got"):
+        window_verdicts(diagnoser, X, rpm=rpm)
+
+
+def test_flags_in_a_monitor(diagnoser):
+    monitor = ConditionMonitor(diagnoser, RATE, window_length=LENGTH)
+    with pytest.raises(ValueError, match="rpm must hold numbers, got True"):
+        monitor.update(X[0], rpm=True)
+    with pytest.raises(ValueError, match="time == True, expected a number"):
+        monitor.update(X[0], time=True)
+    with pytest.raises(ValueError, match=r"samples\.dtype == .*bool.*, expected numbers"):
+        monitor.update(X[0] > 0)
+    assert monitor.counts["samples"] == 0
+    with pytest.raises(ValueError, match="sampling_rate == True, expected a number"):
+        ConditionMonitor(diagnoser, True)
+    with pytest.raises(ValueError, match="sampling_rate == True, expected a number"):
+        signal_quality(X, sampling_rate=True)
+
+
+def test_a_masked_speed_is_unknown(diagnoser):
+    speeds = np.ma.array(np.full(40, 900.0), mask=np.arange(40) == 3)
+    found = window_verdicts(diagnoser, X, rpm=speeds)["verdict"]
+    assert found[3].startswith("no verdict: speed nan rpm") and found[4] == "good"
