@@ -148,7 +148,7 @@ def _further_splits(rig, usable, halves):
     """Return the splits that leave bearings and loads out, and what is not measured."""
     bearings, on_bearings = protocols.bearing_splits(rig, usable, halves)
     loads, on_loads = protocols.load_splits(rig, usable)
-    return bearings + loads, [each for each in (on_bearings, on_loads) if each]
+    return bearings + loads, on_bearings + on_loads
 
 
 def _own_case(args):

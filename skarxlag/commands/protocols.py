@@ -30,8 +30,10 @@ _TESTS = {
 Split = tuple[NDArray[Any], NDArray[Any], str, float]
 
 
-def bearing_splits(rig: Bunch, usable: NDArray[np.bool_], halves: bool) -> tuple[list[Split], str]:
-    """Return the splits that leave bearings out, and a sentence on what is not measured.
+def bearing_splits(
+    rig: Bunch, usable: NDArray[np.bool_], halves: bool
+) -> tuple[list[Split], list[str]]:
+    """Return the splits that leave bearings out, and sentences on what is not measured.
 
     Parameters
     ----------
@@ -46,8 +48,8 @@ def bearing_splits(rig: Bunch, usable: NDArray[np.bool_], halves: bool) -> tuple
     -------
     splits : list of Split
         Empty if bearings cannot be left out.
-    sentence : str
-        Empty if every place is tested.
+    sentences : list of str
+        Empty if every place is tested and the specimens are stated.
     """
     rows = np.flatnonzero(usable)
     specimen = rig.get("specimen", rig.target)
@@ -59,26 +61,29 @@ def bearing_splits(rig: Bunch, usable: NDArray[np.bool_], halves: bool) -> tuple
     place = places_of_labels(target)
     counts = groups["specimen"].groupby(place).nunique()
     if counts.max() == 1:
-        return [], "Another bearing: not measured, because each place has one specimen."
+        return [], ["Another bearing: not measured, because each place has one specimen."]
     splitter = SpecimenSplit(window_length=rig.data.shape[-1])
     try:
         found = list(splitter.split(None, target, groups))
     except ValueError:
         reason = "because without one bearing of each place, no speed has all places"
-        return [], f"Another bearing: not measured, {reason}."
+        return [], [f"Another bearing: not measured, {reason}."]
     splits = [
         (rows[train], rows[test], "bearing", float(rig.rpm[rows[train[0]]]))
         for train, test in found
     ]
     tested = np.unique(np.concatenate([place[test] for _, test in found]))
-    untested = ", ".join(sorted(set(counts.index) - set(tested)))
-    reason = "because too few such bearings were recorded"
-    sentence = f"Another bearing: not measured for {untested}, {reason}."
-    return splits, sentence if untested else ""
+    sentences = []
+    if np.array_equal(specimen, rig.target):
+        sentences.append("Another bearing: each condition counts as one bearing.")
+    if untested := ", ".join(sorted(set(counts.index) - set(tested))):
+        reason = "because too few such bearings were recorded"
+        sentences.append(f"Another bearing: not measured for {untested}, {reason}.")
+    return splits, sentences
 
 
-def load_splits(rig: Bunch, usable: NDArray[np.bool_]) -> tuple[list[Split], str]:
-    """Return the splits that leave loads out, and a sentence on what is not measured.
+def load_splits(rig: Bunch, usable: NDArray[np.bool_]) -> tuple[list[Split], list[str]]:
+    """Return the splits that leave loads out, and sentences on what is not measured.
 
     Rows whose load is not stated are in no split, because their load may be any.
 
@@ -93,7 +98,7 @@ def load_splits(rig: Bunch, usable: NDArray[np.bool_]) -> tuple[list[Split], str
     -------
     splits : list of Split
         Empty if loads cannot be left out.
-    sentence : str
+    sentences : list of str
         Empty if all loads are stated.
     """
     load = rig.get("load", np.full(len(rig.target), np.nan))
@@ -102,7 +107,7 @@ def load_splits(rig: Bunch, usable: NDArray[np.bool_]) -> tuple[list[Split], str
     n_loads = len(np.unique(load[rows]))
     if n_loads < 2:
         reason = "only one load is stated" if n_loads else "no load is stated"
-        return [], f"Another load: not measured, because {reason}."
+        return [], [f"Another load: not measured, because {reason}."]
     folds = GroupKFold(min(n_loads, _MOST_FOLDS)).split(rows, groups=load[rows])
     conditions = set(rig.target)
     splits = [
@@ -112,10 +117,10 @@ def load_splits(rig: Bunch, usable: NDArray[np.bool_]) -> tuple[list[Split], str
     ]
     if not splits:
         reason = "because a condition was recorded at one load only"
-        return [], f"Another load: not measured, {reason}."
+        return [], [f"Another load: not measured, {reason}."]
     missing = len(np.unique(rig.recording[usable & ~is_stated]))
     sentence = f"Another load: {missing} recordings without a stated load were left out."
-    return splits, sentence if missing else ""
+    return splits, [sentence] * (missing > 0)
 
 
 def place_columns(

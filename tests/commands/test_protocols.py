@@ -10,7 +10,7 @@ from sklearn.preprocessing import FunctionTransformer
 from sklearn.utils import Bunch
 
 from skarxlag import SpecimenSplit, load_recordings
-from skarxlag.commands import protocols
+from skarxlag.commands import evaluate, protocols
 from skarxlag.commands.evaluate import log_spectrum
 
 WINDOW, N_WINDOWS, RATE = 1200, 6, 8_000
@@ -96,7 +96,7 @@ def test_the_summary_of_another_bearing_is_that_of_the_splitter(evaluated, rig, 
 
 
 def test_bearings_of_several_places_are_left_out_together(rig):
-    splits, sentence = protocols.bearing_splits(rig, every(rig), halves=False)
+    splits, (sentence,) = protocols.bearing_splits(rig, every(rig), halves=False)
     assert "not measured for healthy" in sentence
     assert [set(rig.target[test]) for _, test, *_ in splits] == [{"IR2", "OR2"}] * 2 + [
         {"IR5", "OR5"}
@@ -106,6 +106,17 @@ def test_bearings_of_several_places_are_left_out_together(rig):
         assert protocol == "bearing" and set(rig.rpm[train]) == {rpm}
         assert set(rig.rpm[test]) == {900, 1500} and len(train) == 3 * N_WINDOWS
         assert not set(rig.specimen[train]) & set(rig.specimen[test])
+
+
+@pytest.mark.parametrize("is_there", [True, False])
+def test_conditions_that_count_as_bearings_are_named_as_such(rig, is_there):
+    if is_there:
+        rig.specimen = rig.target
+    else:
+        del rig["specimen"]
+    splits, sentences = protocols.bearing_splits(rig, every(rig), halves=False)
+    assert len(splits) == 4
+    assert sentences[0] == "Another bearing: each condition counts as one bearing."
 
 
 def test_first_halves_train_on_a_rig(rig):
@@ -127,18 +138,18 @@ def test_rows_that_cannot_be_used_are_in_no_split(rig):
 def test_what_cannot_be_measured_of_bearings_is_said(rig):
     one = Bunch(**rig | {"target": np.where(rig.target == "good", "good", "worn")})
     del one["specimen"]
-    splits, sentence = protocols.bearing_splits(one, every(rig), halves=False)
+    splits, (sentence,) = protocols.bearing_splits(one, every(rig), halves=False)
     assert splits == []
     assert sentence == "Another bearing: not measured, because each place has one specimen."
     # The races were recorded at different speeds.
     usable = (rig.rpm == 900) == np.isin(rig.target, ["IR2", "IR5"])
-    splits, sentence = protocols.bearing_splits(rig, usable, halves=False)
+    splits, (sentence,) = protocols.bearing_splits(rig, usable, halves=False)
     assert splits == [] and "without one bearing of each place, no speed has all" in sentence
 
 
 def test_each_load_is_left_out_in_turn(rig):
-    splits, sentence = protocols.load_splits(rig, every(rig))
-    assert sentence == "" and len(splits) == 2
+    splits, sentences = protocols.load_splits(rig, every(rig))
+    assert sentences == [] and len(splits) == 2
     for train, test, protocol, rpm in splits:
         assert protocol == "load" and np.isnan(rpm)
         assert not set(rig.load[train]) & set(rig.load[test])
@@ -147,7 +158,7 @@ def test_each_load_is_left_out_in_turn(rig):
 
 def test_rows_without_a_stated_load_are_left_out(rig):
     rig.load = np.where(rig.recording == "OR5_900.npy", "", np.where(rig.load == 0, "low", "high"))
-    splits, sentence = protocols.load_splits(rig, every(rig))
+    splits, (sentence,) = protocols.load_splits(rig, every(rig))
     assert sentence == "Another load: 1 recordings without a stated load were left out."
     used = {row for split in splits for rows in split[:2] for row in rows}
     assert used == set(np.flatnonzero(rig.load != ""))
@@ -167,7 +178,7 @@ def test_what_cannot_be_measured_of_loads_is_said(rig, load, reason):
         del rig["load"]
     else:
         rig.load = load(rig)
-    splits, sentence = protocols.load_splits(rig, every(rig))
+    splits, (sentence,) = protocols.load_splits(rig, every(rig))
     assert splits == [] and sentence.startswith("Another load: not measured, because")
     assert reason in sentence
 
@@ -200,3 +211,19 @@ def test_a_share_of_few_stated_verdicts_is_not_given():
     few = protocols.summary(verdicts(29))
     assert few["of these"].isna().all() and few["place"].eq(75).all()
     assert "probability" not in protocols.reading(few, "D")
+
+
+def test_a_rig_leaves_bearings_out_at_the_chosen_training_speed(
+    run, rig, tmp_path, monkeypatch, no_figures
+):
+    monkeypatch.setitem(evaluate.FETCHERS, "uestc", lambda **options: rig)
+    options = ("--rig", "uestc", "--train-rpm", 900, "-q", "-o", tmp_path)
+    assert run("evaluate", *options)[0] == 0
+    found = pd.read_csv(tmp_path / "uestc_verdicts.csv")
+    bearings = found[found["protocol"] == "bearing"]
+    assert set(bearings["train_rpm"]) == {900} and set(bearings["test_rpm"]) == {900, 1500}
+    assert set(bearings["true"]) == {"IR2", "IR5", "OR2", "OR5"}
+    assert "load" in set(found["protocol"])
+    # Tables and figures across speeds are of the same bearings.
+    matrix = pd.read_csv(tmp_path / "uestc_confusion_diagnoser.csv", index_col="true")
+    assert matrix.iloc[:5, :5].to_numpy().sum() == 5 * N_WINDOWS / 2
