@@ -15,6 +15,9 @@ from .kernels.comb import comb_frequency
 
 #: Least number of turns of the shaft in a stretch whose orders are compared.
 LEAST_TURNS = 3
+#: Turns of these that must be left after cutting: a stretch loses the samples in which a model
+#: settles, and those that do not fill a window.
+TURNS_LEFT = 2.85
 #: A stated speed counts as an error if it lies farther than this factor outside the training
 #: speeds, or varies by more within a row. Hertz instead of revolutions per minute are a factor of
 #: 60. Order tracking computes frames and blocks for the mean speed of a row: in simulated run-ups

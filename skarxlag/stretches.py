@@ -22,7 +22,7 @@ from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order
 from .kernels.speed_references import drift_factor, group_means, speed_distance
 from .pipelines import DiagnosisPipeline
 from .spectra import LogSpectra
-from .speeds import LEAST_TURNS, log_speeds, samples_a_turn, speeds_of_rows
+from .speeds import TURNS_LEFT, log_speeds, samples_a_turn, speeds_of_rows
 
 #: Constants of the recommended diagnoser, see ``python -m benchmarks.recipe constants``: those of
 #: `SpectralDistance`, whose joint distance is that of colour and steadiness; weight of the orders.
@@ -163,7 +163,7 @@ class OrderResidual(TakesRowsOnDemand, StretchTransformer):
         self.orders_: NDArray[Any] = _ORDERS.copy()
         turns = np.full(len(X), X.shape[-1] / _SUPPOSED_TURNS)
         if rpm is not None:
-            turns = samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])
+            turns = samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1], TURNS_LEFT)
         mean_of_row = np.log(turns).reshape(len(X), -1).mean(axis=1)
         self.samples_a_turn_: float = float(np.exp(np.average(mean_of_row, weights=weights)))
 
@@ -207,7 +207,7 @@ class OrderResidual(TakesRowsOnDemand, StretchTransformer):
             turns, factors = np.full(len(X), self.samples_a_turn_), np.ones(len(X))
             deviation = np.log(_SPEED_RANGE) / 2
         else:
-            turns = samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1])
+            turns = samples_a_turn(rpm, self.sampling_rate, len(X), X.shape[-1], TURNS_LEFT)
             log_speed = log_speeds(rpm, len(X), X.shape[-1])
             factors = drift_factor(speed_distance(log_speed, np.log(self.speeds_)).variance)
             deviation = _SPEED_TOLERANCE
@@ -467,5 +467,5 @@ def _long_rows(X, rpm, sampling_rate):
     if sampling_rate is not None:
         speed = _SUPPOSED_RPM if rpm is None else np.exp(log_speeds(rpm, len(X), X.shape[-1]))
         turns = X.shape[-1] * speed / (60 * sampling_rate)
-    rows = np.flatnonzero(np.broadcast_to(turns, len(X)) >= LEAST_TURNS)
+    rows = np.flatnonzero(np.broadcast_to(turns, len(X)) >= TURNS_LEFT)
     return rows, None if rpm is None else speeds_of_rows(rpm, len(X))[rows]

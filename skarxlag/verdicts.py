@@ -17,7 +17,7 @@ from ._state import expect
 from .fault_places import HEALTHY, NOT_IDENTIFIABLE
 from .kernels.speed_references import SAME_LOG_SPEED, UNIT_DISTANCE
 from .pipelines import in_one_pass
-from .quality import signal_quality
+from .quality import quality_of_outputs
 from .speeds import speed_errors, speeds_of_rows
 
 #: Verdict on a recording whose healthy limits are exceeded and whose condition cannot be named.
@@ -193,7 +193,9 @@ class Judge:
             refusal = speed_errors(rpm, n, self.train_rpm)
             rpm = speeds_of_rows(rpm, n)
         mean = rpm if rpm is None or rpm.ndim == 1 else rpm.mean(axis=1)
-        (quality, share), limits = self._quality(X, mean), self._limits(mean, n)
+        options = {"sampling_rate": self.sampling_rate, "rpm": mean}
+        quality, share = quality_of_outputs(X, self.outputs, **options)
+        limits = self._limits(mean, n)
         if "diagnoser" not in can:
             # Without limits, a detector says nothing.
             refusal = np.where((refusal == "") & (limits != HOLD), limits, refusal)
@@ -241,18 +243,6 @@ class Judge:
             scores = _of_all_rows(self._asked("known", X, rpm, usable).score, usable)
             table["p-value of nearest"] = np.exp(scores) * can["known"].stated_rate
         return found
-
-    def _quality(self, X, rpm):
-        """Return quality and share of each row: of several outputs, of the first that is bad."""
-        options = {"sampling_rate": self.sampling_rate, "rpm": rpm, "return_share": True}
-        if len(self.outputs) == 1:
-            return signal_quality(X, **options)
-        found = [signal_quality(X[:, s:], **options) for s in range(len(self.outputs))]
-        qualities, shares = map(np.array, zip(*found, strict=True))
-        named = np.char.add(qualities, [[f" in {name}"] for name in self.outputs])
-        named = np.where(qualities == "good", "good", named)
-        first = (named != "good").argmax(axis=0), np.arange(len(X))
-        return named[first], shares[first]
 
     def _asked(self, name, X, rpm, rows):
         """Return what a model says of some rows."""

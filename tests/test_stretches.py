@@ -108,12 +108,26 @@ def test_residual_is_the_product_of_its_parts(data):
         StretchResidual(order_weight=-1.0).fit(X, y)
 
 
+def test_a_stretch_of_three_turns_has_them_after_the_model_settled():
+    """The innovations of a stretch are shorter than the stretch."""
+    X, y = stretches(600, n_samples=3 * RATE // 10)
+    diagnoser = make_diagnoser(sampling_rate=RATE).fit(X, y, rpm=600)
+    assert diagnoser["compare"].order_residual_ is not None
+    innovations = diagnoser["identify"].transform(X)
+    assert innovations.shape[-1] < X.shape[-1]
+    compare = diagnoser["compare"]
+    alone = compare.window_residual_.transform(innovations, rpm=600)
+    of_orders = compare.order_residual_.transform(innovations, rpm=600)
+    weighted = alone * of_orders**compare.order_weight
+    np.testing.assert_allclose(compare.transform(innovations, rpm=600), weighted)
+
+
 def test_rows_of_less_than_three_turns_are_compared_by_their_windows_alone(data):
     X, y = data[0][:, np.newaxis, :7000], data[1]
     residual = StretchResidual(order_residual=OrderResidual(sampling_rate=RATE))
     fitted = clone(residual).fit(X, y, rpm=800)
     windows = fitted.window_residual_
-    slow = 2.9 * 60 * RATE / X.shape[-1]
+    slow = 2.8 * 60 * RATE / X.shape[-1]
     alone, mixed = fitted.transform(X, rpm=slow), fitted.transform(X, rpm=[slow] * 4 + [800.0] * 4)
     first = X[..., : fitted.window_length]
     if X.shape[-1] < 2 * fitted.window_length:
@@ -122,7 +136,7 @@ def test_rows_of_less_than_three_turns_are_compared_by_their_windows_alone(data)
     np.testing.assert_allclose(mixed[4:], fitted.transform(X[4:], rpm=800))
     # Fitted on such rows, also where their speed is not known.
     assert clone(residual).fit(X, y, rpm=slow).order_residual_ is None
-    short = X[..., : int(0.29 * RATE)]
+    short = X[..., : int(0.28 * RATE)]
     without = clone(residual).fit(short, y)
     assert without.order_residual_ is None
     assert without.transform(short).shape == (8, 2)

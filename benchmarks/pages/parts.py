@@ -119,6 +119,11 @@ PARTS = {
         "-m benchmarks.monitoring.sensors --write docs/plant.md",
         {"docs/plant.md": ("sensors in one process",)},
     ),
+    "quality": Part(
+        "-m benchmarks.quality --write docs/signal_quality.md",
+        {"docs/signal_quality.md": ("signal quality",)},
+        downloads=True,
+    ),
     "formats": Part(
         "-m benchmarks.pages.formats --write docs/recordings.md",
         {"docs/recordings.md": ("file formats",)},

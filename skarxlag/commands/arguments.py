@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..recordings import listing
-from ..recordings.speeds import TACHO, is_speed_source
+from ..recordings.speeds import TACHO, check_stated_speed, is_speed_source
 from .messages import UsageError
 
 #: Ways to state a bearing.
@@ -59,7 +59,13 @@ def speed_or_all(text: str) -> float | str:
 
 def speed_or_source(text: str) -> dict[str, Any]:
     """Parse a shaft speed, or a source of speeds, to facts of recordings."""
-    return {"speed_source": text} if is_speed_source(text) else {"rpm": positive_number(text)}
+    if is_speed_source(text):
+        return {"speed_source": text}
+    try:
+        check_stated_speed(text)
+    except ValueError as error:
+        raise ArgumentTypeError(str(error)) from error
+    return {"rpm": positive_number(text)}
 
 
 def speed_range(text: str) -> tuple[float, float]:

@@ -24,6 +24,12 @@ from .channels import fitted_channels, units_of
 from .info import limits_basis
 from .messages import CommandError, UsageError, as_command_error, report_progress
 from .models import DIAGNOSERS, of_outputs
+from .refused_rows import (
+    check_speeds_of_recordings,
+    leave_out_silent,
+    orders_do_not_count,
+    why_windows,
+)
 
 #: Samples of a channel that the windows of all recordings hold together, unless --max-windows says
 #: otherwise: a quarter of a GiB. The fits of companions copy the healthy ones.
@@ -41,6 +47,7 @@ def run(args: argparse.Namespace) -> int:
     recordings = args.listed
     _check_options(args, recordings)
     rig, rows = _training_rows(args, recordings)
+    check_speeds_of_recordings(args.table, rig)
     kind = args.diagnoser or ("stretches" if rows == "stretches" else "diagnoser")
     chosen = _choose_speed(args, rig)
     speeds, errors = speeds_of_samples(rig, LEAST_TURNS if rows == "stretches" else 0)
@@ -48,6 +55,7 @@ def run(args: argparse.Namespace) -> int:
     healthy, reason = _healthy_condition(args, kind, rig, chosen)
     if kind == "detector":
         chosen &= rig.target == healthy
+    chosen, left_out = leave_out_silent(args.table, rig, rows, chosen, args.outputs or 1)
     # The windows may take half of the memory, so they are not copied without need.
     X = rig.pop("data")
     X = X if chosen.all() else X[chosen]
@@ -81,8 +89,14 @@ def run(args: argparse.Namespace) -> int:
     print(rig.DESCR)
     if (errors != "").any():
         print(f"{np.sum(errors != '')} {rows} left out: {errors[errors != ''][0]}")
+    print(*left_out, sep="\n", end="\n" * len(left_out))
     print(f"{rows.capitalize()} of {X.shape[-1]} samples, {seconds:.3g} s at {rate:g} Hz{turns}")
     print(counts.to_string())
+    if rows == "stretches" and rpm is not None and not answers(diagnoser).is_stretch:
+        notes.append(f"Note: {orders_do_not_count(X.shape[-1], rate, rpm.min())}.")
+    is_asked = args.window_length or args.hop or args.max_windows or args.diagnoser in DIAGNOSERS
+    if rows == "windows" and not is_asked:
+        notes.append(why_windows(rig, X.shape[-1], _SECONDS, _TURNS))
     notes = [*_roles(recordings[0], args.outputs or 1), *_units(recordings), *notes]
     print(f"Healthy: {healthy or 'none'} ({reason})", *notes, sep="\n")
     if healthy is not None:

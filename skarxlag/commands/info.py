@@ -10,6 +10,7 @@ from ..fault_classifier import FaultOrderClassifier
 from ..fusion import SensorFusion
 from ..recordings.files import list_channels
 from ..recordings.listing import ListedRecording
+from ..speeds import LEAST_TURNS
 from .files import is_model_file
 from .messages import as_command_error
 from .models import SavedModel
@@ -63,10 +64,21 @@ def limits(model: SavedModel) -> list[str]:
         "The sampling rate of recordings cannot be checked.": model.sampling_rate is None,
     }
     found = [sentence for sentence, holds in cases.items() if holds]
+    found += _order_limits(model)
     if facts.get("n_windows") and facts.get("false_alarm_rate"):
         n_healthy, rate = facts["n_windows"][0], facts["false_alarm_rate"]
         found += few_rows(f"{n_healthy} healthy {model.rows}", n_healthy, rate / can.n_outputs)
     return found
+
+
+def _order_limits(model):
+    """Yield below which speed a stretch is too short for orders, or that it always is."""
+    if not model.can.is_stretch:
+        if model.facts.get("rows") == "stretches":
+            yield "It compares no orders, because its stretches are too short."
+    elif model.sampling_rate is not None and model.window_length is not None:
+        lowest = 60 * LEAST_TURNS * model.sampling_rate / model.window_length
+        yield f"Orders do not count below {lowest:.3g} rpm: a stretch needs {LEAST_TURNS} turns."
 
 
 def limits_basis(model: Any, rows: str) -> str:

@@ -21,13 +21,14 @@ from ..fusion import SensorFusion
 from ..persistence import load_diagnoser
 from ..recordings.files import chosen_channels
 from ..recordings.listing import ListedRecording
-from ..recordings.rates import NO_RATE, rates_agree, resampled_blocks
+from ..recordings.rates import NO_RATE, rates_agree, resampled_blocks, unit_advice
 from ..recordings.windows import block_length, cut_blocks
 from ..speeds import SPEED_FACTOR
 from ..verdicts import CHANGED, HOLD, NO_SIGNAL, NONE_OF_THESE, Judge
 from .channels import channel_remarks, channels_of_model
 from .diagnosis import Diagnosis, cancelled
 from .messages import CommandError, as_command_error, listed, printable
+from .refused_rows import orders_do_not_count
 
 #: Titles and makers of the diagnosers that `evaluate` compares, in the order of its tables.
 DIAGNOSERS = {
@@ -139,6 +140,11 @@ class SavedModel:
             remarks.append(f"No comb of bearing {self.facts['bearing']} shows a fault.")
         if sampling_rate is None and self.sampling_rate is not None:
             remarks.append(f"No sampling rate is stated; {self.sampling_rate:g} Hz was assumed.")
+        if self.can.is_stretch and recording.rpm is not None:
+            slowest = windows["rpm"].min() if "rpm" in windows else recording.rpm
+            rate = sampling_rate or self.sampling_rate
+            if reason := orders_do_not_count(length, rate, slowest):
+                remarks.append(f"{reason}.")
         if recording.rpm is None and self.can.is_stretch and self.train_rpm:
             remarks.append("The speed is not stated. Speeds near those of fit were searched.")
         return Diagnosis(verdict, windows, sampling_rate, remarks)
@@ -157,7 +163,8 @@ class SavedModel:
             raise CommandError(f"{name}: {n_channels} channels, {fitted} on {self.n_channels}")
         if not rates_agree(rate, expected):
             found = f"sampled at {rate:g} Hz, {fitted} at {expected:g} Hz"
-            raise CommandError(f"{name}: {found}; --resample brings it to that")
+            advice = unit_advice(rate, expected) or "; --resample brings it to that"
+            raise CommandError(f"{name}: {found}{advice}")
         signals = chain([first], (signal for signal, _ in blocks))
         return cut_blocks(signals, name, self.window_length), rate
 

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from .files import recording_blocks, recording_speed, recording_start
 from .formats import SUFFIXES
-from .formats._facts import HERTZ, SECONDS
+from .formats._facts import HERTZ
 from .formats.text import distinct, number
 from .monotonic import Direction
-from .rates import NO_RATE, rates_agree
-from .speeds import TACHO, SpeedProfile, is_speed_source, logged_speed
+from .rates import NO_RATE, rates_agree, unit_advice
+from .speeds import TACHO, SpeedProfile, check_stated_speed, is_speed_source, logged_speed
 from .tables import read_rows
 
 #: Facts of a recording in a table or a file name; anything else is kept as it is.
@@ -160,7 +160,7 @@ class ListedRecording:
             for signal, known in recording_blocks(self.path, n_samples, **options):
                 if not rates_agree(stated, known):
                     found = f"sampling_rate is {stated:g} Hz but the file states {known:g} Hz"
-                    raise ValueError(f"{self.path}: {found}{_unit_advice(known / stated)}")
+                    raise ValueError(f"{self.path}: {found}{unit_advice(known, stated)}")
                 direction.add(signal if signal.ndim == 1 else signal[0])
                 yield signal, known if stated is None else stated
             if direction.is_monotonic:
@@ -179,13 +179,6 @@ class ListedRecording:
             if str(error).startswith(where):
                 raise
             raise type(error)(f"{where}: {error}") from error
-
-
-def _unit_advice(ratio):
-    """Return advice if two rates differ by the factor of a unit of time."""
-    scales = {name: 1 / SECONDS[name] for name in ("min", "h", "ms", "us")}
-    near = [name for name, scale in scales.items() if abs(ratio * scale - 1) < 0.01]
-    return f"; times in {near[0]} need the unit in their name: 'time ({near[0]})'" if near else ""
 
 
 def is_file_source(source: str | os.PathLike[str]) -> bool:
@@ -267,8 +260,13 @@ def channel_names(text: str) -> str | list[str]:
 
 def speed_facts(where: str, text: str) -> dict[str, Any]:
     """Parse a shaft speed, or a source of speeds, to fields of `ListedRecording`."""
-    is_source = is_speed_source(text)
-    return {"speed_source": text} if is_source else {"rpm": _positive(where, "rpm", text)}
+    if is_speed_source(text):
+        return {"speed_source": text}
+    try:
+        check_stated_speed(text)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from error
+    return {"rpm": _positive(where, "rpm", text)}
 
 
 def _positive(where, name, text):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .formats._facts import RATE_TOLERANCE
+from .formats._facts import RATE_TOLERANCE, SECONDS
 
 #: Largest factor by which a signal is interpolated on the way to its new rate.
 _MAX_FACTOR = 10_000
@@ -38,6 +38,20 @@ def rates_agree(first: float | None, second: float | None) -> bool:
     if first is None or second is None:
         return True
     return abs(first - second) <= RATE_TOLERANCE * max(first, second)
+
+
+def unit_advice(known: float, expected: float) -> str:
+    """Return advice if a rate differs from the expected one by the factor of a unit of time.
+
+    Examples
+    --------
+    >>> unit_advice(60_000, 1_000), unit_advice(1_500, 1_000)
+    ("; times in min need the unit in their name: 'time (min)'", '')
+    """
+    for unit in ("min", "h", "ms", "us"):
+        if abs(known / expected / SECONDS[unit] - 1) < 0.01:
+            return f"; times in {unit} need the unit in their name: 'time ({unit})'"
+    return ""
 
 
 def resampled_blocks(

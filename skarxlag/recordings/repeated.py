@@ -30,19 +30,12 @@ def check_repeated(listed: Sequence[ListedRecording]) -> None:
     Raises
     ------
     ValueError
-        If two entries name the same channels of the same recording; or if two conditions differ
-        only in invisible characters, or are equal numbers, such as ``1`` and ``01``. The message
-        names both entries.
+        If two entries name the same channels of the same recording; or if two conditions or two
+        specimens differ only in invisible characters, or are equal numbers, such as ``1`` and
+        ``01``. The message names both entries.
     """
-    first: dict[Hashable, ListedRecording] = {}
-    for entry in listed:
-        if entry.condition is None:
-            continue
-        other = first.setdefault(_look(entry.condition), entry)
-        if other.condition != entry.condition:
-            found = f"{entry.condition!a} looks like {other.condition!a}"
-            expected = "expected one way to write it"
-            raise ValueError(f"{_where(entry)}: condition {found} of {_where(other)}, {expected}")
+    for name in ("condition", "specimen"):
+        _check_looks(listed, name)
     for same in _same_files(listed):
         channels: dict[Hashable, ListedRecording] = {}
         for entry in same:
@@ -50,6 +43,19 @@ def check_repeated(listed: Sequence[ListedRecording]) -> None:
             if other is not entry:
                 found = f"{entry.path} is the same recording as {other.path} of {_where(other)}"
                 raise ValueError(f"{_where(entry)}: {found}")
+
+
+def _check_looks(listed, name):
+    first: dict[Hashable, Any] = {}
+    for entry in listed:
+        value = vars(entry)[name]
+        if value is None:
+            continue
+        other = first.setdefault(_look(value), entry)
+        before = vars(other)[name]
+        if before != value:
+            found = f"{value!a} looks like {before!a} of {_where(other)}"
+            raise ValueError(f"{_where(entry)}: {name} {found}, expected one way to write it")
 
 
 def _where(entry):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -22,6 +23,8 @@ TACHO = "tacho:"
 _TACHO_SECONDS = 4.0
 #: Even times over which a mean is computed.
 _N_MEAN = 1000
+#: Speed as 1.797 or 1,797 for 1797. A slow machine may have three digits before a point.
+_THOUSANDS = re.compile(r"([1-9]\d?)[.,](\d{3})")
 
 
 def is_speed_source(text: str) -> bool:
@@ -33,6 +36,29 @@ def is_speed_source(text: str) -> bool:
     [True, True, False]
     """
     return text.startswith(TACHO) or text.lower().endswith(".csv")
+
+
+def check_stated_speed(text: str) -> None:
+    """Refuse the text of a speed that may have a separator of thousands.
+
+    Raises
+    ------
+    ValueError
+        If one or two digits are followed by a point or a comma and three digits.
+
+    Examples
+    --------
+    >>> check_stated_speed("1797.5")
+    >>> check_stated_speed("1.797")
+    Traceback (most recent call last):
+        ...
+    ValueError: rpm is '1.797', which means 1797 or 1.797; write 1797, or 1.7970
+    """
+    if match := _THOUSANDS.fullmatch(text.strip()):
+        whole, decimals = match.groups()
+        either = f"{whole}{decimals} or {whole}.{decimals}"
+        advice = f"write {whole}{decimals}, or {whole}.{decimals}0"
+        raise ValueError(f"rpm is {text!r}, which means {either}; {advice}")
 
 
 class SpeedProfile(NamedTuple):

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from skarxlag import load_diagnoser, load_recordings, read_recording_table
-from tests.commands.watching import COLOURS, IDLE, RATE, WINDOW, sound, verdicts_of
+from tests.commands.watching import COLOURS, RATE, WINDOW, sound, verdicts_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
 
 N = 40 * WINDOW
+# A file is read for longer than that on no machine.
+IDLE = ("--idle", 0.5, "--poll", 0.005, "--settle", 0.01)
 OTHERS = {"good": "worn", "worn": "good"}
 
 
@@ -151,6 +153,18 @@ def test_fit_on_the_column_of_times_is_refused(run, plant):
     _, code, _, err = fit(run, plant, "0", "times.skops")
     assert code == 1 and "channel '0' only rises or only falls" in err
     assert not (plant / "times.skops").exists()
+
+
+def test_times_in_minutes_without_their_unit(run, plant):
+    """Advice to resample the recording would be wrong."""
+    model = fit(run, plant, "acc_x")[0]
+    path = write(plant / "minutes.csv", "good", 2, clock=np.arange(N) / RATE)
+    lines = path.read_text().splitlines()
+    rows = [line.partition(",")[2] for line in lines[1:]]
+    path.write_text("\n".join([lines[0], *(f"{i / 6e4:.9f},{row}" for i, row in enumerate(rows))]))
+    code, out, err = run("diagnose", model, path)
+    assert code == 1 and "at 1000 Hz; times in min need the unit in their name" in err
+    assert "--resample" not in out + err
 
 
 def test_another_unit_is_said(run, plant, piped):

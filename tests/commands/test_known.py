@@ -14,7 +14,9 @@ from .test_fit_diagnose import signal
 WINDOW, N = 600, 60
 OTHERS = {
     "noise": np.random.default_rng(0).normal(size=6 * WINDOW),
-    "sine": np.sin(0.3 * np.arange(6 * WINDOW)),
+    # Without noise, it would have no signal.
+    "sine": np.sin(0.3 * np.arange(6 * WINDOW))
+    + 1e-3 * np.random.default_rng(2).normal(size=6 * WINDOW),
     "untrained": signal("outer", 6 * WINDOW, 5),
     "sensor": lfilter([1], [1, -1.2, 0.9], np.random.default_rng(1).normal(size=6 * WINDOW)),
 }

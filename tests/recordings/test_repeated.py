@@ -97,6 +97,12 @@ def test_conditions_that_look_alike(folder, first, second):
     refused(path, r"table.csv, line 3: condition .* looks like .* of .*, line 2, expected one way")
 
 
+def test_specimens_that_look_alike(folder):
+    path = folder / "table.csv"
+    path.write_text("path,condition,specimen,channel\na.npz,good,7,x\nb.npz,worn,07,x\n")
+    refused(path, r"line 3: specimen '07' looks like '7' of .*, line 2, expected one way")
+
+
 @pytest.mark.parametrize(("first", "second"), [("1", "10"), ("a", "A"), ("1a", "1.0a"), ("O", "0")])
 def test_conditions_that_differ(folder, first, second):
     path = table(folder, f"a.npz,{first},x,", f"b.npz,{second},x,")

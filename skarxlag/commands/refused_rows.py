@@ -1,0 +1,155 @@
+"""Training rows that `diagnose` would refuse, and speeds that cannot be true."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from sklearn.utils import Bunch
+
+from ..quality import quality_of_outputs
+from ..speeds import LEAST_TURNS, TURNS_LEFT
+from .messages import CommandError
+
+#: Turns that the longest recording at a speed holds at least. Fewer come from a wrong unit.
+_FEWEST_TURNS = 0.25
+#: Recordings that are named in a report.
+_MOST_NAMED = 5
+
+
+def check_speeds_of_recordings(source: Any, rig: Bunch) -> None:
+    """Refuse a speed at which no recording holds a quarter of a turn.
+
+    Parameters
+    ----------
+    source : path-like
+        Named in messages.
+    rig : Bunch
+        Result of `cut_recordings`.
+
+    Raises
+    ------
+    CommandError
+        If there is such a speed.
+
+    Examples
+    --------
+    >>> rig = Bunch(rpm=np.array([1.0, 1.0]), start=np.array([0, 500]), sampling_rate=100.0,
+    ...             data=np.zeros((2, 500)), recording=np.array(["run", "run"]))
+    >>> check_speeds_of_recordings("table.csv", rig)
+    Traceback (most recent call last):
+        ...
+    skarxlag.commands.messages.CommandError: table.csv: run: rpm is 1, at which the 10 s of the
+    recording are 0.167 turns; expected revolutions per minute. If the speed is right, leave it out
+    """
+    if rig.rpm is None:
+        return
+    ends = (rig.start + rig.data.shape[-1]) / rig.sampling_rate
+    turns = pd.Series(ends * rig.rpm / 60)
+    longest = turns.groupby(rig.rpm).idxmax()
+    for row in longest:
+        if turns[row] < _FEWEST_TURNS:
+            found = f"rpm is {rig.rpm[row]:g}, at which the {ends[row]:.3g} s of the recording"
+            expected = "expected revolutions per minute. If the speed is right, leave it out"
+            name = rig.recording[row]
+            raise CommandError(f"{source}: {name}: {found} are {turns[row]:.3g} turns; {expected}")
+
+
+def leave_out_silent(
+    source: Any, rig: Bunch, rows: str, chosen: NDArray[np.bool_], n_outputs: int
+) -> tuple[NDArray[np.bool_], list[str]]:
+    """Leave out the rows without a signal, which `diagnose` would refuse.
+
+    Parameters
+    ----------
+    source : path-like
+        Named in messages.
+    rig : Bunch
+        Result of `cut_recordings`.
+    rows : str
+        Word for the rows: windows or stretches.
+    chosen : ndarray of bool of shape (n_rows,)
+        Rows for training.
+    n_outputs : int
+        Number of the first channels that are outputs.
+
+    Returns
+    -------
+    chosen : ndarray of bool of shape (n_rows,)
+        Rows for training that carry a signal.
+    notes : list of str
+        A report, if rows are left out.
+
+    Raises
+    ------
+    CommandError
+        If no row of a condition is left.
+    """
+    # The model refuses more outputs than there are channels.
+    n_channels = 1 if rig.data.ndim == 2 else rig.data.shape[1]
+    outputs = [f"output {s}" for s in range(1, min(n_outputs, n_channels) + 1)]
+    facts = {"sampling_rate": float(rig.sampling_rate), "rpm": rig.rpm}
+    quality, _ = quality_of_outputs(rig.data, outputs, **facts)
+    silent = chosen & (quality != "good")
+    if not silent.any():
+        return chosen, []
+    left = chosen & ~silent
+    for condition in pd.unique(rig.target[chosen]):
+        own = silent & (rig.target == condition)
+        if not (left & (rig.target == condition)).any():
+            reasons = ", ".join(np.unique(quality[own]))
+            advice = "check the sensor, its cable and the logger"
+            raise CommandError(f"{source}: {condition}: no signal ({reasons}); {advice}")
+    counts = pd.Series(quality[silent]).groupby(rig.recording[silent]).value_counts(sort=False)
+    named = [f"{count} {reason} in {run}" for (run, reason), count in counts.items()]
+    further = [f"{len(named) - _MOST_NAMED} more"] if len(named) > _MOST_NAMED else []
+    listed = ", ".join(named[:_MOST_NAMED] + further)
+    return left, [f"{silent.sum()} {rows} left out because they carry no signal: {listed}"]
+
+
+def why_windows(rig: Bunch, window_length: int, seconds: float, n_turns: float) -> str:
+    """Return the note that recordings are too short for stretches.
+
+    Parameters
+    ----------
+    rig : Bunch
+        Result of `cut_recordings`.
+    window_length : int
+        Samples in a window.
+    seconds, n_turns : float
+        What two stretches take at least: seconds, or turns of the shaft if they take longer.
+
+    Examples
+    --------
+    >>> rig = Bunch(rpm=np.array([100.0]), available=np.array([4]), sampling_rate=1000.0,
+    ...             recording=np.array(["run"]))
+    >>> why_windows(rig, 500, 1.0, 10)
+    'Note: windows, not stretches: the shortest recording takes 2 s, and two stretches 6 s.'
+    """
+    needed = seconds
+    if rig.rpm is not None:
+        slowest = pd.Series(rig.rpm).groupby(rig.recording).mean().min()
+        needed = max(seconds, 60 * n_turns / slowest)
+    shortest = rig.available.min() * window_length / rig.sampling_rate
+    found = f"the shortest recording takes {shortest:.3g} s, and two stretches {needed:.3g} s"
+    return f"Note: windows, not stretches: {found}."
+
+
+def orders_do_not_count(n_samples: int, sampling_rate: float | None, rpm: float | None) -> str:
+    """Return why the orders of a stretch do not count, or an empty text if they do.
+
+    Examples
+    --------
+    >>> orders_do_not_count(6000, 10_000.0, 900.0)
+    ''
+    >>> orders_do_not_count(6000, 10_000.0, 150.0)
+    'Orders do not count: 0.6 s are 1.5 turns at 150 rpm, and it takes 3'
+    """
+    if sampling_rate is None or rpm is None:
+        return ""
+    seconds = n_samples / sampling_rate
+    turns = seconds * rpm / 60
+    if not turns < TURNS_LEFT:
+        return ""
+    found = f"{seconds:.3g} s are {turns:.3g} turns at {rpm:g} rpm"
+    return f"Orders do not count: {found}, and it takes {LEAST_TURNS}"
