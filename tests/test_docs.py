@@ -8,8 +8,7 @@ import os
 import pkgutil
 import re
 import runpy
-import shutil
-import subprocess
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -196,14 +195,11 @@ def test_readme_has_a_place_for_the_cross_speed_table():
     assert text.index(marks[0]) < text.index(marks[1])
 
 
-def test_service_of_the_plant_page_is_valid(tmp_path):
-    page = (ROOT / "docs" / "plant.md").read_text("utf-8")
-    if not shutil.which("systemd-analyze"):
-        pytest.skip("needs systemd")
-    unit = tmp_path / "skarxlag.service"
-    unit.write_text(re.search(r"^```ini\n(.*?)^```", page, flags=re.S | re.M)[1])
-    checked = subprocess.run(["systemd-analyze", "verify", unit], capture_output=True, text=True)
-    assert (checked.returncode, checked.stderr) == (0, "")
+def test_every_extra_is_in_the_table_of_the_installation():
+    stated = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    text = (ROOT / "docs" / "install.md").read_text("utf-8")
+    rows = re.findall(r"^\| `(\w+)` \|", text, flags=re.M)
+    assert sorted(rows) == sorted(stated["project"]["optional-dependencies"])
 
 
 def test_every_fetcher_is_in_the_table_of_rigs():

@@ -34,13 +34,13 @@ def run(args: argparse.Namespace) -> int:
         model = SavedModel(path)
         limited = model.detector or model.diagnoser
         steps = (type(step).__name__ for step in unfolded_steps(model.diagnoser))
-        further = {"steps": " -> ".join(steps)}
+        further = {"model": model.short_identity, "steps": " -> ".join(steps)}
         if model.healthy is not None and answers(limited).alarm:
             further["healthy_limits"] = limits_basis(limited, model.rows)
         sentences = limits(model)
         lines = [_line(*each) for each in (model.summary | further).items()]
         lines += ["Limits", *(f"  - {sentence}" for sentence in sentences)]
-        facts = model.summary | {"limits": sentences}
+        facts = model.summary | {"model": model.short_identity, "limits": sentences}
     print(json.dumps(facts) if args.json else "\n".join(lines))
     return 0
 

@@ -104,6 +104,11 @@ class SavedModel:
         return judge
 
     @property
+    def short_identity(self) -> str:
+        """Beginning of the SHA-256 of the file, which results and states name."""
+        return self.identity[:12]
+
+    @property
     def heading(self) -> str:
         """Description in one line."""
         speeds = f" at {listed(self.train_rpm)} rpm" if self.train_rpm else ""

@@ -2,32 +2,27 @@
 
 import argparse
 import signal
-import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
-from .messages import CommandError, as_command_error, say
-from .models import SavedModel
-from .watch_stream import SensorStream
+from .messages import CommandError, as_command_error
+from .watch_lines import OutputError
+from .watch_table import Plant
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command."""
-    sensors = args.sensors
-    models = {path: SavedModel(path) for path in dict.fromkeys(each.model for each in sensors)}
-    streams = [SensorStream(each, models[each.model]) for each in sensors]
-    for model in models.values():
-        say(model.heading)
+    plant = Plant(args)
+    plant.start()
     with as_command_error(), _stop_signals() as signals:
         try:
-            failed = _follow(streams, args, signals)
+            plant.follow(signals)
+        except OutputError as error:
+            raise CommandError(f"standard output: {error}") from error
         finally:
-            for stream in streams:
-                stream.save()
-    for stream in streams:
-        stream.say(stream.summary())
-    return int(failed)
+            plant.save()
+    return int(plant.finish())
 
 
 @contextmanager
@@ -39,31 +34,3 @@ def _stop_signals() -> Iterator[list[Any]]:
             before = signal.signal(number, lambda *caught: received.append(caught))
             at_end.callback(signal.signal, number, before)
         yield received
-
-
-def _follow(streams, args, signals):
-    """Process blocks until all sources have ended, or nothing comes, or a signal requests it.
-
-    Return whether one of several sources could not be read to its end.
-    """
-    since, has_failed, is_alone = time.monotonic(), False, len(streams) == 1
-    while streams:
-        found = {}
-        for stream in streams:
-            try:
-                with as_command_error():
-                    found[stream] = stream.step()
-            except CommandError as error:
-                if is_alone:
-                    raise
-                stream.say(f"error: {error}; the other sensors are watched on")
-                has_failed, found[stream] = True, None
-        if any(found.values()):
-            since = time.monotonic()
-        elif args.idle is not None and time.monotonic() - since >= args.idle:
-            break
-        elif None not in found.values() and not signals:
-            time.sleep(args.poll)
-        streams = [each for each in streams if found[each] is not None]
-        streams = [each for each in streams if not (signals and each.is_at_place)]
-    return has_failed

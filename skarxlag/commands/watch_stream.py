@@ -1,17 +1,14 @@
-"""One sensor of ``skarxlag watch``: its source, its monitor, its state and its lines."""
+"""Source, monitor and state of one sensor of ``skarxlag watch``."""
 
 import argparse
-import json
-import math
 import sys
 import time
 from collections import Counter
 from contextlib import nullcontext
-from datetime import UTC, datetime
-from operator import attrgetter
 from pathlib import Path
+from typing import Any, Self
 
-from ..monitoring import ConditionMonitor, MonitorVerdict
+from ..monitoring import ConditionMonitor
 from ..persistence import load_monitor_state, save_monitor_state
 from ..recordings.listing import ListedRecording
 from ..recordings.live import from_folder, from_growing_file, from_stream
@@ -21,24 +18,25 @@ from ..recordings.speeds import TACHO, TachoStream
 from ..verdicts import HOLD
 from .arguments import refuse
 from .channels import channel_remarks
-from .messages import CommandError, UsageError, as_command_error, listed, percent, printable, say
+from .messages import CommandError, UsageError, as_command_error, listed, printable, say
 from .models import SavedModel
+from .watch_lines import SensorLines, sentence
 
 #: Seconds between two savings of the state.
 _SAVE_EVERY = 60.0
 #: Arguments on which the meaning of a state depends.
 _READING = ("channel", "dtype", "time_column", "rpm_column", "pulses_per_turn")
 #: Arguments of the monitor.
-_SETTINGS = ("hop", "half_life", "false_alarm_interval", "gap_tolerance")
-#: What of a verdict is written at once if it differs from the line before.
-_news = attrgetter("verdict", "alarm", "quality")
-#: Range of the seconds since 1970 that are taken for dates, from 1973 to 2096. A clock that counts
-#: from the start of a machine is below it.
-_DATES = (1e8, 4e9)
+_SETTINGS = (
+    *("hop", "half_life", "false_alarm_interval", "alarm_delay", "latch"),
+    "gap_tolerance",
+)
+#: State and facts of a monitor, as `load_monitor_state` returns them.
+Memory = tuple[dict[str, Any], dict[str, Any]]
 
 
 class SensorStream:
-    """A sensor that is watched.
+    """Source that is read, with the monitor of its samples.
 
     Parameters
     ----------
@@ -46,23 +44,41 @@ class SensorStream:
         Arguments of the command.
     model : SavedModel
         The model.
+    lines : SensorLines
+        Lines for the verdicts.
+    memory : tuple or None, default=None
+        Result of `memory` of the stream before. None: the file of ``--state``, if there is one.
+    opened : SensorStream or None, default=None
+        Stream whose source stays open, since a pipe or a device cannot be opened again.
 
     Attributes
     ----------
-    blocks : iterator of Block or None
-        The source.
+    model : SavedModel
+        The model.
     is_at_place : bool
         Whether a later run can continue after the last block.
+    can_reopen : bool
+        Whether the source is a file or a folder, no pipe or device.
     """
 
-    def __init__(self, args: argparse.Namespace, model: SavedModel) -> None:
-        self._args, self._model = args, model
+    def __init__(
+        self,
+        args: argparse.Namespace,
+        model: SavedModel,
+        lines: SensorLines,
+        memory: Memory | None = None,
+        opened: Self | None = None,
+    ) -> None:
+        self._args, self.model, self._lines = args, model, lines
         self._rate = args.sampling_rate or model.sampling_rate
         if self._rate is None or not rates_agree(self._rate, model.sampling_rate):
             stated = f"{self._rate or 'needed'}, but {args.model} states {model.sampling_rate}"
             raise UsageError(f"argument --sampling-rate: {stated}")
         path, is_stdin = Path(args.source), args.source == "-"
+        if not is_stdin and not path.exists():
+            raise CommandError(f"{path}: no such file or folder")
         self._is_folder = not is_stdin and path.is_dir()
+        self.can_reopen = self._is_folder or (not is_stdin and path.is_file())
         if model.can.needs_rpm and not (args.rpm or args.rpm_column or self._is_folder):
             fitted = f"{args.model} was fitted at {listed(model.train_rpm)} rpm"
             raise UsageError(f"argument --rpm: needed, {fitted}")
@@ -77,11 +93,9 @@ class SensorStream:
             self._speed_column = speeds.removeprefix(TACHO)
         source = args.source if is_stdin else str(path.resolve())
         self._facts = {name: vars(args)[name] for name in _READING}
-        self._facts |= {"source": source, "model": model.identity, "sampling_rate": self._rate}
-        sensor = args.sensor or (args.model if is_stdin else path).stem
-        self._of_line = {"sensor": printable(sensor), "healthy": model.healthy}
-        self._last = self._written = self._limits = None
-        self._said = self._line_at = self._window_at = time.monotonic()
+        self._facts["source"] = source
+        self._limits, self._is_saved_latched = None, False
+        self._said = self._saved = time.monotonic()
         self._unread, self.is_at_place = Counter(), True
         self._parser, self._remarks = None, []
         model.check_order(args.source, args.channel)
@@ -91,41 +105,91 @@ class SensorStream:
             settings |= {"detector": model.detector, "train_rpm": model.train_rpm}
             settings["window_length"] = model.window_length
             self._monitor = ConditionMonitor(model.diagnoser, self._rate, **settings)
-            self._place = self._restored()
+            self._place = self._restored(memory)
+            if opened is not None:
+                self._blocks: Any = opened._blocks
+                self._unread = opened._unread
+            else:
+                self._blocks = self._folder(path) if self._is_folder else self._stream(path)
             # A file that cannot be written is reported now, not in a minute.
             self.save()
-            self.blocks = self._folder(path) if self._is_folder else self._stream(path)
+        lines.begin(model, self._monitor)
 
     def say(self, text: str) -> None:
         """Print a line to standard error, after the name of the sensor if the user stated one."""
         say(text if self._args.sensor is None else f"{self._args.sensor}: {text}")
 
-    def _restored(self):
-        """Place from which the source continues; None for its beginning."""
+    def _restored(self, memory):
+        """Continue from a state, and return the place in the source; None for its beginning."""
         path = self._args.state
-        if path is None or not path.exists():
+        if memory is None and (path is None or not path.exists()):
             return None
-        state, facts = load_monitor_state(path)
+        state, facts = memory or load_monitor_state(path)
         for name, own in self._facts.items():
             if facts.get(name, own) != own:
                 found = f"{name.replace('_', ' ')} {facts[name]!r}, expected {own!r}"
-                found = "another model" if name == "model" else found
                 raise CommandError(f"{path}: a state of {found}; name another --state or delete it")
         place = facts.get("place")
         is_pair = isinstance(place, list) and len(place) == 2 and type(place[0]) is int
         if place is not None and not is_pair:
             raise CommandError(f"{path}: place {place!r}, expected two values")
-        self._monitor.restore(state)
+        if difference := self._difference(state, facts):
+            # Somebody has to acknowledge the alarm, whatever the model is.
+            self._monitor.latched = self._args.latch and state.get("latched") is True
+            self.say(f"{difference}. Verdicts and the alarm start afresh from this place.")
+        else:
+            self._monitor.restore(state)
         return place
+
+    def _difference(self, state, facts):
+        """Describe why the monitor cannot continue from a state of its source; None if it can."""
+        model, known = self.model, facts.get("model", self.model.identity)
+        if known is None:
+            return "The source was interrupted where it cannot be continued"
+        if known != model.identity:
+            before = f"model {known[:12]} ({facts.get('model_file')})"
+            return f"The state is of {before}, not of {model.short_identity} ({model.path})"
+        stated, own = state.get("settings"), self._monitor.state()["settings"]
+        if not isinstance(stated, dict) or stated == own:
+            return None
+        name = next(name for name in own if stated.get(name) != own[name])
+        return f"The state is of {name} == {stated.get(name)}, not of {own[name]}"
+
+    def memory(self) -> Memory:
+        """Return the state of the monitor, and the facts that say to what it belongs."""
+        model = self.model.identity if self.is_at_place else None
+        further = {"place": self._place, "model": model, "model_file": str(self._args.model)}
+        return self._monitor.state(), self._facts | further
 
     def save(self) -> None:
         """Save the state, if a later run can continue after the last block."""
         path, self._saved = self._args.state, time.monotonic()
         if path is not None and self.is_at_place:
-            save_monitor_state(self._monitor, self._args.state, place=self._place, **self._facts)
+            save_monitor_state(self._monitor, path, **self.memory()[1])
+            self._is_saved_latched = self._monitor.latched
+
+    def close(self) -> None:
+        """Close the source."""
+        self._blocks.close()
+
+    def with_model(self, model: SavedModel) -> Self:
+        """Return a stream with another model, which continues from the same place."""
+        n_channels = self.model.n_channels
+        if model.n_channels != n_channels:
+            raise CommandError(f"{model.path}: {model.n_channels} channels, expected {n_channels}")
+        if not self.can_reopen and not rates_agree(self._rate, model.sampling_rate):
+            found = f"sampled at {model.sampling_rate:g} Hz, expected {self._rate:g} Hz"
+            raise CommandError(f"{model.path}: {found}")
+        opened = None if self.can_reopen else self
+        summary = self.summary()
+        stream = type(self)(self._args, model, self._lines, self.memory(), opened)
+        self.say(f"Before the exchange of the model: {summary}")
+        if self.can_reopen:
+            self.close()
+        return stream
 
     def _folder(self, path):
-        args, rows = self._args, self._model.can
+        args, rows = self._args, self.model.can
         facts = {"channel": args.channel, "dtype": args.dtype, "sampling_rate": self._rate}
         facts |= {"pulses_per_turn": self._pulses} | args.rpm
         files = ListedRecording(None, "", path, **facts)
@@ -134,21 +198,19 @@ class SensorStream:
 
     def _with_channel(self, recording):
         """Return a file of a folder with its channels, and print remarks that are new."""
-        own = self._model.with_channel(recording)
-        self._say_of_channels(self._model.channel_remarks(own, recording.channel))
+        own = self.model.with_channel(recording)
+        self._say_of_channels(self.model.channel_remarks(own, recording.channel))
         return own
 
     def _stream(self, path):
-        args, length = self._args, self._model.window_length
-        usual = self._model.usual_channels
+        args, length = self._args, self.model.window_length
+        usual = self.model.usual_channels
         if args.dtype is None:
             tolerance = args.gap_tolerance or 0.5 * length / self._rate
             times = StreamTimes(args.time_column, self._rate, tolerance, length)
-            parser = TextSamples(
-                args.channel, times, self._speed_column, self._model.usual_channels
-            )
+            parser = TextSamples(args.channel, times, self._speed_column, self.model.usual_channels)
         else:
-            usual = self._model.usual_channels
+            usual = self.model.usual_channels
             parser = RawSamples(args.dtype, args.channel, self._speed_column, usual)
         self._unread, self._parser = parser.unread, parser
         if args.source == "-":
@@ -157,8 +219,6 @@ class SensorStream:
             return from_stream(lambda: nullcontext(sys.stdin.buffer.raw), parser)
         if path.is_fifo() or path.is_char_device():
             return from_stream(lambda: path.open("rb", buffering=0), parser)
-        if not path.is_file():
-            raise FileNotFoundError(f"{path}: no such file or folder")
         return from_growing_file(path, parser, self.say, self._place)
 
     def step(self) -> bool | None:
@@ -170,14 +230,13 @@ class SensorStream:
             Whether there was one; None if the source has ended.
         """
         try:
-            block = next(self.blocks)
+            block = next(self._blocks)
             if block is not None:
                 self._take(block)
         except StopIteration:
             return None
         except ValueError as error:
             raise CommandError(f"{self._args.source}: {error}") from error
-        self._beat()
         return block is not None
 
     def _take(self, block):
@@ -188,17 +247,18 @@ class SensorStream:
             if self._speed_column is not None:
                 samples, rpm = samples[:-1], samples[-1]
                 rpm = rpm if self._tacho is None else self._tacho.speeds(rpm)
-            if len(samples) != (n := self._model.n_channels):
+            if len(samples) != (n := self.model.n_channels):
                 advice = "--channel chooses" if self._parser is None else self._parser.advice
                 raise ValueError(f"{len(samples)} channels, expected {n}; {advice}")
             if self._parser is not None:
-                found, facts = self._parser.channels[:n], self._model.facts
+                found, facts = self._parser.channels[:n], self.model.facts
                 self._say_of_channels(channel_remarks(found, facts, self._args.channel))
             verdicts = self._monitor.update(samples, time=block.time, rpm=rpm)
             self._report(verdicts, block.source)
         if block.place is not None:
             self._place, self.is_at_place = block.place, True
-            if time.monotonic() - self._saved >= _SAVE_EVERY:
+            is_news = self._monitor.latched != self._is_saved_latched
+            if is_news or time.monotonic() - self._saved >= _SAVE_EVERY:
                 self.save()
 
     def _say_of_channels(self, remarks):
@@ -210,12 +270,7 @@ class SensorStream:
 
     def _report(self, verdicts, source):
         for verdict in verdicts:
-            self._last, self._window_at = verdict, time.monotonic()
-            if self._is_due(verdict):
-                self._written, fields = verdict, verdict._asdict()
-                fields = {"seconds": fields.pop("time")} | fields
-                fields |= {} if source is None else {"source": printable(source)}
-                self._print("verdict", verdict.time, fields)
+            self._lines.add(verdict, source)
             if verdict.limits not in (HOLD, self._limits):
                 self._limits = verdict.limits
                 self.say(f"No alarm: {self._limits}.")
@@ -223,32 +278,33 @@ class SensorStream:
             self._said = time.monotonic()
             self.say(sentence(verdicts[-1]))
 
-    def _is_due(self, verdict):
-        every = self._args.every
-        if every is None or self._written is None or _news(verdict) != _news(self._written):
-            return True
-        # A clock that was set back would suppress all lines; times are sums of rounded steps.
-        return not 0 <= verdict.time - self._written.time < every * (1 - 1e-9)
-
-    def _beat(self):
-        """Write a heartbeat if no line was written for so long."""
-        now, heartbeat = time.monotonic(), self._args.heartbeat
-        if heartbeat is None or now - self._line_at < heartbeat:
+    def acknowledge(self) -> None:
+        """Acknowledge a latched alarm if the file next to the state asks for it."""
+        path = self._args.state
+        if path is None or not self.is_at_place or not acknowledgement(path).exists():
             return
-        fields = {"seconds_without_window": round(now - self._window_at, 3)}
-        fields["verdict"] = self._last and self._last.verdict
-        fields["alarm"] = self._last and self._last.alarm
-        self._print("heartbeat", None, fields)
+        if self._monitor.latched:
+            self._monitor.acknowledge()
+            self._lines.acknowledged()
+            self.say(f"The alarm was acknowledged, and is {self._monitor.alarm_state}.")
+            self.save()
+        acknowledgement(path).unlink()
 
-    def _print(self, kind, seconds, fields):
-        self._line_at = time.monotonic()
-        line = {"kind": kind, "time": _iso_date(seconds)} | self._of_line | fields
-        unknown = [n for n, v in line.items() if isinstance(v, float) and not math.isfinite(v)]
-        print(json.dumps(line | dict.fromkeys(unknown), allow_nan=False), flush=True)
+    def alarm(self) -> str | None:
+        """Describe the delay of the alarm and the rate of false alarms; None without limits."""
+        n, hours = self._monitor.alarm_delay, self._monitor.false_alarm_interval
+        if n is None:
+            return None
+        length = self.model.window_length
+        seconds = ((n - 1) * (self._args.hop or length) + length) / self._rate
+        windows = f"{n} windows in a row that exceed the healthy limits"
+        delay = f"{windows} ({seconds:.3g} s of signal, plus its pauses)"
+        mean = f"{float(f'{hours:.3g}'):g} h of signal"
+        return f"Alarm: after {delay}. Mean time between false alarms: {mean}."
 
     def summary(self) -> str:
         """Return the counts of the run and its last verdict."""
-        counts, last = self._monitor.counts, self._last
+        counts, last = self._monitor.counts, self._lines.last
         windows = ", ".join(f"{n} {name}" for name, n in sorted(counts["windows"].items()))
         parts = [f"{counts['samples']} samples", f"windows: {windows or 'none'}"]
         parts.append(f"{counts['gaps']} gaps of {counts['missing_seconds']:.1f} s")
@@ -259,30 +315,12 @@ class SensorStream:
         return "; ".join(parts)
 
 
-def _iso_date(seconds):
-    """Seconds since 1970 as ISO 8601 date in UTC; the present if they are no date."""
-    is_date = seconds is not None and _DATES[0] < seconds < _DATES[1]
-    moment = datetime.fromtimestamp(seconds, UTC) if is_date else datetime.now(UTC)
-    return moment.isoformat(timespec="milliseconds")
+def acknowledgement(state: Path) -> Path:
+    """Return the file that asks a running `watch` to acknowledge an alarm.
 
-
-def sentence(verdict: MonitorVerdict) -> str:
-    """Describe a verdict.
-
-    Examples
-    --------
-    >>> first = MonitorVerdict(
-    ...     0, 0.5, 900.0, "good", 0.0, "worn", "worn", 0.93, True, False, 0.25, 0.003, "hold"
-    ... )
-    >>> sentence(first)
-    '0.5 s, worn, probability 93.0%, alarm off at 25%, p-value 0.003'
+    Parameters
+    ----------
+    state : Path
+        File of the sensor's state.
     """
-    probability, p_value, alarm = verdict.probability, verdict.p_value, verdict.alarm
-    parts = {
-        f"{verdict.time:.1f} s, {verdict.verdict or 'no verdict'}": True,
-        f"probability {percent(probability)}": not math.isnan(probability),
-        f"alarm {'ON' if alarm else 'off'} at {verdict.alarm_level:.0%}": alarm is not None,
-        f"p-value {p_value:.2g}": not math.isnan(p_value),
-        f"no signal: {verdict.quality}": verdict.quality != "good",
-    }
-    return ", ".join(text for text, is_known in parts.items() if is_known)
+    return state.with_name(f"{state.name}.acknowledge")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._state import expect
-from ..kernels.cumulative_sum import alarm_limit, reference_step
+from ..kernels.cumulative_sum import alarm_limit, mean_run_length, reference_step
 
 _COUNTS = ("n_samples", "next_start", "n_gaps", "n_steps_back")
 #: Share of windows which exceed that is to be detected soonest.
@@ -233,11 +233,16 @@ class CumulativeSumAlarm:
         Share of healthy windows that exceed.
     persistence : float
         Probability that a healthy window exceeds after one that did.
+    delay : int or None, default=None
+        Windows in a row that exceed, after which the alarm goes on. None: by `run_length`, which is
+        not used otherwise.
 
     Attributes
     ----------
     step, limit : int
         m and h.
+    delay : int
+        Smallest number of windows in a row after which s reaches h from 0.
     sum : int
         s.
     active : bool
@@ -260,14 +265,27 @@ class CumulativeSumAlarm:
     >>> alarm = CumulativeSumAlarm(1e6, rate=0.01, persistence=0.01)
     >>> alarm.step, alarm.limit
     (7, 19)
+    >>> alarm.delay
+    4
     >>> [alarm.add(exceeds) for exceeds in (True, False, True, True, True, False)]
     [False, False, False, False, True, True]
     """
 
-    def __init__(self, run_length: float, rate: float, persistence: float) -> None:
+    def __init__(
+        self, run_length: float, rate: float, persistence: float, delay: int | None = None
+    ) -> None:
         self.step = reference_step(rate, _FAULTY_RATE)
-        self.limit = alarm_limit(run_length, self.step, rate, persistence)
+        if delay is None:
+            self.limit = alarm_limit(run_length, self.step, rate, persistence)
+        else:
+            self.limit = delay * (self.step - 1)
+        self.delay = -(-self.limit // (self.step - 1))
+        self._rates = {"rate": rate, "persistence": persistence}
         self.sum, self.active, self.n_raised = 0, False, 0
+
+    def run_length(self) -> float:
+        """Return the mean number of healthy windows until an alarm."""
+        return mean_run_length(self.limit, self.step, **self._rates)
 
     def add(self, exceeds: bool) -> bool:
         """Add a window, and return whether the alarm is on."""

@@ -13,7 +13,14 @@ from numpy.typing import ArrayLike
 
 from .._answers import answers, offers, unfolded_steps
 from .._state import expect
-from .._validation import ABOVE_0, as_samples, check_count, check_rate, check_real
+from .._validation import (
+    ABOVE_0,
+    as_samples,
+    check_count,
+    check_flag,
+    check_rate,
+    check_real,
+)
 from ..evidence import SMALLEST_PROBABILITY, combined_score, effective_number, p_value_score
 from ..kernels.fault_orders import N_ORDERS
 from ..speeds import speeds_of_rows
@@ -22,6 +29,8 @@ from . import _memory
 
 #: Largest number of windows that are diagnosed together.
 _BATCH = 256
+#: Largest delay of an alarm in windows; the mean time between false alarms is computed from it.
+_LONGEST_DELAY = 1000
 
 
 class MonitorVerdict(NamedTuple):
@@ -45,16 +54,16 @@ class MonitorVerdict(NamedTuple):
         implausible speed; None if the window carries no signal or there is no classifier.
     verdict : object
         Condition by the evidence of all recent windows; ``"changed"`` if this is the healthy
-        condition, or there is no classifier, while the alarm is on; ``"not identifiable"`` if two
-        places fit the combs of recent windows; ``"no verdict: ..."`` as for the window; None if no
-        window within the half-life had a verdict.
+        condition, or there is no classifier, while windows keep the alarm on; ``"not
+        identifiable"`` if two places fit the combs of recent windows; ``"no verdict: ..."`` as for
+        the window; None if no window within the half-life had a verdict.
     probability : float
         Probability of `verdict`; NaN if it is no condition.
     exceeds : bool or None
         Whether this window alone exceeds the healthy limits; None if they do not hold at its speed,
         or the window carries no signal.
     alarm : bool or None
-        Whether the alarm is on; None if there are no healthy limits.
+        Whether the alarm is on, also one that is latched; None if there are no healthy limits.
     alarm_level : float
         Cumulative sum over its limit, from 0 to 1; NaN if there are no healthy limits.
     p_value : float
@@ -62,6 +71,10 @@ class MonitorVerdict(NamedTuple):
         the healthy limits hold; NaN without a detector, or if there was none within the half-life.
     limits : str
         ``"hold"``, or why the healthy limits do not hold at the speed of the window.
+    alarm_state : str
+        ``"off"``; ``"not yet an alarm"`` if recent windows exceed the limits, but the cumulative
+        sum has not reached its limit; ``"on"``; ``"latched"`` if recent windows do not exceed any
+        more, but the alarm was not acknowledged; ``"none"`` if there are no healthy limits.
     """
 
     start: int
@@ -77,6 +90,7 @@ class MonitorVerdict(NamedTuple):
     alarm_level: float
     p_value: float
     limits: str
+    alarm_state: str
 
 
 class ConditionMonitor:
@@ -117,7 +131,14 @@ class ConditionMonitor:
     half_life : float, default=10.0
         Seconds in which the weight of evidence halves, above 0; infinity for no fading.
     false_alarm_interval : float, default=1000.0
-        Mean number of hours of signal between false alarms, above 0.
+        Smallest mean number of hours of signal between false alarms, above 0.
+    alarm_delay : int or None, default=None
+        Windows in a row that exceed the healthy limits, after which the alarm goes on, from 1 to
+        1000. The mean time between false alarms follows from it. None: the smallest delay that
+        `false_alarm_interval` allows.
+    latch : bool, default=False
+        Whether an alarm stays on until `acknowledge` is called, also if windows do not exceed the
+        limits any more.
     persistence : float, default=0.5
         Probability in (0, 1) that a healthy window exceeds the limits after one that did, for
         windows that do not overlap. Such windows come in runs, because load and speed of a machine
@@ -138,6 +159,15 @@ class ConditionMonitor:
     counts : dict
         Numbers of samples, windows by their quality, gaps, missing seconds, clock steps back and
         alarms.
+    alarm_delay : int or None
+        Windows in a row that exceed the healthy limits, after which the alarm goes on, if no window
+        before exceeded; None if there are no healthy limits.
+    false_alarm_interval : float or None
+        Mean number of hours of signal between false alarms; None if there are no healthy limits.
+    alarm_state : str
+        As in the latest `MonitorVerdict`.
+    latched : bool
+        Whether an alarm was on that is not acknowledged; False without `latch`.
 
     Raises
     ------
@@ -179,6 +209,8 @@ class ConditionMonitor:
         hop: int | None = None,
         half_life: float = 10.0,
         false_alarm_interval: float = 1000.0,
+        alarm_delay: int | None = None,
+        latch: bool = False,
         persistence: float = 0.5,
         gap_tolerance: float | None = None,
         train_rpm: Any = (),
@@ -187,6 +219,11 @@ class ConditionMonitor:
         hop = window_length if hop is None else check_count(hop, "hop")
         check_real(sampling_rate, "sampling_rate", **ABOVE_0)
         check_real(false_alarm_interval, "false_alarm_interval", **ABOVE_0)
+        if alarm_delay is not None:
+            alarm_delay = int(check_count(alarm_delay, "alarm_delay"))
+            at_most = f"at most {_LONGEST_DELAY}"
+            expect(alarm_delay <= _LONGEST_DELAY, "alarm_delay", alarm_delay, at_most)
+        check_flag(latch, "latch")
         if half_life != np.inf:
             check_real(half_life, "half_life", **ABOVE_0)
         if gap_tolerance is None:
@@ -209,7 +246,10 @@ class ConditionMonitor:
         # Windows that share samples exceed together.
         persistence = max(float(persistence), 1 - hop / window_length)
         self._alarming = {"persistence": persistence, "rate": self._judge.alarm_rate}
-        self._alarming["run_length"] = false_alarm_interval * 3600 * sampling_rate / hop
+        self._windows_an_hour = 3600 * sampling_rate / hop
+        self._alarming["run_length"] = false_alarm_interval * self._windows_an_hour
+        self._alarming["delay"] = alarm_delay
+        self._latch = bool(latch)
         self._settings = {
             **self._windowing,
             **self._alarming,
@@ -230,6 +270,7 @@ class ConditionMonitor:
         self._p_values = _memory.FadingEvidence(1, self._half_life)
         self._alarm = self._new_alarm(self._seen) if self._judge.detects else None
         self._qualities, self._rpm, self._varies = Counter(), None, False
+        self.latched: bool = False
 
     def _new_alarm(self, seen):
         measured = _memory.healthy_shares(seen) if seen.any() else {}
@@ -246,6 +287,35 @@ class ConditionMonitor:
             "clock_steps_back": self._stream.n_steps_back,
             "alarms": 0 if self._alarm is None else self._alarm.n_raised,
         }
+
+    @property
+    def alarm_delay(self) -> int | None:
+        """Return the windows in a row that raise an alarm: see the class."""
+        return None if self._alarm is None else self._alarm.delay
+
+    @property
+    def false_alarm_interval(self) -> float | None:
+        """Return the mean number of hours between false alarms: see the class."""
+        return None if self._alarm is None else self._alarm.run_length() / self._windows_an_hour
+
+    @property
+    def alarm_state(self) -> str:
+        """Return the state of the alarm, see `MonitorVerdict`."""
+        if self._alarm is None:
+            return "none"
+        if self._alarm.active:
+            return "on"
+        if self.latched:
+            return "latched"
+        return "not yet an alarm" if self._alarm.sum > 0 else "off"
+
+    def acknowledge(self) -> None:
+        """Release a latched alarm.
+
+        The alarm goes off if windows do not keep it on. Otherwise it goes off as without `latch`.
+        The next alarm is latched again.
+        """
+        self.latched = False
 
     def update(
         self, samples: ArrayLike, *, time: float | None = None, rpm: ArrayLike | None = None
@@ -363,11 +433,8 @@ class ConditionMonitor:
         if not math.isnan(table.get("p-value", np.nan)):
             self._p_values.add(p_value_score(table["p-value"]))
         exceeds = None if math.isnan(table["alarm"]) else bool(table["alarm"])
-        alarm, level = None, np.nan
-        if self._alarm is not None:
-            if exceeds is not None:
-                self._alarm.add(exceeds)
-            alarm, level = self._alarm.active, self._alarm.sum / self._alarm.limit
+        if exceeds is not None:
+            self._count(exceeds)
         quality, window_verdict = table["quality"], None
         if quality == "good" and found.refusal[i] != "":
             quality, window_verdict = NO_VERDICT, table["verdict"]
@@ -375,13 +442,26 @@ class ConditionMonitor:
         else:
             if quality == "good":
                 window_verdict = self._add(found, i)
-            verdict, probability = self._condition(alarm)
+            verdict, probability = self._condition()
         self._qualities[quality] += 1
         return MonitorVerdict(
             *(start, end, rpm, quality, table["quality share"]),
             *(window_verdict, verdict, probability),
-            *(exceeds, alarm, level, self._p_value(), table["limits"]),
+            *(exceeds, *self._alarm_and_level()),
+            *(self._p_value(), table["limits"], self.alarm_state),
         )
+
+    def _count(self, exceeds):
+        """Add a window to the cumulative sum."""
+        n_raised = self._alarm.n_raised
+        self._alarm.add(exceeds)
+        if self._latch and self._alarm.n_raised > n_raised:
+            self.latched = True
+
+    def _alarm_and_level(self):
+        if self._alarm is None:
+            return None, np.nan
+        return self._alarm.active or self.latched, self._alarm.sum / self._alarm.limit
 
     def _add(self, found, i):
         """Add the evidence of a window, and return its condition."""
@@ -392,8 +472,10 @@ class ConditionMonitor:
             self._contrasts.add([*found.contrasts[i], found.rpm[i]])
         return self.conditions[int(probabilities.argmax())] if self.conditions else None
 
-    def _condition(self, alarm):
+    def _condition(self):
         """Verdict by the evidence of all recent windows, and its probability."""
+        # A latched alarm is of earlier windows.
+        alarm = None if self._alarm is None else self._alarm.active
         mean = self._evidence.mean()
         if mean is None:
             return None, np.nan
@@ -424,6 +506,7 @@ class ConditionMonitor:
         """
         own = {"settings": dict(self._settings), "seen": self._seen.tolist(), "rpm": self._rpm}
         own |= {"qualities": dict(self._qualities), "varies": self._varies}
+        own["latched"] = self.latched
         return own | {name: part.state() for name, part in self._parts().items()}
 
     def _parts(self):
@@ -464,6 +547,7 @@ class ConditionMonitor:
             for name, n in state["qualities"].items():
                 self._qualities[str(name)] = _memory.check_count(n)
             self._varies = bool(state["varies"])
+            self.latched = self._latch and bool(state["latched"])
             self._rpm = None if state["rpm"] is None else float(state["rpm"])
         # Errors of damaged states are as varied as the damage.
         except Exception as error:

@@ -63,11 +63,12 @@ Parser = RawSamples | TextSamples
 def from_stream(open_stream: Callable[[], Any], parser: Parser) -> Blocks:
     """Yield blocks from a pipe or a device, which is opened without a buffer, until it ends."""
     arrived: queue.Queue[bytes | Exception] = queue.Queue(_READ_AHEAD)
+    is_closed = threading.Event()
 
     def read():
         try:
             with open_stream() as stream:
-                while data := stream.read(_BYTES_AT_A_TIME):
+                while not is_closed.is_set() and (data := stream.read(_BYTES_AT_A_TIME)):
                     arrived.put(data)
             arrived.put(b"")
         except (OSError, ValueError) as error:
@@ -76,17 +77,24 @@ def from_stream(open_stream: Callable[[], Any], parser: Parser) -> Blocks:
     # Opening a named pipe and reading cannot be interrupted, and must not keep the process alive.
     threading.Thread(target=read, daemon=True).start()
     is_end = False
-    while not is_end:
-        try:
-            data = arrived.get(timeout=_STREAM_SECONDS)
-        except queue.Empty:
-            yield None
-            continue
-        if isinstance(data, Exception):
-            raise data
-        is_end = not data
-        for samples, moment in parser.parts(data, is_end=is_end):
-            yield Block(samples, moment, place=[0, 0])
+    try:
+        while not is_end:
+            try:
+                data = arrived.get(timeout=_STREAM_SECONDS)
+            except queue.Empty:
+                yield None
+                continue
+            if isinstance(data, Exception):
+                raise data
+            is_end = not data
+            for samples, moment in parser.parts(data, is_end=is_end):
+                yield Block(samples, moment, place=[0, 0])
+    finally:
+        is_closed.set()
+        # The thread may wait for room.
+        with suppress(queue.Empty):
+            while True:
+                arrived.get_nowait()
 
 
 def from_growing_file(path: Path, parser: Parser, warn: Callable, place: Any = None) -> Blocks:

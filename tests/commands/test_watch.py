@@ -48,8 +48,9 @@ def test_csv_lines_on_standard_input(run, models, fitted, piped):
     code, out, err = run("watch", models[0], "-", "--half-life", 0.5)
     assert code == 0
     assert verdicts_of(out) == expected(fitted, signal, half_life=0.5)
-    heading, summary = err.splitlines()
+    heading, alarm, summary = err.splitlines()
     assert heading.endswith("Healthy: good")
+    assert alarm.startswith("Alarm: after ") and alarm.endswith(" h of signal.")
     last = verdicts_of(out)[-1]
     assert summary.startswith(
         "2050 samples; windows: 10 good; 0 gaps of 0.0 s; 0 alarms; last: 2.0 s, worn, probability "
@@ -314,7 +315,7 @@ def test_a_line_a_second_for_people(run, models, piped, monkeypatch):
     monkeypatch.setattr("skarxlag.commands.watch_stream.time.monotonic", lambda: next(ticks))
     piped(lines_of(sound("good", 450, 3)))
     err = run("watch", models[0], "-", "-v")[2]
-    assert err.splitlines()[1].startswith("0.4 s, good, probability ")
+    assert err.splitlines()[2].startswith("0.4 s, good, probability ")
     assert "alarm off at " in err
 
 
@@ -400,10 +401,12 @@ def test_a_detector_of_several_speeds_asks_for_the_speed(run, fitted, piped, tmp
     assert code == 0 and [v["alarm"] for v in verdicts_of(out)] == [False, False]
 
 
-def test_a_state_of_other_settings_is_refused(run, models, piped, tmp_path):
-    state = tmp_path / "state.json"
-    piped(lines_of(sound("good", 450, 3)))
-    assert run("watch", models[0], "-", "--state", state)[0] == 0
-    piped(b"")
-    code, _, err = run("watch", models[0], "-", "--state", state, "--hop", 50)
-    assert code == 1 and "hop == 200, expected 50" in err
+def test_a_state_of_other_settings_gives_the_place_only(run, models, fitted, tmp_path):
+    path, state = tmp_path / "log.csv", tmp_path / "state.json"
+    samples = sound("good", 900, 3)
+    path.write_bytes(lines_of(samples[:450]))
+    assert run("watch", models[0], path, *IDLE, "--state", state)[0] == 0
+    path.write_bytes(lines_of(samples))
+    code, out, err = run("watch", models[0], path, *IDLE, "--state", state, "--hop", 50)
+    assert code == 0 and "The state is of hop == 200, not of 50. Verdicts and the alarm" in err
+    assert verdicts_of(out) == expected(fitted, samples[450:], hop=50)

@@ -172,6 +172,61 @@ def test_alarm_settings_move_its_limit(make):
     assert limit(hop=20) == limit(hop=20, persistence=0.9) < limit(hop=20, persistence=0.95)
 
 
+def test_the_delay_of_the_alarm_is_stated_or_chosen(make):
+    loud = sound("good", 40 * WINDOW, 4, gain=9.0)
+    for settings in ({}, {"false_alarm_interval": 1.0}, {"alarm_delay": 3}, {"alarm_delay": 1}):
+        monitor = make(**settings)
+        verdicts = monitor.update(loud)
+        assert all(v.exceeds for v in verdicts)
+        assert [v.alarm for v in verdicts].index(True) + 1 == monitor.alarm_delay
+        assert settings.get("alarm_delay", monitor.alarm_delay) == monitor.alarm_delay
+    # The smallest delay that the interval allows.
+    by_interval = make(false_alarm_interval=1.0)
+    assert by_interval.false_alarm_interval >= 1.0
+    assert make(alarm_delay=by_interval.alarm_delay - 1).false_alarm_interval < 1.0
+
+
+def test_the_interval_between_false_alarms_is_that_of_many_runs(make):
+    """Independent windows that exceed at the stated rate, until the alarm goes on."""
+    monitor = make(alarm_delay=2, persistence=0.05)
+    rng, lengths = np.random.default_rng(0), []
+    for _ in range(300):
+        alarm = monitor._new_alarm(np.zeros(4, dtype=int))
+        n = 1
+        while not alarm.add(rng.random() < 0.05):
+            n += 1
+        lengths.append(n)
+    hours = np.array(lengths) * WINDOW / RATE / 3600
+    error = hours.std() / np.sqrt(len(hours))
+    assert monitor.false_alarm_interval == pytest.approx(hours.mean(), abs=4 * error)
+
+
+def test_a_latched_alarm_stays_on_until_it_is_acknowledged(make):
+    calm = sound("good", 40 * WINDOW, 5)
+    signal = np.concatenate([sound("good", 8 * WINDOW, 4, gain=9.0), calm])
+    monitor, plain = make(alarm_delay=3, latch=True), make(alarm_delay=3)
+    verdicts, others = monitor.update(signal), plain.update(signal)
+    states = [v.alarm_state for v in verdicts]
+    assert states[:4] == ["not yet an alarm", "not yet an alarm", "on", "on"]
+    assert states[-1] == monitor.alarm_state == "latched" and monitor.latched
+    assert others[-1].alarm_state == "off" and not others[-1].alarm and not plain.latched
+    assert verdicts[-1].alarm and verdicts[-1].alarm_level == 0.0
+    # The verdict is that of recent windows.
+    assert verdicts[-1].verdict == others[-1].verdict == "good"
+    again = make(alarm_delay=3, latch=True).restore(monitor.state())
+    assert again.latched and again.alarm_state == "latched"
+    assert not make(alarm_delay=3).restore(monitor.state()).latched
+    again.acknowledge()
+    assert again.alarm_state == "off" and not again.update(calm)[-1].alarm
+    # The next alarm is latched again; acknowledged while it is on, it goes off by itself.
+    assert again.update(signal)[-1].alarm_state == "latched"
+    again.acknowledge()
+    assert again.update(signal[: 6 * WINDOW])[-1].alarm_state == "on"
+    again.acknowledge()
+    assert again.alarm_state == "on" and again.update(calm)[-1].alarm_state == "off"
+    assert again.counts["alarms"] == 3
+
+
 def test_calibration_measures_how_often_healthy_windows_exceed(make, detector):
     monitor = make()
     healthy = sound("good", 40_000, 7)
@@ -338,8 +393,8 @@ def test_what_is_no_state_is_refused(make, state):
         b"\xff\xfe",
         pickle.dumps({}),
         b'{"format": "another", "facts": {}, "state": {}}',
-        b'{"format": "skarxlag monitor 7", "facts": 3, "state": {}}',
-        b'{"format": "skarxlag monitor 7", "facts": {}}',
+        b'{"format": "skarxlag monitor 8", "facts": 3, "state": {}}',
+        b'{"format": "skarxlag monitor 8", "facts": {}}',
     ],
     ids=range(8),
 )
@@ -508,12 +563,13 @@ def test_no_samples_are_no_trouble(make):
     [
         {"window_length": 0}, {"hop": 0}, {"half_life": 0.0}, {"half_life": np.nan},
         {"false_alarm_interval": 0.0}, {"persistence": 1.0}, {"persistence": 0.0},
-        {"gap_tolerance": -1.0},
+        {"gap_tolerance": -1.0}, {"alarm_delay": 0}, {"alarm_delay": 1001},
+        {"alarm_delay": 2.5}, {"alarm_delay": True}, {"latch": "yes"},
     ],
     ids=str,
 )  # fmt: skip
 def test_bad_settings_are_named(make, setting):
-    with pytest.raises(ValueError, match=next(iter(setting))):
+    with pytest.raises((ValueError, TypeError), match=next(iter(setting))):
         make(**setting)
 
 
@@ -545,7 +601,8 @@ def test_a_classifier_of_others_names_conditions_and_raises_no_alarm():
     monitor = ConditionMonitor(other, RATE, window_length=WINDOW)
     last = monitor.update(sound("worn", 1000, 6))[-1]
     assert last.verdict == 4 and type(last.verdict) is int
-    assert last.alarm is None and np.isnan(last.alarm_level)
+    assert last.alarm is None and np.isnan(last.alarm_level) and last.alarm_state == "none"
+    assert monitor.alarm_delay is None and monitor.false_alarm_interval is None
     with pytest.raises(ValueError, match="detector == None"):
         monitor.calibrate(sound("good", 1000, 6))
 

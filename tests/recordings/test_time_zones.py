@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from skarxlag import read_recording
-from skarxlag.commands.watch_stream import _iso_date
+from skarxlag.commands.watch_lines import _iso_date
 from skarxlag.recordings.files import recording_start
 
 pytestmark = pytest.mark.skipif(not hasattr(time, "tzset"), reason="Windows has no TZ")

@@ -6,9 +6,8 @@ from skarxlag.monitoring import MonitorVerdict
 
 
 def verdict(time, exceeds, alarm):
-    return MonitorVerdict(
-        0, time, np.nan, "good", 0.0, None, None, np.nan, exceeds, alarm, 0.5, np.nan, "hold"
-    )
+    fields = (0, time, np.nan, "good", 0.0, None, None, np.nan, exceeds, alarm, 0.5, np.nan, "hold")
+    return MonitorVerdict(*fields, alarm_state="on" if alarm else "off")
 
 
 def test_row_separates_the_alarm_that_stays_from_those_that_went_off():

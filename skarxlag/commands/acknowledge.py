@@ -1,0 +1,20 @@
+"""Run ``skarxlag acknowledge``: leave a note for the command watch next to each state."""
+
+import argparse
+
+from ..persistence import load_monitor_state
+from .messages import CommandError, as_command_error, say
+from .watch_stream import acknowledgement
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the command."""
+    with as_command_error():
+        states = {path: load_monitor_state(path)[0] for path in args.states}
+        for path, state in states.items():
+            if state.get("latched") is not True:
+                raise CommandError(f"{path}: there is no latched alarm")
+        for path in states:
+            acknowledgement(path).touch()
+            say(f"{path}: the alarm will be acknowledged when watch looks at it next.")
+    return 0

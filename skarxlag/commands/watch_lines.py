@@ -1,0 +1,155 @@
+"""Lines of JSON that ``skarxlag watch`` writes for one sensor."""
+
+import argparse
+import json
+import math
+import time
+from datetime import UTC, datetime
+from operator import attrgetter
+from typing import Any
+
+from ..monitoring import ConditionMonitor, MonitorVerdict
+from .messages import percent, printable
+from .models import SavedModel
+
+#: What of a verdict is written at once if it differs from the line before.
+_news = attrgetter("verdict", "alarm", "quality")
+#: Range of the seconds since 1970 that are taken for dates, from 1973 to 2096. A clock that counts
+#: from the start of a machine is below it.
+_DATES = (1e8, 4e9)
+#: States of the alarm in which it is on.
+_ON = ("on", "latched")
+
+
+class OutputError(Exception):
+    """Standard output that cannot be written, which no sensor is the reason of."""
+
+
+class SensorLines:
+    """Lines of one sensor, also while it cannot be watched.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        Arguments of the command.
+    name : str
+        Name of the sensor.
+
+    Attributes
+    ----------
+    last : MonitorVerdict or None
+        Verdict on the latest window.
+    """
+
+    def __init__(self, args: argparse.Namespace, name: str) -> None:
+        self._args, self._name = args, printable(name)
+        self._model: SavedModel | None = None
+        self._monitor: ConditionMonitor | None = None
+        self.last: MonitorVerdict | None = None
+        self._written: MonitorVerdict | None = None
+        self._line_at = self._window_at = time.monotonic()
+
+    def begin(self, model: SavedModel, monitor: ConditionMonitor) -> None:
+        """Continue with a model and its monitor."""
+        if self._model is None or model.identity != self._model.identity:
+            self.last = self._written = None
+        self._model, self._monitor = model, monitor
+
+    def add(self, verdict: MonitorVerdict, source: str | None) -> None:
+        """Write the verdict on a window, if it is due."""
+        self.last, self._window_at = verdict, time.monotonic()
+        if self._is_due(verdict):
+            self._written, fields = verdict, verdict._asdict()
+            fields = {"seconds": fields.pop("time")} | fields
+            fields |= {} if source is None else {"source": printable(source)}
+            self._print("verdict", verdict.time, fields)
+
+    def _is_due(self, verdict):
+        every = self._args.every
+        if every is None or self._written is None or _news(verdict) != _news(self._written):
+            return True
+        # A clock that was set back would suppress all lines; times are sums of rounded steps.
+        return not 0 <= verdict.time - self._written.time < every * (1 - 1e-9)
+
+    def beat(self, problem: str | None) -> None:
+        """Write a heartbeat if no line was written for so long.
+
+        Parameters
+        ----------
+        problem : str or None
+            Why the sensor is not watched, or not with the present model.
+        """
+        heartbeat = self._args.heartbeat
+        if heartbeat is not None and time.monotonic() - self._line_at >= heartbeat:
+            self._print("heartbeat", None, self._present() | {"problem": problem})
+
+    def acknowledged(self) -> None:
+        """Write that a latched alarm was acknowledged."""
+        present = self._present()
+        if self.last is not None:
+            states = {name: present[name] for name in ("alarm", "alarm_state")}
+            self.last = self.last._replace(**states)
+        self._print("acknowledged", None, present)
+
+    def _present(self):
+        """Verdict and alarm at present."""
+        state = "none" if self._monitor is None else self._monitor.alarm_state
+        return {
+            "seconds_without_window": round(time.monotonic() - self._window_at, 3),
+            "verdict": self.last and self.last.verdict,
+            "alarm": None if state == "none" else state in _ON,
+            "alarm_state": state,
+        }
+
+    def _print(self, kind, seconds, fields):
+        self._line_at = time.monotonic()
+        line: dict[str, Any] = {"kind": kind, "time": _iso_date(seconds), "sensor": self._name}
+        line["healthy"] = self._model and self._model.healthy
+        line["model"] = self._model and self._model.short_identity
+        line |= fields
+        unknown = [n for n, v in line.items() if isinstance(v, float) and not math.isfinite(v)]
+        text = json.dumps(line | dict.fromkeys(unknown), allow_nan=False)
+        try:
+            print(text, flush=True)
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            raise OutputError(error) from error
+
+
+def _iso_date(seconds):
+    """Seconds since 1970 as ISO 8601 date in UTC; the present if they are no date."""
+    is_date = seconds is not None and _DATES[0] < seconds < _DATES[1]
+    moment = datetime.fromtimestamp(seconds, UTC) if is_date else datetime.now(UTC)
+    return moment.isoformat(timespec="milliseconds")
+
+
+def sentence(verdict: MonitorVerdict) -> str:
+    """Describe a verdict.
+
+    Examples
+    --------
+    >>> first = MonitorVerdict(
+    ...     *(0, 0.5, 900.0, "good", 0.0, "worn", "worn", 0.93, True, False, 0.25, 0.003, "hold"),
+    ...     alarm_state="not yet an alarm",
+    ... )
+    >>> sentence(first)
+    '0.5 s, worn, probability 93.0%, not yet an alarm, at 25%, p-value 0.003'
+    """
+    probability, p_value, state = verdict.probability, verdict.p_value, verdict.alarm_state
+    level = f"at {verdict.alarm_level:.0%}"
+    alarms = {
+        "none": "",
+        "off": f"alarm off {level}",
+        "not yet an alarm": f"not yet an alarm, {level}",
+        "on": f"alarm ON {level}",
+        "latched": f"alarm latched, {level}",
+    }
+    parts = {
+        f"{verdict.time:.1f} s, {verdict.verdict or 'no verdict'}": True,
+        f"probability {percent(probability)}": not math.isnan(probability),
+        alarms[state]: state != "none",
+        f"p-value {p_value:.2g}": not math.isnan(p_value),
+        f"no signal: {verdict.quality}": verdict.quality != "good",
+    }
+    return ", ".join(text for text, is_known in parts.items() if is_known)

@@ -1,0 +1,188 @@
+"""Sensors that one ``skarxlag watch`` follows, from a table or alone."""
+
+import argparse
+import time
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..recordings.listing import channel_names, speed_facts
+from ..recordings.speeds import TACHO, read_texts
+from .arguments import refuse
+from .messages import CommandError, UsageError, as_command_error, say
+from .watch_sensor import ModelFiles, Sensor, file_version
+
+_NEEDED, _FURTHER = ["name", "source", "model"], ["channel", "rpm"]
+
+
+class ListedSensor(NamedTuple):
+    """Line of the table.
+
+    Parameters
+    ----------
+    key : str
+        Name of the sensor; of a line without a unique name, its number after a slash, which no name
+        contains.
+    args : argparse.Namespace
+        Arguments of the command for the sensor.
+    mistake : str or None
+        Why the line cannot be used.
+    """
+
+    key: str
+    args: argparse.Namespace
+    mistake: str | None
+
+
+def listed_sensors(args: argparse.Namespace) -> list[ListedSensor]:
+    """Read the table in the arguments.
+
+    Raises
+    ------
+    CommandError, FileNotFoundError, ValueError
+        If the table cannot be read or has other columns.
+    UsageError
+        If an option is given that a column of the table replaces.
+    """
+    path, table = args.model, read_texts(args.model)
+    if not {*_NEEDED} <= {*table} <= {*_NEEDED, *_FURTHER} or table.empty:
+        expected = f"{', '.join(_NEEDED)}, and if needed {', '.join(_FURTHER)}"
+        found = f"{len(table)} sensors with the columns {', '.join(table)}"
+        raise CommandError(f"{path}: {found}; expected {expected}")
+    refuse(args, ["sensor"], f"{path} has a column name")
+    if "rpm" in table:
+        refuse(args, ["rpm_column"], f"{path} has a column rpm")
+    is_repeated = table["name"].duplicated(keep=False)
+    return [
+        _listed(args, row, f"line {line + 2}", is_repeated[line])
+        for line, row in enumerate(table.to_dict("records"))
+    ]
+
+
+def _listed(args, row, line, is_repeated):
+    path, name, source = args.model, row["name"], row["source"]
+    key, where, mistake = name, f"{path}, {line}", None
+    own: dict[str, Any] = {"sensor": name, "model": path.parent / row["model"]}
+    own["source"] = str(path.parent / source)
+    own["state"] = args.state and args.state / f"{name}.json"
+    if row.get("channel"):
+        own["channel"] = channel_names(row["channel"])
+    if not name or Path(name).name != name or is_repeated:
+        mistake = f"{where}: name {name!r}, expected a unique name without slashes"
+        key, own["sensor"] = f"/{line}", line
+    elif source in ("", "-"):
+        mistake = f"{where}: source {source!r}, expected a file or a folder"
+    elif not row["model"]:
+        mistake = f"{where}: model '', expected a file"
+    elif rpm := row.get("rpm"):
+        try:
+            own["rpm"] = speed_facts(where, rpm)
+        except ValueError as error:
+            mistake = str(error)
+    return ListedSensor(key, argparse.Namespace(**vars(args) | own), mistake)
+
+
+class Plant:
+    """Sensors that are watched together.
+
+    Those of a table are started, restarted or ended when their lines have changed.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        Arguments of the command. Without a source, its model is a table.
+    """
+
+    def __init__(self, args: argparse.Namespace) -> None:
+        self._args, self._models = args, ModelFiles()
+        self._sensors: dict[str, Sensor] = {}
+        self._has_failed = False
+        if args.source is not None:
+            _check_pulses(args, [args])
+            self._sensors[""] = Sensor(args, self._models, is_alone=True)
+            return
+        with as_command_error():
+            if args.state is not None:
+                args.state.mkdir(parents=True, exist_ok=True)
+            self._read()
+
+    def _read(self):
+        """Read the table, and start, restart or end sensors by their lines."""
+        version = file_version(self._args.model)
+        listed = listed_sensors(self._args)
+        _check_pulses(self._args, [each.args for each in listed])
+        lines = {each.key: each for each in listed}
+        for key, sensor in [*self._sensors.items()]:
+            line = lines.get(key)
+            if line is not None and (sensor.args, sensor.mistake) == line[1:]:
+                del lines[key]
+            elif line is not None and sensor.is_pipe:
+                sensor.say("a pipe or a device cannot be opened again; its line was not read")
+                del lines[key]
+            else:
+                sensor.save()
+                sensor.finish()
+                del self._sensors[key]
+        for line in lines.values():
+            self._sensors[line.key] = Sensor(line.args, self._models, mistake=line.mistake)
+        self._version = version
+        self._look_at = time.monotonic() + self._args.retry
+
+    def _look(self):
+        """Read the table if it has changed."""
+        if self._args.source is not None or time.monotonic() < self._look_at:
+            return
+        try:
+            with as_command_error():
+                if file_version(self._args.model) != self._version:
+                    self._read()
+            self._has_failed = False
+        except (CommandError, UsageError) as error:
+            if not self._has_failed:
+                say(f"error: {error}; the sensors are watched as before")
+            self._has_failed = True
+        self._look_at = time.monotonic() + self._args.retry
+
+    def start(self) -> None:
+        """Start all sensors."""
+        for sensor in self._sensors.values():
+            sensor.look()
+
+    def follow(self, signals: list[Any]) -> None:
+        """Watch until all sources have ended, nothing new has come for long, or a signal came.
+
+        Parameters
+        ----------
+        signals : list
+            Signals so far. They end the command where a later run can continue.
+        """
+        args, since = self._args, time.monotonic()
+        while watched := [each for each in self._sensors.values() if _is_watched(each, signals)]:
+            is_news = [sensor.step() for sensor in watched]
+            if any(is_news):
+                since = time.monotonic()
+            elif args.idle is not None and time.monotonic() - since >= args.idle:
+                break
+            elif not signals and not any(sensor.has_ended for sensor in watched):
+                time.sleep(args.poll)
+            if not signals:
+                self._look()
+
+    def save(self) -> None:
+        """Save all states."""
+        for sensor in self._sensors.values():
+            sensor.save()
+
+    def finish(self) -> bool:
+        """Print all summaries, and return whether a problem remains."""
+        for sensor in self._sensors.values():
+            sensor.finish()
+        return self._has_failed or any(each.problem for each in self._sensors.values())
+
+
+def _is_watched(sensor, signals):
+    return not sensor.has_ended and not (signals and sensor.is_at_place)
+
+
+def _check_pulses(args, sensors):
+    if not any("speed_source" in each.rpm for each in sensors):
+        refuse(args, ["pulses_per_turn"], f"belongs to --rpm {TACHO}CHANNEL")
