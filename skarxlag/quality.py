@@ -283,7 +283,7 @@ def _first_failed(checks, n_windows):
 
 
 def _ramps(windows, trendless):
-    """Whether signals are straight lines, but for two of their steps."""
+    """Return whether signals are straight lines, but for two of their steps."""
     step = np.ptp(windows, axis=1) / (windows.shape[1] - 1)
     is_straight = np.abs(trendless).max(axis=1) <= _RAMP_STEPS * step
     return is_straight & (windows.shape[1] >= _SHORTEST_COARSE)

@@ -101,7 +101,7 @@ class _Samples:
 
     @property
     def advice(self) -> str:
-        """What a user should do if the number of channels is wrong."""
+        """Advice for the user if the number of channels is wrong."""
         return "--channel chooses"
 
     @property
@@ -319,7 +319,7 @@ class TextSamples(_Samples):
 
     @property
     def advice(self) -> str:
-        """What a user should do if the number of channels is wrong."""
+        """Advice for the user if the number of channels is wrong."""
         return (self._layout and self._layout.advice) or super().advice
 
     def begin(self, head: bytes = b"") -> None:

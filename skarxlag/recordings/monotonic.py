@@ -37,6 +37,6 @@ class Direction:
 
     @property
     def is_monotonic(self) -> bool:
-        """Whether nearly all steps have the same direction."""
+        """True if nearly all steps have the same direction."""
         n_steps = self._n_up + self._n_down
         return n_steps >= _FEWEST_STEPS and max(self._n_up, self._n_down) > _ONE_WAY * n_steps

@@ -101,6 +101,12 @@ def test_watch_reads_the_channel_of_the_model(run, plant, model, piped):
     piped(raw)
     code, out, err = run("watch", model, "-", "--dtype", "(3,)<f4", "--channel", "1")
     assert verdicts_of(out)[-1]["verdict"] == "good"
+    piped(raw)
+    code, out, err = run("watch", model, "-", "--dtype", "(3,)<f4")
+    if load_diagnoser(model)[1]["channels"] == ["1"]:
+        assert code == 0 and verdicts_of(out)[-1]["verdict"] == "good"
+    else:
+        assert code == 1 and "3 channels, expected 1; --channel chooses" in err
 
 
 def test_watch_of_a_folder_reads_the_channel_of_the_model(run, plant, model, tmp_path):

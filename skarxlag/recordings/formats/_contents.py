@@ -83,7 +83,7 @@ class Contents:
     refused : dict of str to str
         Arrays that are not channels, such as square matrices, and the reason.
     advice : str
-        What a user who has to choose a channel should know, else empty.
+        Advice for a user who has to choose a channel, else empty.
     """
 
     channels: dict[str, Channel]
