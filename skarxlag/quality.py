@@ -31,7 +31,7 @@ _FEWEST_LEVELS = 8
 _SHORTEST_COARSE = 64
 #: Share of samples that may lie at the two extremes: Gaussian noise that is clipped beyond 2.33
 #: standard deviations is accepted. A clipped signal has this many times as many samples there as
-#: within `_NEAR` of its range, or one step of its converter, of them. A quantised sine has as many.
+#: within `_NEAR` of its range, or one step, of them. A quantised sine has about as many near them.
 _CLIPPED, _PILED_UP, _NEAR = 0.02, 3, 0.01
 #: Steps of more than `_LEAP` of the range are leaps. They come from wrapping round if linear
 #: prediction of this order misses some of them by `_UNFORESEEN` of the range, and if some samples
@@ -52,7 +52,7 @@ _KAISER = 18
 #: that `LogSpectra` identifies has a ridge of this size, and does not see such bands.
 _EMPTY = 1e-9
 #: Share of the bands that may be empty. Signals at four times the rate that they need, and those of
-#: sensors behind low-pass filters, are accepted. A sine without noise fills 4 %.
+#: sensors behind low-pass filters, are accepted. A sine without noise fills 6 %.
 _MOST_EMPTY = 0.8
 #: Frequencies in Hz, and the share of the energy that a sine there may have: one of up to 20 dB
 #: above the rest is accepted.

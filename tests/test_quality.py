@@ -435,3 +435,22 @@ def test_hum_whose_frequency_wanders_is_found_at_any_length(minute, seconds):
     phase = 2 * np.pi * 50 * time + 3 * np.sin(2 * np.pi * time / 20)
     humming = minute[: len(time)] + 100 * minute.std() * np.sin(phase)
     assert one(humming, sampling_rate=RATE) == "hum"
+
+
+@pytest.mark.parametrize(("decibel", "kind"), [(-80, "good"), (-100, "band missing")])
+def test_a_band_is_empty_from_90_decibels_below_the_mean_on(decibel, kind):
+    noise = np.random.default_rng(5).normal(size=(2, 20_000))
+    narrow = below(noise[:1], 0.1)[0]
+    # Its density is ten times the mean of all bands.
+    white = noise[1] * np.sqrt(0.1) * 10 ** (decibel / 20)
+    assert one(narrow + white) == kind
+
+
+def test_fewer_than_512_samples_have_no_missing_band():
+    sine = np.sin(0.3 * np.arange(512))
+    assert one(sine) == "band missing" and one(sine[:511]) == "good"
+
+
+def test_the_share_of_missing_bands():
+    quality, share = signal_quality([np.sin(0.3 * np.arange(5000))], return_share=True)
+    assert quality == ["band missing"] and share[0] == pytest.approx(0.94, abs=0.01)

@@ -27,7 +27,7 @@ from .models import DIAGNOSERS, of_outputs
 from .refused_rows import (
     check_speeds_of_recordings,
     leave_out_silent,
-    orders_do_not_count,
+    why_no_orders,
     why_windows,
 )
 
@@ -92,8 +92,9 @@ def run(args: argparse.Namespace) -> int:
     print(*left_out, sep="\n", end="\n" * len(left_out))
     print(f"{rows.capitalize()} of {X.shape[-1]} samples, {seconds:.3g} s at {rate:g} Hz{turns}")
     print(counts.to_string())
-    if rows == "stretches" and rpm is not None and not answers(diagnoser).is_stretch:
-        notes.append(f"Note: {orders_do_not_count(X.shape[-1], rate, rpm.min())}.")
+    slowest = None if rpm is None else rpm.min()
+    if kind == "stretches" and (reason := why_no_orders(X.shape[-1], rate, slowest)):
+        notes.append(f"Note: {reason}")
     is_asked = args.window_length or args.hop or args.max_windows or args.diagnoser in DIAGNOSERS
     if rows == "windows" and not is_asked:
         notes.append(why_windows(rig, X.shape[-1], _SECONDS, _TURNS))

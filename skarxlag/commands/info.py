@@ -14,6 +14,7 @@ from ..speeds import LEAST_TURNS
 from .files import is_model_file
 from .messages import as_command_error
 from .models import SavedModel
+from .refused_rows import compares_orders
 from .results import records
 
 #: Units of facts.
@@ -72,13 +73,14 @@ def limits(model: SavedModel) -> list[str]:
 
 
 def _order_limits(model):
-    """Yield below which speed a stretch is too short for orders, or that it always is."""
-    if not model.can.is_stretch:
-        if model.facts.get("rows") == "stretches":
-            yield "It compares no orders, because its stretches are too short."
+    """Yield below which speed a stretch is too short for order spectra, or that it always is."""
+    if not compares_orders(model.diagnoser):
+        if model.facts["diagnoser"] == "stretches" and not model.can.is_stretch:
+            yield "It compares no order spectra, because its stretches are too short."
     elif model.sampling_rate is not None and model.window_length is not None:
         lowest = 60 * LEAST_TURNS * model.sampling_rate / model.window_length
-        yield f"Orders do not count below {lowest:.3g} rpm: a stretch needs {LEAST_TURNS} turns."
+        needs = f"a stretch needs {LEAST_TURNS} turns"
+        yield f"It compares no order spectra below {lowest:.3g} rpm: {needs}."
 
 
 def limits_basis(model: Any, rows: str) -> str:

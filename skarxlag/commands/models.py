@@ -28,7 +28,7 @@ from ..verdicts import CHANGED, HOLD, NO_SIGNAL, NONE_OF_THESE, Judge
 from .channels import channel_remarks, channels_of_model
 from .diagnosis import Diagnosis, cancelled
 from .messages import CommandError, as_command_error, listed, printable
-from .refused_rows import orders_do_not_count
+from .refused_rows import compares_orders, why_no_orders
 
 #: Titles and makers of the diagnosers that `evaluate` compares, in the order of its tables.
 DIAGNOSERS = {
@@ -145,11 +145,10 @@ class SavedModel:
             remarks.append(f"No comb of bearing {self.facts['bearing']} shows a fault.")
         if sampling_rate is None and self.sampling_rate is not None:
             remarks.append(f"No sampling rate is stated; {self.sampling_rate:g} Hz was assumed.")
-        if self.can.is_stretch and recording.rpm is not None:
-            slowest = windows["rpm"].min() if "rpm" in windows else recording.rpm
-            rate = sampling_rate or self.sampling_rate
-            if reason := orders_do_not_count(length, rate, slowest):
-                remarks.append(f"{reason}.")
+        slowest = windows["rpm"].min() if "rpm" in windows else recording.rpm
+        reason = why_no_orders(length, sampling_rate or self.sampling_rate, slowest)
+        if reason and compares_orders(self.diagnoser):
+            remarks.append(reason)
         if recording.rpm is None and self.can.is_stretch and self.train_rpm:
             remarks.append("The speed is not stated. Speeds near those of fit were searched.")
         return Diagnosis(verdict, windows, sampling_rate, remarks)

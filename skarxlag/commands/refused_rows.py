@@ -7,8 +7,10 @@ import pandas as pd
 from numpy.typing import NDArray
 from sklearn.utils import Bunch
 
+from ..fusion import SensorFusion
 from ..quality import quality_of_outputs
 from ..speeds import LEAST_TURNS, TURNS_LEFT
+from ..stretches import order_comparison
 from .messages import CommandError
 
 #: Turns that the longest recording at a speed holds at least. Fewer come from a wrong unit.
@@ -35,7 +37,7 @@ def check_speeds_of_recordings(source: Any, rig: Bunch) -> None:
     Examples
     --------
     >>> rig = Bunch(rpm=np.array([1.0, 1.0]), start=np.array([0, 500]), sampling_rate=100.0,
-    ...             data=np.zeros((2, 500)), recording=np.array(["run", "run"]))
+    ...             data=np.zeros((2, 500)), recording=np.array(["run", "run"]), profiles={})
     >>> check_speeds_of_recordings("table.csv", rig)
     Traceback (most recent call last):
         ...
@@ -45,14 +47,16 @@ def check_speeds_of_recordings(source: Any, rig: Bunch) -> None:
     if rig.rpm is None:
         return
     ends = (rig.start + rig.data.shape[-1]) / rig.sampling_rate
-    turns = pd.Series(ends * rig.rpm / 60)
-    longest = turns.groupby(rig.rpm).idxmax()
-    for row in longest:
-        if turns[row] < _FEWEST_TURNS:
-            found = f"rpm is {rig.rpm[row]:g}, at which the {ends[row]:.3g} s of the recording"
+    rows = pd.DataFrame({"name": rig.recording, "rpm": rig.rpm, "seconds": ends})
+    # A run-up may begin at rest.
+    stated = rows[~rows["name"].isin(list(rig.profiles))]
+    longest = stated.loc[stated.groupby("rpm")["seconds"].idxmax()]
+    for name, rpm, seconds in longest.itertuples(index=False):
+        turns = seconds * rpm / 60
+        if turns < _FEWEST_TURNS:
+            found = f"rpm is {rpm:g}, at which the {seconds:.3g} s of the recording"
             expected = "expected revolutions per minute. If the speed is right, leave it out"
-            name = rig.recording[row]
-            raise CommandError(f"{source}: {name}: {found} are {turns[row]:.3g} turns; {expected}")
+            raise CommandError(f"{source}: {name}: {found} are {turns:.3g} turns; {expected}")
 
 
 def leave_out_silent(
@@ -135,15 +139,25 @@ def why_windows(rig: Bunch, window_length: int, seconds: float, n_turns: float) 
     return f"Note: windows, not stretches: {found}."
 
 
-def orders_do_not_count(n_samples: int, sampling_rate: float | None, rpm: float | None) -> str:
-    """Return why the orders of a stretch do not count, or an empty text if they do.
+def compares_orders(model: Any) -> bool:
+    """Return whether a fitted model compares order spectra."""
+    if isinstance(model, SensorFusion):
+        return compares_orders(model.estimators_[0])
+    try:
+        return order_comparison(model)[1] is not None
+    except ValueError:
+        return False
+
+
+def why_no_orders(n_samples: int, sampling_rate: float | None, rpm: float | None) -> str:
+    """Return why the order spectra of a stretch are not compared, or an empty text if they are.
 
     Examples
     --------
-    >>> orders_do_not_count(6000, 10_000.0, 900.0)
+    >>> why_no_orders(6000, 10_000.0, 900.0)
     ''
-    >>> orders_do_not_count(6000, 10_000.0, 150.0)
-    'Orders do not count: 0.6 s are 1.5 turns at 150 rpm, and it takes 3'
+    >>> why_no_orders(6000, 10_000.0, 150.0)
+    'Order spectra are not compared: 0.6 s are 1.5 turns at 150 rpm, and it takes 3.'
     """
     if sampling_rate is None or rpm is None:
         return ""
@@ -152,4 +166,4 @@ def orders_do_not_count(n_samples: int, sampling_rate: float | None, rpm: float 
     if not turns < TURNS_LEFT:
         return ""
     found = f"{seconds:.3g} s are {turns:.3g} turns at {rpm:g} rpm"
-    return f"Orders do not count: {found}, and it takes {LEAST_TURNS}"
+    return f"Order spectra are not compared: {found}, and it takes {LEAST_TURNS}."

@@ -80,22 +80,30 @@ def test_a_condition_without_any_signal_is_an_error(run, workshop):
 def test_it_is_said_at_which_speeds_orders_do_not_count(run, workshop):
     code, out, _ = run(*fit(workshop))
     assert code == 0 and "0.6 s at 8000 Hz, 5 turns at 500 rpm" in out
-    assert "do not count" not in out
+    assert "Order spectra" not in out
     model = workshop / "bearing.skops"
-    assert "Orders do not count below 300 rpm: a stretch needs 3 turns." in run("info", model)[1]
+    assert "no order spectra below 300 rpm: a stretch needs 3 turns." in run("info", model)[1]
     arguments = ("diagnose", model, workshop / "outer_0.npy", "--sampling-rate", RATE, "--rpm")
     code, out, _ = run(*arguments, 300)
-    assert code == 0 and "do not count" not in out
+    assert code == 0 and "Order spectra" not in out
     code, out, _ = run(*arguments, 150)
-    assert "Orders do not count: 0.6 s are 1.5 turns at 150 rpm, and it takes 3." in out
+    found = "0.6 s are 1.5 turns at 150 rpm, and it takes 3."
+    assert f"Order spectra are not compared: {found}" in out
+    # A detector compares none.
+    run(*fit(workshop, "--diagnoser", "detector"))
+    assert "order spectra" not in run("info", model)[1]
+    assert "Order spectra" not in run(*arguments, 150)[1]
 
 
 def test_fit_says_that_its_stretches_are_too_short_for_orders(run, workshop):
     options = ("--diagnoser", "stretches", "--window-length", 2000)
     code, out, _ = run(*fit(workshop, *options))
-    assert code == 0 and "Note: Orders do not count: 0.25 s are 2.08 turns at 500 rpm" in out
+    assert (
+        code == 0
+        and "Note: Order spectra are not compared: 0.25 s are 2.08 turns at 500 rpm" in out
+    )
     said = run("info", workshop / "bearing.skops")[1]
-    assert "It compares no orders, because its stretches are too short." in said
+    assert "It compares no order spectra, because its stretches are too short." in said
 
 
 def test_fit_says_why_it_takes_windows(run, workshop):
@@ -139,3 +147,12 @@ def test_a_speed_at_which_nothing_turns_is_refused(run, workshop):
         code, _, err = run(*fit(workshop, *options, table="other.csv"))
         assert code == 1 and "outer_1.npy: rpm is 1, at which the 1." in err
         assert "expected revolutions per minute. If the speed is right, leave it out" in err
+
+
+def test_a_run_up_may_begin_at_rest(run, workshop):
+    log = "time,rpm\n0,0\n1.3,1000\n"
+    (workshop / "speeds.csv").write_text(log)
+    text = (workshop / "table.csv").read_text()
+    (workshop / "run_up.csv").write_text(text.replace(",500,", ",speeds.csv,"))
+    code, out, err = run(*fit(workshop, "--window-length", 500, table="run_up.csv"))
+    assert code == 0 and "outer" in counts(out), err
