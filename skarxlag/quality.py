@@ -31,7 +31,7 @@ _FEWEST_LEVELS = 8
 _SHORTEST_COARSE = 64
 #: Share of samples that may lie at the two extremes: Gaussian noise that is clipped beyond 2.33
 #: standard deviations is accepted. A clipped signal has this many times as many samples there as
-#: within `_NEAR` of its range, or one step of its converter, of them. A quantised sine has as many.
+#: within `_NEAR` of its range, or one step, of them. A quantised sine has about as many near them.
 _CLIPPED, _PILED_UP, _NEAR = 0.02, 3, 0.01
 #: Steps of more than `_LEAP` of the range are leaps. They come from wrapping round if linear
 #: prediction of this order misses some of them by `_UNFORESEEN` of the range, and if some samples

@@ -1,4 +1,4 @@
-"""Run ``skarxlag acknowledge``: acknowledge latched alarms."""
+"""Run ``skarxlag acknowledge``: leave a note for the command watch next to each state."""
 
 import argparse
 

@@ -13,8 +13,7 @@ from scipy.signal import welch
 from sklearn.base import clone
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.ensemble import RandomForestClassifier
-from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import FunctionTransformer, scale
+from sklearn.preprocessing import scale
 from sklearn.utils import Bunch
 
 from .._answers import offers, requests
@@ -104,7 +103,8 @@ def _rig_cases(args):
 
     A case is a rig with further entries: ``title``; ``stem`` of its files; ``splits``, which are
     the rows of a training and of its test, the protocol, and the speed of the training if there is
-    one; ``methods``, the diagnosers to compare; ``recommended``, the name of one of them;
+    one; ``methods``, the diagnosers to compare; ``spectra``, the rows of those that take spectra
+    instead of windows, by name; ``recommended``, the name of one of them;
     ``protocols``, the titles of those across speeds; ``sentences`` on what is not measured; and
     ``note``, a sentence on the recordings of a table.
     """
@@ -136,7 +136,7 @@ def _rig_case(args, title, stem, rig, train_rpm):
     ]
     methods = {name: make(healthy=rig.target_names[0]) for name, make in DIAGNOSERS.values()}
     case = {"title": title, "stem": stem, "methods": methods, "note": "", "protocols": _HALVES}
-    case["recommended"] = DIAGNOSERS["diagnoser"][0]
+    case |= {"recommended": DIAGNOSERS["diagnoser"][0], "spectra": {}}
     usable = np.ones(len(rig.target), dtype=bool)
     further, case["sentences"] = _further_splits(rig, usable, halves=True)
     if wanted != "all":
@@ -178,12 +178,18 @@ def _own_case(args):
     diagnoser = make_diagnoser(sampling_rate=float(rig.sampling_rate))
     methods = {
         "make_diagnoser": of_outputs(args, diagnoser),
-        "log spectrum + LDA": _peer(256, LinearDiscriminantAnalysis()),
-        "band energies + forest": _peer(64, RandomForestClassifier(random_state=0)),
+        "log spectrum + LDA": LinearDiscriminantAnalysis(),
+        "band energies + forest": RandomForestClassifier(random_state=0),
+    }
+    # Spectra do not depend on the training, so all tests share them.
+    spectra = {
+        "log spectrum + LDA": log_spectrum(rig.data, nperseg=256),
+        "band energies + forest": log_spectrum(rig.data, nperseg=64),
     }
     note = _CAMPAIGNS if "campaign" in rig.further else _NO_CAMPAIGNS
     case = {"title": str(args.table), "stem": args.table.resolve().stem, "speeds": speeds}
     case |= {"methods": methods, "recommended": "make_diagnoser", "protocols": _SPEEDS}
+    case["spectra"] = spectra
     further, case["sentences"] = _further_splits(rig, errors == "", halves=False)
     return Bunch(**rig | case, splits=splits + further, note=note)
 
@@ -217,11 +223,6 @@ def _own_splits(rig, usable):
             yield train, test, protocol, float(speed) if protocol == "in" else np.nan
 
 
-def _peer(nperseg, classifier):
-    spectrum = FunctionTransformer(log_spectrum, kw_args={"nperseg": nperseg})
-    return make_pipeline(spectrum, classifier)
-
-
 def log_spectrum(X: NDArray[Any], nperseg: int) -> NDArray[Any]:
     """Compute the log power spectrum of the output at unit RMS, by Welch's method.
 
@@ -242,7 +243,8 @@ def _verdicts(case, n_jobs, progress, bar):
     for name, diagnoser in case.methods.items():
         with parallel_config("threading", n_jobs=n_jobs):
             parallel = Parallel(return_as="generator")
-            tested = parallel(task(clone(diagnoser), case, *split[:2]) for split in case.splits)
+            X = case.spectra.get(name, case.data)
+            tested = parallel(task(clone(diagnoser), X, case, *split[:2]) for split in case.splits)
             for number, (frame, split) in enumerate(zip(tested, case.splits, strict=True)):
                 facts = {"split": number, "protocol": split[2], "train_rpm": split[3]}
                 frames.append(frame.assign(diagnoser=name, **facts))
@@ -256,21 +258,21 @@ def _verdicts(case, n_jobs, progress, bar):
     return verdicts.join(rows.rename(columns={"rpm": "test_rpm"})).reset_index(drop=True)
 
 
-def _test(diagnoser, case, train, test):
-    """Fit a diagnoser on some rows, and return its verdicts on others."""
+def _test(diagnoser, X, case, train, test):
+    """Fit a diagnoser on some rows of X, and return its verdicts on others."""
     params = {"rpm": case.speeds, "specimen": case.get("specimen")}
     given = {name: value for name, value in params.items() if value is not None}
 
     def of_rows(method, rows):
         return {name: given[name][rows] for name in given if requests(diagnoser, method, name)}
 
-    diagnoser.fit(case.data[train], case.target[train], **of_rows("fit", train))
-    X, asked = case.data[test], of_rows("predict", test)
+    diagnoser.fit(X[train], case.target[train], **of_rows("fit", train))
+    tested, asked = X[test], of_rows("predict", test)
     if offers(diagnoser, "diagnose"):
-        found = diagnoser.diagnose(X, **asked)
+        found = diagnoser.diagnose(tested, **asked)
         predicted, probability = found.verdict, found.probability
     else:
-        predicted, probability = diagnoser.predict(X), diagnoser.predict_proba(X)
+        predicted, probability = diagnoser.predict(tested), diagnoser.predict_proba(tested)
     true = case.target[test]
     columns = protocols.place_columns(true, diagnoser.classes_, probability)
     return pd.DataFrame({"true": true, "predicted": predicted, **columns}, index=test)

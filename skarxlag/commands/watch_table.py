@@ -1,12 +1,14 @@
 """Sensors that one ``skarxlag watch`` follows, from a table or alone."""
 
 import argparse
+import csv
 import time
+from collections import Counter
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..recordings.listing import channel_names, speed_facts
-from ..recordings.speeds import TACHO, read_texts
+from ..recordings.speeds import TACHO
 from .arguments import refuse
 from .messages import CommandError, UsageError, as_command_error, say
 from .watch_sensor import ModelFiles, Sensor, file_version
@@ -43,33 +45,74 @@ def listed_sensors(args: argparse.Namespace) -> list[ListedSensor]:
     UsageError
         If an option is given that a column of the table replaces.
     """
-    path, table = args.model, read_texts(args.model)
-    if not {*_NEEDED} <= {*table} <= {*_NEEDED, *_FURTHER} or table.empty:
+    path = args.model
+    columns, lines = _parsed(path)
+    if not {*_NEEDED} <= {*columns} <= {*_NEEDED, *_FURTHER} or not lines:
         expected = f"{', '.join(_NEEDED)}, and if needed {', '.join(_FURTHER)}"
-        found = f"{len(table)} sensors with the columns {', '.join(table)}"
+        found = f"{len(lines)} sensors with the columns {', '.join(columns)}"
         raise CommandError(f"{path}: {found}; expected {expected}")
     refuse(args, ["sensor"], f"{path} has a column name")
-    if "rpm" in table:
+    if "rpm" in columns:
         refuse(args, ["rpm_column"], f"{path} has a column rpm")
-    is_repeated = table["name"].duplicated(keep=False)
-    return [
-        _listed(args, row, f"line {line + 2}", is_repeated[line])
-        for line, row in enumerate(table.to_dict("records"))
-    ]
+    rows = {
+        number: dict(zip(columns, fields, strict=True))
+        for number, fields in lines.items()
+        if len(fields) == len(columns)
+    }
+    names = Counter(row["name"] for row in rows.values())
+    listed = []
+    for number, fields in lines.items():
+        row = rows.get(number)
+        if row is None:
+            mistake = f"{path}, line {number}: {len(fields)} fields, expected {len(columns)}"
+            listed.append(_mistaken(args, number, mistake))
+        else:
+            listed.append(_listed(args, row, number, names[row["name"]] > 1))
+    return listed
 
 
-def _listed(args, row, line, is_repeated):
+def _parsed(path):
+    """Return the columns of a table, and the fields of each line by its number.
+
+    Each line is parsed by itself, so that a quote that is not closed spoils no other line.
+    """
+    first, *lines = path.read_bytes().splitlines() or [b""]
+    try:
+        header = first.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise CommandError(f"{path}: cannot be read as a csv table ({error})") from error
+    separator = max(",;\t", key=header.count)
+    found = {}
+    for number, line in enumerate(lines, start=2):
+        if line.strip():
+            found[number] = _fields(line.decode(errors="backslashreplace"), separator)
+    return _fields(header, separator), found
+
+
+def _fields(line, separator):
+    try:
+        return next(csv.reader([line], delimiter=separator), [])
+    except csv.Error:
+        return []
+
+
+def _mistaken(args, number, mistake):
+    own = {"sensor": f"line {number}"}
+    return ListedSensor(f"/{number}", argparse.Namespace(**vars(args) | own), mistake)
+
+
+def _listed(args, row, number, is_repeated):
     path, name, source = args.model, row["name"], row["source"]
-    key, where, mistake = name, f"{path}, {line}", None
+    where, mistake = f"{path}, line {number}", None
+    if not name or Path(name).name != name or is_repeated:
+        mistake = f"{where}: name {name!r}, expected a unique name without slashes"
+        return _mistaken(args, number, mistake)
     own: dict[str, Any] = {"sensor": name, "model": path.parent / row["model"]}
     own["source"] = str(path.parent / source)
     own["state"] = args.state and args.state / f"{name}.json"
     if row.get("channel"):
         own["channel"] = channel_names(row["channel"])
-    if not name or Path(name).name != name or is_repeated:
-        mistake = f"{where}: name {name!r}, expected a unique name without slashes"
-        key, own["sensor"] = f"/{line}", line
-    elif source in ("", "-"):
+    if source in ("", "-"):
         mistake = f"{where}: source {source!r}, expected a file or a folder"
     elif not row["model"]:
         mistake = f"{where}: model '', expected a file"
@@ -78,7 +121,7 @@ def _listed(args, row, line, is_repeated):
             own["rpm"] = speed_facts(where, rpm)
         except ValueError as error:
             mistake = str(error)
-    return ListedSensor(key, argparse.Namespace(**vars(args) | own), mistake)
+    return ListedSensor(name, argparse.Namespace(**vars(args) | own), mistake)
 
 
 class Plant:

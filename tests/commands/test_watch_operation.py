@@ -144,6 +144,32 @@ def test_a_sensor_is_not_tried_again_too_soon(run, plant, during):
     assert code == 1 and of_kind(out).keys() == {"a", "c"} and "tried again every 60 s" in err
 
 
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        (b"b,1.csv,0.skops", "line 3: 3 fields, expected 4"),
+        (b"b,1.csv,0.skops,900,", "line 3: 5 fields, expected 4"),
+        (b'"b,1.csv,0.skops,900', "line 3: 1 fields, expected 4"),
+        (b"b," + bytes(200_000) + b",0.skops,900", "line 3: 0 fields, expected 4"),
+        (b"b,caf\xe9.csv,0.skops,900", "caf\\xe9.csv: no such file or folder"),
+    ],
+    ids=["few", "many", "quote", "long", "latin"],
+)
+def test_a_line_that_cannot_be_parsed_spoils_no_other(run, plant, line, message):
+    lines = plant.read_bytes().splitlines()
+    lines[2] = line
+    plant.write_bytes(b"\r\n".join(lines))
+    code, out, err = run("watch", plant, *IDLE)
+    assert code == 1 and of_kind(out).keys() == {"a", "c"} and "Traceback" not in err
+    (error,) = (each for each in err.splitlines() if "error" in each)
+    assert message in error.replace("\\\\", "\\")
+    # Empty lines count.
+    plant.write_bytes(b"\n\n".join(lines))
+    assert message.replace("line 3", "line 5") in run("watch", plant, *IDLE)[2].replace(
+        "\\\\", "\\"
+    )
+
+
 def test_lines_of_equal_names_are_both_refused(run, plant):
     change(plant, name=["a", "b", "a"])
     code, out, err = run("watch", plant, *IDLE)

@@ -7,6 +7,8 @@ command watch does not run, the alarm is acknowledged when it starts.
 import argparse
 from pathlib import Path
 
+from ..files import check_input
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
@@ -15,4 +17,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def check(args: argparse.Namespace) -> None:
-    """Accept all arguments, because only the states show whether there is an alarm."""
+    """Check that the states exist."""
+    for path in args.states:
+        check_input(path)

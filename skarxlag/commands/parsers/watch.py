@@ -63,8 +63,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def check(args: argparse.Namespace) -> None:
     """Check what needs no model."""
+    if args.source is None and is_model_file(args.model):
+        args.source = "-"
     if args.latch and args.state is None:
         raise UsageError("argument --latch: needs --state, next to which alarms are acknowledged")
     check_input(args.model)
-    if args.source is None and is_model_file(args.model):
-        args.source = "-"
