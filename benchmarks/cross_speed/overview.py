@@ -110,10 +110,12 @@ def differences(recordings):
         found = draws(rows)
         if REFERENCE not in found.index.get_level_values("method"):
             continue
+        parts.append(better_peers(rows, length))
+        means = rig_means(rows)
         lines = []
         for method in found.index.get_level_values("method").unique().drop(REFERENCE):
             minus = found.loc[REFERENCE] - found.loc[method]
-            line = {"method": method, MEAN: f"{_mean_difference(rows, method):+.3f}"}
+            line = {"method": method, MEAN: f"{(means[REFERENCE] - means[method]).mean():+.3f}"}
             line |= {"90 % interval": interval(minus[MEAN])}
             line |= {f"{rig}: 90 %": interval(minus[rig]) for rig in rows.rig.unique()}
             lines.append(line)
@@ -122,8 +124,26 @@ def differences(recordings):
     return "\n\n".join(parts)
 
 
-def _mean_difference(recordings, method):
-    of_pair = recordings.groupby(["method", "rig", "train_rpm", "test_rpm"])[["right", "windows"]]
-    sums = of_pair.sum()
-    accuracy = (sums.right / sums.windows).groupby(["method", "rig"]).mean()
-    return (accuracy[REFERENCE] - accuracy[method]).mean()
+def rig_means(recordings):
+    """Mean accuracy over pairs of speeds: a row for each rig, a column for each method."""
+    keys = ["rig", "method", "train_rpm", "test_rpm"]
+    sums = recordings.groupby(keys, sort=False)[["right", "windows"]].sum()
+    accuracy = sums.right / sums.windows
+    return accuracy.groupby(["rig", "method"], sort=False).mean().unstack()
+
+
+def better_peers(recordings, window_length):
+    """Sentence on the rigs on which the best peer has a higher mean than `make_diagnoser`."""
+    ahead = []
+    for rig, means in rig_means(recordings).iterrows():
+        ours = means[REFERENCE]
+        # A method of another protocol is no peer.
+        best = means.drop([*OURS, *BATCH], errors="ignore").nlargest(1)
+        ahead += [
+            f"{rig} ({name}, {mean:.3f} against {ours:.3f})"
+            for name, mean in best[best > ours].items()
+        ]
+    return (
+        f"Windows of {window_length} samples: rigs on which a peer has a higher mean than "
+        f"`{REFERENCE}`, with the best peer: {', '.join(ahead) or 'none'}."
+    )

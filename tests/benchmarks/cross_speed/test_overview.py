@@ -5,6 +5,7 @@ import pytest
 from benchmarks.cross_speed.intervals import mean_draws, rig_draws
 from benchmarks.cross_speed.overview import differences, overview
 from benchmarks.cross_speed.peers import BATCH, LEFT_OUT
+from benchmarks.cross_speed.plots import accuracy_figure
 from benchmarks.recipe.left_out import choices, diagnoser_without
 
 (BATCHED,) = BATCH
@@ -52,6 +53,16 @@ def test_differences_are_paired():
     )
 
 
+def test_rigs_with_a_better_peer_are_named():
+    accuracies = {("r", "make_diagnoser"): 0.5, ("s", "make_diagnoser"): 0.7}
+    accuracies |= {("r", "QUANT"): 0.6, ("s", "QUANT"): 0.6, ("r", BATCHED): 1, ("s", BATCHED): 1}
+    _, recordings = results(accuracies)
+    text = differences(recordings)
+    assert "with the best peer: r (QUANT, 0.600 against 0.500)." in text
+    _, recordings = results({**accuracies, ("r", "QUANT"): 0.5})
+    assert "with the best peer: none." in differences(recordings)
+
+
 def test_draws_are_of_recordings():
     _, recordings = results({("r", "make_diagnoser"): 0.5})
     assert rig_draws(recordings).std() == 0
@@ -75,3 +86,11 @@ def test_constants_of_a_rig_are_those_that_the_others_chose():
         assert diagnoser["identify"].order[0] == row["model order"]
         assert diagnoser["compare"].smooth_drift == row["smooth drift"]
     assert len(choices()) == 6
+
+
+def test_every_rig_has_a_marker_in_the_chart(tmp_path):
+    rigs = [f"rig {place}" for place in range(8)]
+    summary, _ = results({(rig, "make_diagnoser"): 0.5 for rig in rigs})
+    path = tmp_path / "chart.svg"
+    accuracy_figure(summary, path, ["make_diagnoser"])
+    assert all(f">{rig}<" in path.read_text() for rig in rigs)
