@@ -1,6 +1,7 @@
 """Methods that name the place of rows: ours, with and without the bearing, and peers."""
 
 import numpy as np
+from sklearn.calibration import CalibratedClassifierCV
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer, StandardScaler
@@ -71,6 +72,8 @@ METHODS = {
         lambda: LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto")
     ),
     "log spectrum + SVM": _peer(
-        lambda: make_pipeline(StandardScaler(), SVC(C=10.0, probability=True, random_state=0))
+        lambda: CalibratedClassifierCV(
+            make_pipeline(StandardScaler(), SVC(C=10.0)), cv=2, ensemble=False
+        )
     ),
 }

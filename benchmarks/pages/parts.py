@@ -100,6 +100,35 @@ PARTS = {
         data=_CHECKSUMS,
         canaries=(*_WINDOWS, "stretches"),
     ),
+    "another-bearing": Part(
+        "-m benchmarks.another_bearing --write docs/another_bearing.md && "
+        "-m benchmarks.another_bearing --write README.md",
+        {
+            "docs/another_bearing.md": ("another bearing", "another bearing measures"),
+            "README.md": ("another bearing overview",),
+        },
+        tables=("another bearing measures",),
+        data=_CHECKSUMS,
+        canaries=("probabilities", "stretches"),
+    ),
+    "another-bearing-noise": Part(
+        "-m benchmarks.another_bearing noise --write docs/another_bearing.md",
+        {"docs/another_bearing.md": ("another bearing noise",)},
+        data=_CHECKSUMS,
+        canaries=("probabilities", "stretches"),
+    ),
+    "another-bearing-curve": Part(
+        "-m benchmarks.another_bearing curve --write docs/another_bearing.md",
+        {"docs/another_bearing.md": ("another bearing curve",)},
+        data=_CHECKSUMS,
+        canaries=("probabilities", "stretches"),
+    ),
+    "another-bearing-constants": Part(
+        "-m benchmarks.another_bearing constants --write docs/another_bearing.md",
+        {"docs/another_bearing.md": ("another bearing constants",)},
+        data=_CHECKSUMS,
+        canaries=("probabilities", "stretches"),
+    ),
     "recording-evidence": Part(
         "-m benchmarks.recipe recording-evidence --write docs/cross_speed.md",
         {"docs/cross_speed.md": ("recording evidence",)},
