@@ -28,8 +28,8 @@ _ORDER = [ANOTHER, ANOTHER_SPEED, ANOTHER_LOAD, SAME_BEARING]
 _OURS = list(METHODS)[:2]
 _CELLS = (
     "Rows of 1 s. A cell has the share of right places / the expected calibration error / the "
-    "share of rows stated with a probability of at least .9 : the share of these that is right, which is "
-    "left out below 30 rows."
+    "share of rows stated with a probability of at least .9 : the share of these that is right, "
+    "which is left out below 30 rows."
 )
 _NOTE = (
     "Rows of 1 s. *right*: share of right places, with an interval of 90 % from a bootstrap of "
