@@ -155,7 +155,7 @@ def test_scorers_and_predictions_that_drop_speeds_are_warned_of_with_routing_too
 def test_steps_in_a_pipeline_of_scikit_learn_warn_by_themselves(rows):
     X, y, rpm = rows
     pipe = Pipeline(make_diagnoser().steps)
-    messages = said(cross_validate, pipe, X, y, params={"compare__rpm": rpm}, cv=2)
+    messages = said(cross_validate, pipe, X, y, params={"decide__rpm": rpm}, cv=2)
     assert messages and all(each.startswith("SpectralDistance was fitted") for each in messages)
 
 

@@ -67,11 +67,11 @@ MODELS = {
     ),
     "nested parameter": (
         make_diagnoser(sampling_rate=RATE),
-        {"compare__order_residual__n_jobs": [None, 2]},
+        {"decide__residual__order_residual__n_jobs": [None, 2]},
     ),
     "sensors": (
         SensorFusion(estimator=make_diagnoser()),
-        {"estimator__decide__confidence_scale": [1.0, 2.0]},
+        {"estimator__decide__recorded_prior": [0.3, 0.7]},
     ),
 }
 

@@ -112,10 +112,10 @@ def test_a_stretch_of_three_turns_has_them_after_the_model_settled():
     """The innovations of a stretch are shorter than the stretch."""
     X, y = stretches(600, n_samples=3 * RATE // 10)
     diagnoser = make_diagnoser(sampling_rate=RATE).fit(X, y, rpm=600)
-    assert diagnoser["compare"].order_residual_ is not None
+    assert diagnoser["decide"].residual_.order_residual_ is not None
     innovations = diagnoser["identify"].transform(X)
     assert innovations.shape[-1] < X.shape[-1]
-    compare = diagnoser["compare"]
+    compare = diagnoser["decide"].residual_
     alone = compare.window_residual_.transform(innovations, rpm=600)
     of_orders = compare.order_residual_.transform(innovations, rpm=600)
     weighted = alone * of_orders**compare.order_weight

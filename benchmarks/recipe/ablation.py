@@ -69,8 +69,10 @@ def observing(observer, healthy, **identification):
 def comparing(healthy, *, measure=None, distance=None, model=None):
     """The recommended diagnoser with some parameters changed."""
     diagnoser = make_diagnoser(healthy=healthy)
-    for name, changed in {"identify": model, "measure": measure, "compare": distance}.items():
-        diagnoser[name].set_params(**changed or {})
+    windows = diagnoser["decide"].residual
+    diagnoser["identify"].set_params(**model or {})
+    windows["measure"].set_params(**measure or {})
+    windows["compare"].set_params(**distance or {})
     return diagnoser
 
 

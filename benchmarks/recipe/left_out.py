@@ -27,7 +27,7 @@ def diagnoser_without(rig):
     constants = choices().loc[rig]
     return make_diagnoser().set_params(
         identify__order=(int(constants["model order"]), MODEL_ORDER[1]),
-        measure__spectrum_order=int(constants["spectrum order"]),
-        compare__smooth_drift=float(constants["smooth drift"]),
-        compare__joint_weight=float(constants["joint weight"]),
+        decide__residual__measure__spectrum_order=int(constants["spectrum order"]),
+        decide__residual__compare__smooth_drift=float(constants["smooth drift"]),
+        decide__residual__compare__joint_weight=float(constants["joint weight"]),
     )

@@ -35,7 +35,8 @@ def stretches(n_rounds=9, n_stretches=20, n_samples=_RATE):
     diagnoser = make_diagnoser(sampling_rate=_RATE).fit(rows(_RPM, 4, 0), y, rpm=_RPM)
     X = rows(700, -(-n_stretches // len(_ORDERS)), 1)[:n_stretches]
     rpm = np.full(len(X), 700.0)
-    orders, innovations = diagnoser["compare"].order_residual_, diagnoser[:1].transform(X)
+    orders = diagnoser["decide"].residual_.order_residual_
+    innovations = diagnoser[:1].transform(X)
     seconds = take_turns(
         {
             "several": lambda: diagnoser.predict(X, rpm=rpm),

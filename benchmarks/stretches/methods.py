@@ -94,7 +94,7 @@ class OrdersAlone(Stretches):
     def predict(self, X, rpm):
         """Return the conditions of the least residual."""
         innovations = self.diagnoser[:1].transform(X)
-        residual = self.diagnoser["compare"].order_residual_
+        residual = self.diagnoser["decide"].residual_.order_residual_
         return residual.classes_[residual.transform(innovations, rpm=rpm).argmin(axis=1)]
 
 

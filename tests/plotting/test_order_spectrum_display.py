@@ -18,7 +18,7 @@ def test_display_shows_what_the_diagnoser_compared(diagnoser):
     display = OrderSpectrumDisplay.from_estimator(
         diagnoser, X[0], rpm=620, fault_orders=bearing_orders(SKF_6205)
     )
-    orders = diagnoser["compare"].order_residual_
+    orders = diagnoser["decide"].residual_.order_residual_
     found = orders.match(diagnoser[:1].transform(X[:1]), rpm=[620])
     assert list(display.spectra) == ["inner", "outer"] == list(display.lines_)
     for c, name in enumerate(["inner", "outer"]):

@@ -84,7 +84,7 @@ def test_constants_of_a_rig_are_those_that_the_others_chose():
     for rig, row in choices().iterrows():
         diagnoser = diagnoser_without(rig)
         assert diagnoser["identify"].order[0] == row["model order"]
-        assert diagnoser["compare"].smooth_drift == row["smooth drift"]
+        assert diagnoser["decide"].residual["compare"].smooth_drift == row["smooth drift"]
     assert len(choices()) == 6
 
 

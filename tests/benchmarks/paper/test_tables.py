@@ -50,7 +50,7 @@ def test_runs():
     assert list(makers)[:4] == BLOCKS[1:]
     assert {**makers["stretches"], "Diagnoser": None} == {**LADDERS["bank"], "Diagnoser": None}
     ours = makers["stretches"]["Diagnoser"](healthy="Normal")
-    assert ours["compare"].order_residual.sampling_rate == 250_000
+    assert ours["decide"].residual.order_residual.sampling_rate == 250_000
     assert ours["decide"].healthy == "Normal"
     assert makers["bank"] is makers["long windows"] is LADDERS["bank"]
     assert makers["single residual"] is LADDERS["single"]
