@@ -25,7 +25,7 @@ def folder(tmp_path):
         for seed, condition in enumerate(["good", "worn"]):
             for rpm in (300, 310, 500):
                 name = f"{condition}_{rpm}_{hall}.npy"
-                np.save(runs / hall / name, signal(condition, seed + rpm))
+                np.save(runs / hall / name, signal(condition, seed + rpm + 1000 * (hall == "b")))
     return tmp_path
 
 
