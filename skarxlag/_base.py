@@ -12,7 +12,12 @@ from sklearn.utils.validation import check_is_fitted
 from ._on_demand import TakesRowsOnDemand, batch_size
 from ._parallel import BATCH, map_batches
 from ._state import INNOVATIONS, CheckedEstimator, finish_fit, uses_fitted
-from ._validation import check_input_names, validate_innovations, weighted_windows
+from ._validation import (
+    check_input_names,
+    validate_innovations,
+    warn_of_lost_speeds,
+    weighted_windows,
+)
 from .kernels.speed_references import group_speeds
 from .speeds import log_speeds, speeds_of_rows, with_plausible_speeds
 
@@ -271,6 +276,8 @@ class StretchTransformer(SignalEstimator, TransformerMixin, BaseEstimator):
         """
         X, _ = self._validate(X)
         self._check_rpm_is_taken(rpm)
+        if rpm is None and self._trained_speeds() is not None:
+            warn_of_lost_speeds(self)
         rpm, is_plausible = with_plausible_speeds(rpm, len(X), self._trained_speeds() or ())
         residuals = self._residuals(X, rpm)
         # Equal residuals name no condition.

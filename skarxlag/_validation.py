@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import OneToOneFeatureMixin
+from sklearn.pipeline import Pipeline
 from sklearn.utils import check_array, check_scalar, column_or_1d, get_tags
 from sklearn.utils.multiclass import check_classification_targets
 from sklearn.utils.validation import validate_data
@@ -229,6 +230,8 @@ def check_input_names(estimator: Any, input_features: ArrayLike | None) -> NDArr
     return OneToOneFeatureMixin.get_feature_names_out(estimator, input_features)
 
 
+#: Lowest sampling rate of a vibration signal in Hz. Lower numbers commonly are kilohertz.
+_LEAST_SAMPLING_RATE = 100.0
 #: Bounds for `check_real`: numbers above 0, in (0, 1], and in (-1, 1).
 ABOVE_0 = {"min_val": 0, "include_boundaries": "neither"}
 UP_TO_1 = {"min_val": 0, "max_val": 1, "include_boundaries": "right"}
@@ -242,6 +245,27 @@ def check_real(value: Any, name: str, **bounds: Any) -> None:
     # An integer may exceed all floats.
     if not abs(value) <= sys.float_info.max:
         raise ValueError(f"{name} == {value}, must be finite.")
+
+
+def check_sampling_rate(value: Any) -> None:
+    """Check the sampling rate of signals whose orders or impacts count.
+
+    Raises
+    ------
+    ValueError
+        If it is missing, not above 0, or so low that it must be in kilohertz.
+
+    Examples
+    --------
+    >>> check_sampling_rate(20)
+    Traceback (most recent call last):
+        ...
+    ValueError: sampling_rate == 20, expected at least 100 Hz. For 20 kHz, give 20000.
+    """
+    expect(value is not None, "sampling_rate", value, "the sampling rate of the rows, in Hz")
+    check_real(value, "sampling_rate", **ABOVE_0)
+    wanted = f"at least {_LEAST_SAMPLING_RATE:g} Hz. For {value:g} kHz, give {1000 * value:g}"
+    expect(value >= _LEAST_SAMPLING_RATE, "sampling_rate", value, wanted)
 
 
 def check_count(value: Any, name: str, least: int = 1) -> Any:
@@ -286,6 +310,44 @@ def warn_user(text: str) -> None:
     names = [each.frame.f_globals.get("__name__", "") for each in inspect.stack(0)]
     ours = [n for n, name in enumerate(names, 1) if name.split(".")[0] in ("skarxlag", "sklearn")]
     warnings.warn(text, stacklevel=ours[-1] + 1)
+
+
+def is_cross_validated() -> bool:
+    """Return whether scikit-learn's cross-validation or a search has called this package."""
+    return "sklearn.model_selection._validation" in _calling_modules()
+
+
+def _calling_modules():
+    """Return the names of the modules whose functions are running."""
+    frame, modules = sys._getframe(), set()
+    while frame is not None:
+        modules.add(frame.f_globals.get("__name__"))
+        frame = frame.f_back
+    return modules
+
+
+def warn_of_lost_speeds(estimator: Any) -> None:
+    """Warn if cross-validation calls an estimator without the speeds that `fit` was given.
+
+    Without metadata routing, `sklearn.model_selection` hands speeds to `fit` alone. With routing,
+    `cross_val_predict` does so, too, and scorers that call `predict`. Outside cross-validation, a
+    call without speeds is intended.
+
+    Parameters
+    ----------
+    estimator : estimator
+        It was fitted with speeds, and is called without.
+    """
+    # A pipeline of this package has warned for its steps.
+    is_step = "skarxlag.pipelines" in _calling_modules() and not isinstance(estimator, Pipeline)
+    if is_cross_validated() and not is_step:
+        warn_user(
+            f"{type(estimator).__name__} was fitted with rpm, but sklearn.model_selection calls it "
+            "without rpm, so the scores are those for unknown speeds. Switch metadata routing on "
+            "by sklearn.set_config(enable_metadata_routing=True), pass params={'rpm': rpm}, and "
+            "leave scoring at its default: other scorers, and cross_val_predict, hand no metadata "
+            "to predict."
+        )
 
 
 def check_rate(value: float, name: str) -> None:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ._bearing_names import catalogue_name
 from ._state import expect
 from ._validation import ABOVE_0, check_count, check_real
 
@@ -81,23 +84,30 @@ BearingLike = str | BearingGeometry | Mapping[str, float]
 # Drive-end bearing of the Case Western Reserve University bearing data centre, whose
 # published dimensions are 9 balls of 0.3126 in on a pitch diameter of 1.537 in.
 SKF_6205 = BearingGeometry(n_elements=9, element_diameter=7.940, pitch_diameter=39.04)
-#: Bearings by name, upper case without spaces and hyphens. Sources: 6203 and 6205, the dimensions
-#: that Case Western Reserve University publishes with its bearing data. 6204 and 6206, balls of
-#: 5/16 in and 3/8 in on the mean of bore and outside diameter (ISO 15); inserts UC 204 to UC 206
-#: have the inside of the bearings 6204 to 6206. ER-12K and ER-16K (balls of 5/16 in) and ZA-2115:
-#: dimensions in common use for the machinery fault simulator and for the IMS run-to-failure data;
-#: they were not compared with a maker's sheet. Other makers' bearings of the same name may differ
-#: by one ball or by 1 % in their orders.
-BEARINGS = {
-    "6203": BearingGeometry(8, 6.746, 28.499),
-    "6204": BearingGeometry(8, 7.938, 33.5),
-    "6205": SKF_6205,
-    "6206": BearingGeometry(9, 9.525, 46.0),
-    "ER12K": BearingGeometry(8, 7.938, 33.477),
-    "ER16K": BearingGeometry(9, 7.938, 38.506),
-    "ZA2115": BearingGeometry(16, 8.407, 71.501, 15.17),
-}
-BEARINGS |= {f"UC{bore}": BEARINGS[f"6{bore}"] for bore in (204, 205, 206)}
+
+
+def _catalogue():
+    """Read the bearings of the catalogue and their types, by name."""
+    with Path(__file__).with_name("bearings.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    bearings = {row["name"]: _of_row(row) for row in rows}
+    return bearings, {row["name"]: row["type"] for row in rows}
+
+
+def _of_row(row):
+    if row["element_diameter"]:
+        dimensions = row["element_diameter"], row["pitch_diameter"], row["contact_angle"]
+        return BearingGeometry(int(row["elements"]), *map(float, dimensions))
+    return {name: float(row[name]) for name in _SHEET_ORDERS if row[name]}
+
+
+#: Orders that a row of the catalogue may hold, of a bearing whose dimensions are not published.
+_SHEET_ORDERS = "outer", "inner", "spin", "cage"
+#: Bearings by name, upper case without spaces and hyphens: dimensions, or orders. The file
+#: `bearings.csv` in this package holds the source of each. Another maker's bearing of the same name
+#: may have other rolling elements, and orders that differ by 1 to 2 %.
+BEARINGS: dict[str, BearingGeometry | dict[str, float]]
+BEARINGS, _TYPES = _catalogue()
 #: Names of orders in a maker's sheet.
 _SHEET = {"bpfo": "outer", "bpfi": "inner", "ftf": "cage", "twice spin": "ball"}
 
@@ -170,10 +180,11 @@ def bearing_orders(bearing: BearingLike, gear_ratio: float = 1.0) -> dict[str, f
     Parameters
     ----------
     bearing : BearingLike
-        A name in `skarxlag.bearings.BEARINGS`, such as "6205" or "ER-12K"; dimensions; or orders:
-        "outer" and "inner" (or "BPFO" and "BPFI") are needed. "spin" (or "twice spin") and "cage"
-        (or "FTF") follow from them if they are missing. A text may also hold dimensions, as in
-        "9,7.94,39.04", or orders, as in "outer=3.585,inner=5.415".
+        A name in `skarxlag.bearings.BEARINGS`, such as "6205" or "ER-12K", also with its maker and
+        the usual suffixes, such as "SKF 6205-2RS1/C3"; dimensions; or orders: "outer" and "inner"
+        (or "BPFO" and "BPFI") are needed. "spin" (or "twice spin") and "cage" (or "FTF") follow
+        from them if they are missing. A text may also hold dimensions, as in "9,7.94,39.04", or
+        orders, as in "outer=3.585,inner=5.415".
     gear_ratio : float, default=1.0
         Turns of the bearing's shaft in a turn of the shaft whose speed is given, above 0.
 
@@ -189,7 +200,7 @@ def bearing_orders(bearing: BearingLike, gear_ratio: float = 1.0) -> dict[str, f
     TypeError
         If `bearing` is of another type.
     ValueError
-        If the name is not known, or a number is out of its range.
+        If the name or a suffix is not known, or a number is out of its range.
 
     Examples
     --------
@@ -218,24 +229,40 @@ def bearing_orders(bearing: BearingLike, gear_ratio: float = 1.0) -> dict[str, f
 
 def _parsed(text):
     """Bearing of a text: a name, dimensions, or orders."""
-    name = re.sub("^(SKF|FAG|NSK|NTN)", "", re.sub("[ _-]", "", text.upper()))
-    if name in BEARINGS:
-        return BEARINGS[name]
     try:
         if "=" in text:
             pairs = [part.split("=") for part in text.split(",")]
             return {key.strip(): float(value) for key, value in pairs}
-        count, *dimensions = text.split(",")
-        if not 2 <= len(dimensions) <= 3:
-            raise ValueError(f"{len(dimensions) + 1} numbers" if dimensions else "")
-        return BearingGeometry(int(count), *map(float, dimensions))
+        if "," in text:
+            return _of_dimensions(text.split(","))
     except (ValueError, TypeError) as error:
-        reason = f" ({error})" if isinstance(error, ValueError) and str(error) else ""
-        raise ValueError(
-            f"bearing {text!r} is not known{reason}; expected one of {', '.join(BEARINGS)}, "
-            "ELEMENTS,ELEMENT_DIAMETER,PITCH_DIAMETER[,CONTACT_ANGLE] such as 9,7.94,39.04, or "
-            "orders such as outer=3.585,inner=5.415."
-        ) from error
+        raise _unknown(text, f" ({error})") from error
+    name = catalogue_name(text, _TYPES)
+    if name is None:
+        raise _unknown(text, _similar_names(text))
+    return BEARINGS[name]
+
+
+def _of_dimensions(numbers):
+    count, *dimensions = numbers
+    if not 2 <= len(dimensions) <= 3:
+        raise ValueError(f"{len(numbers)} numbers")
+    return BearingGeometry(int(count), *map(float, dimensions))
+
+
+def _similar_names(text):
+    """Name the bearings of the catalogue that have the same last three digits."""
+    digits = re.search(r"\d{3,}", text)
+    similar = [name for name in BEARINGS if digits and digits[0][-3:] in name]
+    return f" (of the same size: {', '.join(similar)})" if similar else ""
+
+
+def _unknown(text, reason):
+    return ValueError(
+        f"bearing {text!r} is not known{reason}; expected one of {', '.join(BEARINGS)}, "
+        "ELEMENTS,ELEMENT_DIAMETER,PITCH_DIAMETER[,CONTACT_ANGLE] such as 9,7.94,39.04, or "
+        "orders such as outer=3.585,inner=5.415."
+    )
 
 
 def _from_sheet(sheet):

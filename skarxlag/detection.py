@@ -15,7 +15,14 @@ from ._base import SignalEstimator
 from ._on_demand import TakesRowsOnDemand, batch_size
 from ._parallel import BATCH, map_batches, one_thread
 from ._state import INNOVATIONS, SPEEDS, Labels, Values, as_fitted, expect, finish_fit, uses_fitted
-from ._validation import check_rate, of_one_model, validate_innovations, warn_user, weighted_windows
+from ._validation import (
+    check_rate,
+    of_one_model,
+    validate_innovations,
+    warn_of_lost_speeds,
+    warn_user,
+    weighted_windows,
+)
 from .kernels import healthy_limits
 from .kernels.healthy_rows import Rows, measure_rows, number_of_cepstra
 from .kernels.ladder import rows_that_hold
@@ -66,7 +73,7 @@ class RowOutlierDetector(TakesRowsOnDemand, SignalEstimator, OutlierMixin, BaseE
             speed. Rows of one condition and speed are in the order of time.
         y : array-like of shape (n_rows,) or None, default=None
             Condition of each row, for `KnownConditions`; None: all rows are of one condition.
-            `FaultDetector` ignores it, since all rows must be healthy.
+            For `FaultDetector` all rows must be healthy, whatever their labels are.
         rpm : float, array-like of shape (n_rows,) or (n_rows, n_samples), or None, default=None
             Speed of the shaft in each row, in revolutions per minute. Of a speed for each sample,
             the mean counts. None: all rows are of one speed, which is not known, and the limits are
@@ -91,11 +98,13 @@ class RowOutlierDetector(TakesRowsOnDemand, SignalEstimator, OutlierMixin, BaseE
         Warns
         -----
         UserWarning
-            If there are fewer rows than the stated rate needs, `rpm` is not given, all rows of a
-            condition are of one speed, a condition is left out because it has no two rows of one
-            speed, or no drift scale holds the rate at left-out speeds.
+            If there are fewer rows than the stated rate needs, `FaultDetector` is given several
+            labels, `rpm` is not given, all rows of a condition are of one speed, a condition is
+            left out because it has no two rows of one speed, or no drift scale holds the rate at
+            left-out speeds.
         """
-        X, y = validate_innovations(self, X, y if self._knows_conditions else None, reset=True)
+        labels, y = (None, y) if self._knows_conditions else (y, None)
+        X, y = validate_innovations(self, X, y, reset=True)
         self._check_parameters()
         log_speed = log_speeds(rpm, len(X), X.shape[-1])
         log_speed = np.full(len(X), np.nan) if log_speed is None else log_speed
@@ -103,6 +112,7 @@ class RowOutlierDetector(TakesRowsOnDemand, SignalEstimator, OutlierMixin, BaseE
         X = X if len(rows) == len(X) else X[rows]
         sentences = self._learn(X, y, log_speed[rows], weights)
         finish_fit(self)
+        sentences = [*_said_of_labels(labels), *sentences]
         for sentence in sentences:
             warn_user(sentence)
         return self
@@ -214,6 +224,8 @@ class RowOutlierDetector(TakesRowsOnDemand, SignalEstimator, OutlierMixin, BaseE
 
     def _log_speeds(self, rpm, X, known):
         """Return log speeds, or None if `fit` had none, and which of them are plausible."""
+        if rpm is None and len(known) > 0:
+            warn_of_lost_speeds(self)
         rpm, is_plausible = with_plausible_speeds(rpm, len(X), known)
         return log_speeds(rpm if len(known) > 0 else None, len(X), X.shape[-1]), is_plausible
 
@@ -222,6 +234,17 @@ class RowOutlierDetector(TakesRowsOnDemand, SignalEstimator, OutlierMixin, BaseE
         speeds = tuple(np.unique(_speeds_of(detectors).round(6)).tolist())
         is_stretch = detectors[0].n_windows_ > 1
         return {"takes_rpm": len(speeds) > 0, "speeds": speeds, "is_stretch": is_stretch}
+
+
+def _said_of_labels(y):
+    """Return what is to be said of labels that a detector of faults ignores."""
+    labels = [] if y is None else np.unique(np.asarray(y).astype(str)).tolist()
+    if len(labels) < 2:
+        return []
+    return [
+        f"y has {len(labels)} labels ({', '.join(labels[:3])}{', ...' * (len(labels) > 3)}), but "
+        "all rows count as healthy. Pass healthy rows alone."
+    ]
 
 
 def _speeds_of(detectors):

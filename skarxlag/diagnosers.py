@@ -149,6 +149,11 @@ def make_diagnoser(
         Steps "identify", "measure", "compare" and "decide"; with a sampling rate "identify",
         "compare" and "decide"; with a bearing "identify" and "decide".
 
+    Raises
+    ------
+    ValueError
+        If `bearing` is given without `sampling_rate`.
+
     Examples
     --------
     >>> import numpy as np
@@ -173,6 +178,8 @@ def make_diagnoser(
     >>> diagnoser.predict(X_500, rpm=[500, 500])
     array(['healthy', 'worn'], dtype='<U7')
     """
+    if bearing is not None and sampling_rate is None:
+        raise ValueError(f"bearing == {bearing!r} needs a sampling_rate in Hz, which is missing.")
     windows = window_comparison(n_jobs)
     compare = windows.steps
     if sampling_rate is not None:

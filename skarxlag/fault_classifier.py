@@ -20,7 +20,14 @@ from ._base import SignalEstimator
 from ._on_demand import TakesRowsOnDemand
 from ._parallel import map_rows
 from ._state import INNOVATIONS, FittedOn, Labels, Values, expect, finish_fit, uses_fitted
-from ._validation import ABOVE_0, check_real, of_one_model, validate_innovations, weighted_windows
+from ._validation import (
+    ABOVE_0,
+    check_real,
+    check_sampling_rate,
+    of_one_model,
+    validate_innovations,
+    weighted_windows,
+)
 from .bearings import BearingLike, bearing_orders, listed
 from .envelope_spectra import LEAST_TURNS, best_combs, turns_of_rows
 from .evidence import COMB_CORRELATION, effective_number
@@ -583,7 +590,8 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
         return own | {"needs_rpm": self.speed_range is None, "is_stretch": True}
 
     def _check_parameters(self):
-        for name in ("sampling_rate", "gear_ratio", "slip"):
+        check_sampling_rate(self.sampling_rate)
+        for name in ("gear_ratio", "slip"):
             check_real(getattr(self, name), name, **ABOVE_0)
         check_real(self.false_alarm_rate, "false_alarm_rate", max_val=1, **ABOVE_0)
         check_real(self.wrong_name_rate, "wrong_name_rate", max_val=0.5, **ABOVE_0)

@@ -17,11 +17,12 @@ from sklearn.utils import Bunch
 from sklearn.utils.metadata_routing import process_routing
 from sklearn.utils.metaestimators import available_if
 
-from ._answers import offers, unfolded_steps
+from ._answers import answers, offers, unfolded_steps
 from ._base import DocumentedEstimator
 from ._on_demand import IS_WANTED, OnDemand, TakesRowsOnDemand
 from ._parallel import map_batches
 from ._state import CheckedEstimator, expect
+from ._validation import is_cross_validated, warn_of_lost_speeds
 from .kernels.lanes import LANES
 
 #: Bytes of the rows of a batch: so many that the calls around the loops take little time, and so
@@ -373,10 +374,17 @@ class DiagnosisPipeline(DocumentedEstimator, Pipeline):
         float
             The score.
         """
+        self._notice_lost_speeds(params)
         with _routing(params.keys() - {"sample_weight"}):
             return super().score(X, y, **params)
 
+    def _notice_lost_speeds(self, params):
+        """Warn if model selection drops the speeds. Threads of batches do not show who calls."""
+        if params.get("rpm") is None and is_cross_validated() and answers(self).speeds:
+            warn_of_lost_speeds(self)
+
     def _in_batches(self, method, X, params):
+        self._notice_lost_speeds(params)
         if type(X).__module__.partition(".")[0] == "dask":
             raise TypeError(_LAZY)
         X = X if hasattr(X, "shape") else np.asarray(X)  # other libraries' arrays and tables

@@ -10,7 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.utils import check_array
 
 from ._state import expect
-from ._validation import ABOVE_0, as_samples, check_count, check_real, warn_user
+from ._validation import (
+    ABOVE_0,
+    as_samples,
+    check_count,
+    check_real,
+    check_sampling_rate,
+    warn_user,
+)
 from .kernels.comb import comb_frequency
 
 #: Least number of turns of the shaft in a stretch whose orders are compared.
@@ -125,6 +132,11 @@ def with_plausible_speeds(
     is_plausible : ndarray of bool of shape (n_rows,)
         Rows whose speed was not replaced. Estimators treat other rows as rows without a signal.
 
+    Raises
+    ------
+    ValueError
+        If one number stands for all rows, and is not above 0.
+
     Warns
     -----
     UserWarning
@@ -137,6 +149,10 @@ def with_plausible_speeds(
     """
     if rpm is None:
         return None, np.ones(n_rows, dtype=bool)
+    # One number stands for all rows, none of which would have a speed.
+    if np.ndim(rpm) == 0:
+        speed = float(speeds_of_rows(rpm, 1)[0])
+        expect(0 < speed < np.inf, "rpm", speed, "revolutions per minute above 0, or None")
     errors = speed_errors(rpm, n_rows, train_rpm)
     is_plausible = errors == ""
     if is_plausible.all():
@@ -183,9 +199,10 @@ def samples_a_turn(
     """
     expect(sampling_rate is not None, "sampling_rate", None, "a number in Hz, as rpm is given")
     speeds = check_speeds(rpm, n_stretches, n_samples)
-    fits = speeds.max() <= 30 * sampling_rate
-    wanted = f"at most {30 * sampling_rate:g}: a turn of the shaft must take two samples"
-    expect(fits, "Largest rpm", float(speeds.max()), wanted)
+    fastest = float(speeds.max())
+    least_rate = 2 * fastest / 60
+    wanted = f"at least {least_rate:g} Hz: a turn at {fastest:g} rpm must take two samples"
+    expect(sampling_rate >= least_rate, "sampling_rate", sampling_rate, wanted)
     mean = speeds if speeds.ndim == 1 else speeds.mean(axis=1)
     turns = float(n_samples * mean.min() / (60 * sampling_rate))
     needed = np.ceil(least_turns * 60 * sampling_rate / mean.min())
@@ -312,7 +329,7 @@ def estimate_shaft_speed(X: ArrayLike, sampling_rate: float, rpm: ArrayLike) -> 
     >>> bool(abs(estimate_shaft_speed([signal], 10_000, 600)[0] - 612) < 3)
     True
     """
-    check_real(sampling_rate, "sampling_rate", **ABOVE_0)
+    check_sampling_rate(sampling_rate)
     X = check_array(as_samples(X, "X"), allow_nd=True, dtype=np.float64, input_name="X")
     rows = X[:, 0] if X.ndim == 3 else X
     turns = samples_a_turn(rpm, sampling_rate, len(rows), rows.shape[1])

@@ -16,7 +16,7 @@ from ._base import StretchTransformer
 from ._on_demand import OnDemand, TakesRowsOnDemand
 from ._parallel import map_rows
 from ._state import INNOVATIONS, SPEEDS, FittedOn, Labels, Values, uses_fitted
-from ._validation import ABOVE_0, check_count, check_real
+from ._validation import check_count, check_real, check_sampling_rate
 from .comparison import SpectralDistance
 from .kernels.order_spectra import at_orders, envelopes_over_angle, match, order_spectrum
 from .kernels.speed_references import drift_factor, group_means, speed_distance
@@ -223,7 +223,7 @@ class OrderResidual(TakesRowsOnDemand, StretchTransformer):
 
     def _check_parameters(self):
         if self.sampling_rate is not None:
-            check_real(self.sampling_rate, "sampling_rate", **ABOVE_0)
+            check_sampling_rate(self.sampling_rate)
 
     def _answers(self):
         return super()._answers() | {"is_stretch": True, "sampling_rate": self.sampling_rate}

@@ -208,7 +208,7 @@ def test_evidence_is_a_sentence(rows):
     ("options", "message"),
     [
         ({"bearing": None}, "bearing must be a name, .* got None"),
-        ({"sampling_rate": None}, "sampling_rate must be an instance of float, not NoneType"),
+        ({"sampling_rate": None}, "sampling_rate == None, expected the sampling rate of the rows"),
         ({"bearing": "6205x"}, "bearing '6205x' is not known"),
         ({"bearing": []}, "bearing == .., expected at least one bearing"),
         ({"false_alarm_rate": 0}, "false_alarm_rate"),

@@ -251,10 +251,10 @@ def test_bad_input_is_named(fitted):
     with pytest.raises(ValueError, match="rpm of row 0 == -1"):
         KnownConditions().fit(X, y, rpm=-1)
     with pytest.warns(UserWarning, match="8 of 8 rows are treated as rows without a signal"):
-        p_values = fitted.p_values(X, rpm=0)
+        p_values = fitted.p_values(X, rpm=[0] * 8)
     assert np.all(p_values < 1e-30) and np.all(p_values > 0)
     with pytest.warns(UserWarning, match="rows without a signal"):
-        assert np.all(fitted.predict(X, rpm=0) == -1)
+        assert np.all(fitted.predict(X, rpm=[0] * 8) == -1)
     with pytest.raises(ValueError, match="all texts or all numbers"):
         KnownConditions().fit(X, ["a", 1] * 4)
 

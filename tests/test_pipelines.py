@@ -208,7 +208,9 @@ def test_batches_of_windows_in_threads_change_no_bit(make, data):
 
 
 @pytest.mark.filterwarnings(
-    "ignore:36 healthy rows", "ignore:.* rows of condition .* are too few:UserWarning"
+    "ignore:36 healthy rows",
+    "ignore:.* rows of condition .* are too few:UserWarning",
+    "ignore:y has 3 labels:UserWarning",
 )
 @pytest.mark.parametrize("make", [*MAKERS, make_detector, make_known_conditions])
 def test_results_are_those_of_scikit_learn_bit_for_bit(make, data):

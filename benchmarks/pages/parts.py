@@ -124,6 +124,10 @@ PARTS = {
         {"docs/signal_quality.md": ("signal quality",)},
         downloads=True,
     ),
+    "bearings": Part(
+        "-m benchmarks.pages.bearings --write docs/bearings.md",
+        {"docs/bearings.md": ("bearings",)},
+    ),
     "formats": Part(
         "-m benchmarks.pages.formats --write docs/recordings.md",
         {"docs/recordings.md": ("file formats",)},

@@ -37,8 +37,9 @@ def main(argv: list[str] | None = None) -> int:
         # A terminal may lack characters of the names of files and conditions.
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    args = _parser(argv).parse_args(argv)
+    args = argparse.Namespace(command="")
     try:
+        args = _parser(argv).parse_args(argv)
         with warnings.catch_warnings():
             # Users of a shell read the messages of the command, not warnings of Python.
             warnings.simplefilter("ignore")
@@ -63,7 +64,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _stop(args, message, status):
     print(file=sys.stderr)
-    say(f"skarxlag {args.command}: {message}")
+    say(f"{' '.join(['skarxlag', args.command]).rstrip()}: {message}")
     return status
 
 

@@ -26,7 +26,7 @@ from ..model_selection import first_and_second_half
 from ..plotting import SpeedAccuracyDisplay
 from ..recordings.rig import cut_recordings, speeds_of_samples
 from . import messages, protocols
-from .messages import UsageError, as_command_error, listed
+from .messages import UsageError, as_command_error, counted, listed
 from .models import DIAGNOSERS, of_outputs
 from .parsers.evaluate import N_SAMPLES, TITLES
 from .progress_bar import ProgressBar
@@ -174,9 +174,7 @@ def _own_case(args):
         rig.rpm = np.exp(known).round(1)[at]
     splits = list(_own_splits(rig, errors == ""))
     if not splits or len(rig.target_names) < 2:
-        found = f"{len(rig.target_names)} conditions at {len(np.unique(rig.rpm))} speeds"
-        expected = "two of each, and that a speed or campaign can be left out"
-        raise UsageError(f"{args.table}: {found}; expected at least {expected}")
+        raise UsageError(f"{args.table}: {_why_no_split(rig)}")
     diagnoser = make_diagnoser(sampling_rate=float(rig.sampling_rate))
     methods = {
         "make_diagnoser": of_outputs(args, diagnoser),
@@ -194,6 +192,20 @@ def _own_case(args):
     case["spectra"] = spectra
     further, case["sentences"] = _further_splits(rig, errors == "", halves=False)
     return Bunch(**rig | case, splits=splits + further, note=note)
+
+
+def _why_no_split(rig):
+    """Return what a table has, and what it needs so that a speed or campaign can be left out."""
+    n_conditions, n_speeds = len(rig.target_names), len(np.unique(rig.rpm))
+    if "campaign" not in rig.further or min(n_conditions, n_speeds) < 2:
+        found = f"{counted(n_conditions, 'condition')} at {counted(n_speeds, 'speed')}"
+        return f"{found}; expected at least two of each, and that a speed can be left out"
+    campaigns = np.unique(rig.further["campaign"].to_numpy(dtype=str)).tolist()
+    found = f"{counted(len(campaigns), 'campaign')} ({', '.join(campaigns[:5])})"
+    return (
+        f"{found}; expected at least two, and all conditions in the others if one is left out. "
+        "Without the column campaign, the accuracy may be too high"
+    )
 
 
 def _own_splits(rig, usable):
@@ -284,26 +296,33 @@ def _tables(case, verdicts):
         found[f"{protocol}_{unit}"] = f"accuracy of {unit} in %, {title}", table
     if not case.note:
         summary = pd.DataFrame({name: speed_summary(table.loc[name]) for name in names}).T
-        title = "mean accuracy in % by pair of speeds"
-        found["summary"] = title, summary.rename_axis("diagnoser")
-    chosen, which = _at_other_speeds(frame)
+        heading = "mean accuracy in % by pair of speeds"
+        found["summary"] = heading, summary.rename_axis("diagnoser")
+    chosen, which = _of_confusions(case, frame)
     for name in names:
-        title = f"confusion matrix of {unit}, {name}, {which}; rows: true "
-        title += "condition, columns: verdict, corner: accuracy in %"
+        heading = f"confusion matrix of {unit}, {name}, {which}; rows: true "
+        heading += "condition, columns: verdict, corner: accuracy in %"
         matrix = confusion_table(chosen[chosen["diagnoser"] == name], case.target_names)
-        found[f"confusion_{'-'.join(name.lower().split())}"] = title, matrix
+        found[f"confusion_{'-'.join(name.lower().split())}"] = heading, matrix
     return found
 
 
-def _at_other_speeds(verdicts):
-    """Return the rows at other speeds than that of the training, or all if there are none."""
+def _of_confusions(case, verdicts):
+    """Return the rows of one protocol at other speeds than that of the training, and their title.
+
+    The last protocol trains on most recordings. If there are no other speeds, all rows count.
+    """
+    protocol, title = list(case.protocols.items())[-1]
+    verdicts = verdicts[verdicts["protocol"] == protocol]
+    if case.note:
+        return verdicts, title.removesuffix(" (columns)")
     other = verdicts[verdicts["train_rpm"] != verdicts["test_rpm"]]
     return (other, "tests at other speeds") if len(other) else (verdicts, "tests at the same speed")
 
 
 def _heading(case):
     names, speeds = case.target_names, listed(np.unique(case.rpm))
-    conditions = f"{len(names)} conditions ({', '.join(names)}) at {speeds} rpm"
+    conditions = f"{counted(len(names), 'condition')} ({', '.join(names)}) at {speeds} rpm"
     windows = f"windows of {case.data.shape[-1]} samples at {case.sampling_rate:g} Hz"
     return f"{case.title}: {conditions}, {windows}.{case.note}\n"
 
@@ -322,7 +341,7 @@ def _save_figure(case, verdicts, folder):
     from matplotlib.figure import Figure
     from sklearn.metrics import ConfusionMatrixDisplay
 
-    names, (chosen, which) = verdicts["diagnoser"].unique(), _at_other_speeds(verdicts)
+    names, (chosen, which) = verdicts["diagnoser"].unique(), _of_confusions(case, verdicts)
     figure = Figure(figsize=(4.6 * len(names), 9.6), layout="constrained")
     figure.suptitle(f"{case.title}; matrices of windows: {which}", fontsize="medium")
     axes = figure.subplots(2, len(names), sharey="row", squeeze=False)

@@ -23,8 +23,9 @@ _FLAGS = os.O_RDWR | os.O_CREAT | vars(os).get("O_NOFOLLOW", 0) | vars(os).get("
 class Journal:
     """JSON lines next to the results of `diagnose`, which last until the results are written.
 
-    The file is locked. A link, or a file that is no journal, is refused.
-    The first line holds all that the results depend on but the recordings: model and settings.
+    The file is locked. A link, or a file that is no journal, is refused. The first line holds all
+    that the results depend on but the recordings: model and settings. A run that fails before its
+    first result leaves no file.
     """
 
     path: Path
@@ -47,6 +48,7 @@ class Journal:
             if not _START.startswith(content[: len(_START)]):
                 raise refusal
             self._finished = self._read(content)
+            self._is_empty = not self._finished
         except BaseException:
             self._file.close()
             raise
@@ -72,7 +74,7 @@ class Journal:
         return finished
 
     def __exit__(self, kind: object, *exception: object) -> None:
-        if kind is None:
+        if kind is None or self._is_empty:
             self.path.unlink()
         else:
             print(f"{self.path}: the same command goes on from here", file=sys.stderr)
@@ -91,6 +93,7 @@ class Journal:
             line = vars(diagnosis) | {"windows": windows}
             line |= {"recording": _key(recording, diagnosis.file)}
             self._file.write(_encoded(line))
+            self._is_empty = False
 
 
 def _key(recording, state):

@@ -52,6 +52,15 @@ def percent(probability: float) -> str:
     return f"{min(probability, 0.999):.1%}"
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number of things as text.
+
+    >>> counted(1, "alarm"), counted(0, "gap")
+    ('1 alarm', '0 gaps')
+    """
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def listed(speeds: Iterable[float]) -> str:
     """Return speeds as text.
 

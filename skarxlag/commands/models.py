@@ -15,7 +15,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from .. import diagnosers
-from .._answers import answers
+from .._answers import answers, unfolded_steps
+from ..fault_classifier import FaultOrderClassifier
 from ..fault_places import FAULTS, HEALTHY
 from ..fusion import SensorFusion
 from ..persistence import load_diagnoser
@@ -27,7 +28,7 @@ from ..speeds import SPEED_FACTOR
 from ..verdicts import CHANGED, HOLD, NO_SIGNAL, NONE_OF_THESE, Judge
 from .channels import channel_remarks, channels_of_model
 from .diagnosis import Diagnosis, cancelled
-from .messages import CommandError, as_command_error, listed, printable
+from .messages import CommandError, as_command_error, counted, listed, printable
 from .refused_rows import compares_orders, why_no_orders
 
 #: Titles and makers of the diagnosers that `evaluate` compares, in the order of its tables.
@@ -38,6 +39,8 @@ DIAGNOSERS = {
 }
 #: Error on a recording of unknown speed, if combs decide alone.
 NO_SPEED = "rpm is missing; expected --rpm, a column, or the file to state it"
+#: Reservation to a healthy verdict of combs alone.
+_NO_COMB = "Most ball faults show no comb."
 #: Advice on verdicts that are no condition.
 _ADVICE = {
     NO_SIGNAL: "No window carries a signal. Check the sensor, its cable and the logger.",
@@ -119,6 +122,12 @@ class SavedModel:
         rows = f"{self.rows} of {self.window_length} samples{seconds}"
         return f"{self.path}: {calibration}, {rows}. Healthy: {healthy}"
 
+    @property
+    def _has_combs_alone(self):
+        """Whether combs of a bearing decide, without spectra of faults."""
+        decide = unfolded_steps(self.diagnoser)[-1]
+        return isinstance(decide, FaultOrderClassifier) and decide.conditions_ is None
+
     def diagnose(self, recording: ListedRecording, resample: bool = False) -> Diagnosis:
         """Diagnose a recording, block by block."""
         old_rates, parts, n_windows, length = [], [], 0, self.window_length
@@ -143,6 +152,8 @@ class SavedModel:
         remarks += _remarks(windows, verdict)
         if verdict["verdict"] == CHANGED and self.facts.get("bearing"):
             remarks.append(f"No comb of bearing {self.facts['bearing']} shows a fault.")
+        if self._has_combs_alone and verdict["verdict"] == self.healthy:
+            remarks.append(_NO_COMB)
         if sampling_rate is None and self.sampling_rate is not None:
             remarks.append(f"No sampling rate is stated; {self.sampling_rate:g} Hz was assumed.")
         slowest = windows["rpm"].min() if "rpm" in windows else recording.rpm
@@ -164,7 +175,8 @@ class SavedModel:
         n_channels, fitted = len(np.atleast_2d(first)), f"but {self.path} was fitted"
         name, expected = recording.name, self.sampling_rate
         if n_channels != self.n_channels:
-            raise CommandError(f"{name}: {n_channels} channels, {fitted} on {self.n_channels}")
+            found = f"{counted(n_channels, 'channel')}, {fitted} on {self.n_channels}"
+            raise CommandError(f"{name}: {found}")
         if not rates_agree(rate, expected):
             found = f"sampled at {rate:g} Hz, {fitted} at {expected:g} Hz"
             advice = unit_advice(rate, expected) or "; --resample brings it to that"
@@ -223,6 +235,7 @@ class BearingModel:
         self.identity = f"bearing {bearing}"
         limit = f"{HEALTHY} means that no comb exceeds the limit of other healthy machines."
         self.heading = f"No model: places of faults by the orders of bearing {bearing}. {limit}"
+        self.heading += f" {_NO_COMB}"
 
     def fitted(self, row: NDArray[Any], sampling_rate: float | None) -> Any:
         """Return a classifier, fitted on the row."""
@@ -255,6 +268,7 @@ class BearingModel:
         verdict = judge.recording(windows)
         texts = windows["evidence"].dropna() if "evidence" in windows else []
         said = [f"{text[0].upper()}{text[1:]}." for text in texts]
+        said += [_NO_COMB] if verdict["verdict"] == HEALTHY else []
         return Diagnosis(verdict, windows, sampling_rate, [*said, *_remarks(windows, verdict)])
 
 

@@ -18,7 +18,15 @@ from ..recordings.speeds import TACHO, TachoStream
 from ..verdicts import HOLD
 from .arguments import refuse
 from .channels import channel_remarks
-from .messages import CommandError, UsageError, as_command_error, listed, printable, say
+from .messages import (
+    CommandError,
+    UsageError,
+    as_command_error,
+    counted,
+    listed,
+    printable,
+    say,
+)
 from .models import SavedModel
 from .watch_lines import SensorLines, sentence
 
@@ -306,11 +314,12 @@ class SensorStream:
         """Return the counts of the run and its last verdict."""
         counts, last = self._monitor.counts, self._lines.last
         windows = ", ".join(f"{n} {name}" for name, n in sorted(counts["windows"].items()))
-        parts = [f"{counts['samples']} samples", f"windows: {windows or 'none'}"]
-        parts.append(f"{counts['gaps']} gaps of {counts['missing_seconds']:.1f} s")
+        parts = [counted(counts["samples"], "sample"), f"windows: {windows or 'none'}"]
+        gaps = f"{counted(counts['gaps'], 'gap')} of {counts['missing_seconds']:.1f} s"
+        parts.append(gaps if counts["gaps"] else "no gaps")
         further = {"clock steps back": counts["clock_steps_back"]} | self._unread
-        parts += [f"{n} {what}" for what, n in further.items() if n]
-        parts.append(f"{counts['alarms']} alarms")
+        parts += [f"{what}: {n}" for what, n in further.items() if n]
+        parts.append(counted(counts["alarms"], "alarm"))
         parts += [] if last is None else [f"last: {printable(sentence(last))}"]
         return "; ".join(parts)
 

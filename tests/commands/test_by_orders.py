@@ -31,6 +31,11 @@ def test_places_are_named_without_a_model(run, plant):
     for line, place in zip(lines[2:5], ("healthy", "inner", "outer"), strict=True):
         assert line.split()[2] == place
     assert "the inner race of 6205" in out and "No comb exceeds its limit" in out
+    assert lines[0].endswith("Most ball faults show no comb.")
+    # Also as a remark on the healthy recording, and on no other.
+    assert [line for line in lines[1:] if "ball faults" in line] == [
+        f"{files[0]}: Most ball faults show no comb."
+    ]
     fail = run("diagnose", "--bearing", "6205", "--rpm", 900, *RATES, *files, "--fail-on", "alarm")
     assert fail[0] == 3
 

@@ -278,7 +278,7 @@ def test_channels_of_inputs(run, workshop):
     assert code == 1 and f"channels u; y, but {path} was fitted on y; u, in this order" in err
     code, out, err = run("diagnose", path, file, "--channel", "y")
     assert code == 1
-    assert err.splitlines()[-1] == f"  {file}: 1 channels, but {path} was fitted on 2"
+    assert err.splitlines()[-1] == f"  {file}: 1 channel, but {path} was fitted on 2"
 
 
 def test_an_input_in_the_unit_of_the_output_is_noted(run, workshop):

@@ -1,6 +1,9 @@
 """Writers on a disk that is full: the system itself refuses bytes beyond a limit."""
 
+import os
 import signal
+import subprocess
+import sys
 from contextlib import contextmanager
 
 import numpy as np
@@ -90,3 +93,69 @@ def test_a_model_that_fit_cannot_write_leaves_nothing(run, tmp_path):
     assert run("fit", tmp_path / "table.csv", "-o", tmp_path / "m.skops",
                "--window-length", WINDOW)[0] == 0  # fmt: skip
     load_diagnoser(tmp_path / "m.skops")
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_watch_ends_with_one_line_if_its_state_cannot_be_written(run, tmp_path, models, share):
+    np.savetxt(tmp_path / "s.csv", sound("good", 5 * WINDOW, 3))
+    options = ("--idle", 0.02, "--poll", 0.005, "--state", tmp_path / "state.json")
+    watch = ("watch", models[0], tmp_path / "s.csv", *options)
+    assert run(*watch)[0] == 0
+    size = (tmp_path / "state.json").stat().st_size
+    (tmp_path / "state.json").unlink()
+    before = listing(tmp_path)
+    with room_for(share * size):
+        code, _, err = run(*watch)
+    assert code == 1 and "Traceback" not in err and "File too large" in err
+    assert listing(tmp_path) == before
+
+
+def test_evaluate_leaves_no_half_written_table(run, tmp_path, no_figures):
+    options = ("--n-samples", 9600, "-q", "--output", tmp_path / "results")
+    with room_for(200):
+        code, out, err = run("evaluate", *options)
+    assert code == 1 and not out and "Traceback" not in err and "File too large" in err
+    assert all(len(content) <= 200 for content in listing(tmp_path).values())
+    assert not [name for name in listing(tmp_path) if name.endswith(".tmp")]
+    assert run("evaluate", *options)[0] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
+@pytest.mark.parametrize("command", ["diagnose", "watch", "info"])
+def test_a_full_disk_behind_the_output_ends_with_one_line(tmp_path, models, command):
+    np.savetxt(tmp_path / "s.csv", sound("good", 5 * WINDOW, 3))
+    further = {
+        "diagnose": [tmp_path / "s.csv", "--sampling-rate", str(RATE)],
+        "watch": [tmp_path / "s.csv", "--idle", "0.02"],
+        "info": [],
+    }
+    arguments = [sys.executable, "-m", "skarxlag", command, models[0], *further[command]]
+    with open("/dev/full", "w") as full:
+        found = subprocess.run(arguments, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert found.returncode == 1 and "Traceback" not in found.stderr
+    assert found.stderr.strip().endswith("No space left on device")
+
+
+#: Compiles a loop while no file can grow, and computes with it.
+COMPILES = """
+import resource, signal
+import numpy as np
+from skarxlag.kernels.residual_levels import switching_gain
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, ({room}, resource.RLIM_INFINITY))
+print(switching_gain(np.ones((1, 4)), 0.1).shape)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("room", [0, 100, 2000])
+def test_machine_code_that_cannot_be_stored_is_used_all_the_same(tmp_path, room):
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    # Half of a file must not mislead the next process, which has room enough.
+    for allowed in (room, 10**9):
+        program = COMPILES.format(room=allowed)
+        found = subprocess.run(
+            [sys.executable, "-c", program], capture_output=True, text=True, env=environment
+        )
+        assert (found.returncode, found.stdout) == (0, "(1, 4)\n"), found.stderr

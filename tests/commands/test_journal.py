@@ -3,9 +3,11 @@
 import json
 import os
 import stat
+import sys
 import time
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -13,6 +15,7 @@ from skarxlag.commands.diagnosis import Diagnosis, file_state
 from skarxlag.commands.journal import Journal
 from skarxlag.commands.messages import CommandError
 from skarxlag.recordings.listing import ListedRecording
+from tests.commands.watching import WINDOW, sound
 
 WINDOWS = pd.DataFrame({"verdict": ["good", "worn"], "probability": [0.5, 0.7]})
 VERDICT = {"verdict": "good", "probability": 0.7, "alarm": "no", "windows": 2}
@@ -78,17 +81,28 @@ def test_nobody_else_may_read_a_journal(journal, recording):
 
 
 def test_a_recording_that_failed_is_not_kept(journal, recording):
+    interrupted(journal, recording)
+    kept = journal.path.read_text().splitlines()
+    with pytest.raises(KeyboardInterrupt), journal:
+        journal.add(replace(recording, name="b"), Diagnosis.failed(recording, "damaged"))
+        raise KeyboardInterrupt
+    assert [line for line in journal.path.read_text().splitlines() if line] == kept
+
+
+def test_a_run_without_a_result_leaves_no_journal(journal, recording, capsys):
     with pytest.raises(KeyboardInterrupt), journal:
         journal.add(recording, Diagnosis.failed(recording, "damaged"))
         raise KeyboardInterrupt
-    assert len(journal.path.read_text().splitlines()) == 1
+    assert not journal.path.exists() and not capsys.readouterr().err
 
 
 def test_results_of_another_model_are_dropped(tmp_path, journal, recording):
     text = interrupted(journal, recording)
     other = Journal(tmp_path / "out.csv", ["other", "0.1"])
-    assert result(other, recording) is None
-    (head,) = other.path.read_text().splitlines()
+    with pytest.raises(KeyboardInterrupt), other:
+        assert other.result(recording) is None
+        (head,) = other.path.read_text().splitlines()
+        raise KeyboardInterrupt
     settings = [json.loads(line)["settings"] for line in (text.splitlines()[0], head)]
     assert settings == [["model", "0.1"], ["other", "0.1"]]
 
@@ -191,3 +205,18 @@ def test_a_link_is_not_followed(tmp_path, journal):
     journal.path.mkdir()
     with pytest.raises(CommandError, match="is no journal"), journal:
         pass
+
+
+@pytest.mark.filterwarnings("ignore:rpm is not given:UserWarning")
+@pytest.mark.parametrize("option", ["--dask", "-o"])
+def test_a_missing_library_leaves_no_journal(run, models, tmp_path, monkeypatch, option):
+    """Neither that of the cluster, nor that of the format of the results."""
+    np.save(tmp_path / "a.npy", sound("good", 2 * WINDOW, 3))
+    arguments = {"--dask": ("--dask", "tcp://127.0.0.1:1", "-o", tmp_path / "out.csv")}
+    arguments["-o"] = ("-o", tmp_path / "out.parquet")
+    for name in ("distributed", "pyarrow", "fastparquet"):
+        monkeypatch.setitem(sys.modules, name, None)
+    code, out, err = run("diagnose", models[0], tmp_path / "a.npy", *arguments[option])
+    assert code == 1 and not out and "skarxlag diagnose: error" in err
+    assert "goes on from here" not in err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npy"]

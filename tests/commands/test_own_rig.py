@@ -83,6 +83,11 @@ def test_own_recordings_are_evaluated_across_speeds(run, workshop, name):
     outside = verdicts[verdicts["protocol"] == "out"]
     assert outside["train_rpm"].isna().all()
     assert (output / f"{name}.png").stat().st_size > 10_000
+    # A confusion matrix counts each recording once, and not once more for the other protocol.
+    for title in ("make_diagnoser", "log-spectrum-+-lda"):
+        matrix = pd.read_csv(output / f"{name}_confusion_{title}.csv", index_col="true")
+        assert matrix.iloc[:2, :2].to_numpy().sum() == 12
+    assert re.search("confusion matrix of recordings, .*, trained at all speeds but one", out)
     # 12 recordings of 5 windows; one speed in tests each of them twice, one speed out once.
     assert len(outside) == 3 * 60 and len(inside) == 3 * 120
     accuracy = (verdicts["true"] == verdicts["predicted"]).groupby(verdicts["diagnoser"]).mean()
@@ -95,8 +100,11 @@ def test_a_table_that_cannot_be_evaluated_is_named(run, workshop):
     table = pd.read_csv(workshop / "table.csv")
     for frame, message in [
         (table.drop(columns="rpm"), "needs the columns condition and rpm"),
-        (table[table["rpm"] == 600], "2 conditions at 1 speeds; expected at least two of each"),
-        (table[table["condition"] == "good"], "1 conditions at 3 speeds"),
+        (table[table["rpm"] == 600], "2 conditions at 1 speed; expected at least two of each"),
+        (table[table["condition"] == "good"], "1 condition at 3 speeds"),
+        (table.assign(campaign="may"), "1 campaign (may); expected at least two, and all cond"),
+        (table.assign(campaign=table["condition"]), "2 campaigns (good, worn); expected at least"),
+        (table[table["rpm"] == 600].assign(campaign="may"), "2 conditions at 1 speed; expected"),
     ]:
         frame.to_csv(workshop / "bad.csv", index=False)
         code, _, err = run("evaluate", workshop / "bad.csv", "--output", workshop / "r")

@@ -17,6 +17,7 @@ from skarxlag import (
 )
 from skarxlag._answers import Answers
 from skarxlag.commands import main
+from skarxlag.commands.messages import counted
 from skarxlag.recordings.listing import ListedRecording
 from skarxlag.recordings.live import from_folder, from_growing_file
 from skarxlag.recordings.live_samples import RawSamples
@@ -53,7 +54,7 @@ def test_csv_lines_on_standard_input(run, models, fitted, piped):
     assert alarm.startswith("Alarm: after ") and alarm.endswith(" h of signal.")
     last = verdicts_of(out)[-1]
     assert summary.startswith(
-        "2050 samples; windows: 10 good; 0 gaps of 0.0 s; 0 alarms; last: 2.0 s, worn, probability "
+        "2050 samples; windows: 10 good; no gaps; 0 alarms; last: 2.0 s, worn, probability "
     )
     assert summary.endswith(f"p-value {last['p_value']:.2g}")
 
@@ -76,7 +77,7 @@ def test_columns_are_chosen_and_bad_lines_are_missing_samples(run, models, fitte
     code, out, err = run("watch", models[0], "-", "--channel", 1)
     signal[250:252] = np.nan
     assert code == 0 and verdicts_of(out) == expected(fitted, signal)
-    assert "2 lines that are no numbers" in err and "1 not finite" in err
+    assert "lines that are no numbers: 2" in err and "1 not finite" in err
 
 
 def test_a_growing_file_is_followed_and_a_restart_goes_on_where_it_was(
@@ -139,7 +140,7 @@ def test_times_of_files_show_gaps_and_the_state_which_files_were_read(run, model
     code, out, err = run("watch", models[0], folder, *options)
     times = [v["time"] for v in verdicts_of(out)]
     assert code == 0 and times[0] == pytest.approx(999.2) and times[-1] == pytest.approx(1030.0)
-    assert "1 gaps of 28.0 s" in err
+    assert "1 gap of 28.0 s" in err
     np.save(folder / "late.npy", sound("good", 1000, 9))
     os.utime(folder / "late.npy", (1031.0, 1031.0))
     found = verdicts_of(run("watch", models[0], folder, *options)[1])
@@ -306,7 +307,7 @@ def test_ctrl_c_and_termination_end_cleanly(run, models, monkeypatch, number, tm
         )
         code, _, err = run("watch", models[0], "-", "--state", tmp_path / "state.json")
     assert code == 0
-    assert err.splitlines()[-1] == "450 samples; windows: 2 good; 0 gaps of 0.0 s; 0 alarms"
+    assert err.splitlines()[-1] == "450 samples; windows: 2 good; no gaps; 0 alarms"
     assert load_monitor_state(tmp_path / "state.json")[0]["stream"]["n_samples"] == 450
 
 
@@ -410,3 +411,11 @@ def test_a_state_of_other_settings_gives_the_place_only(run, models, fitted, tmp
     code, out, err = run("watch", models[0], path, *IDLE, "--state", state, "--hop", 50)
     assert code == 0 and "The state is of hop == 200, not of 50. Verdicts and the alarm" in err
     assert verdicts_of(out) == expected(fitted, samples[450:], hop=50)
+
+
+def test_numbers_of_things_are_grammatical(run, models, tmp_path):
+    signal = sound("good", 2 * WINDOW, 3)
+    np.savetxt(tmp_path / "s.csv", signal)
+    *_, err = run("watch", models[0], tmp_path / "s.csv", "--idle", 0.02, "--poll", 0.005)
+    assert "400 samples; windows: 2 good; no gaps; 0 alarms" in err
+    assert counted(1, "alarm") == "1 alarm" and counted(2, "alarm") == "2 alarms"

@@ -43,9 +43,8 @@ def contents(path: Path) -> Iterator[Contents]:
 
     def read(names, n_samples):
         chosen = [columns[name] for name in names]
-        if n_samples is None and is_parquet:
-            # Constants take no space in a file: a small file can hold any number of samples.
-            check_unpacked(path.stat().st_size, file.count_rows() * 8 * len(chosen))
+        # Constants take no space in a file: a small file can hold any number of samples.
+        check_unpacked(path.stat().st_size, file.count_rows() * 8 * len(chosen))
         for table in tables({"columns": chosen, "use_threads": False}, n_samples):
             yield [table.column(name).to_numpy(zero_copy_only=False) for name in chosen]
 

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from ._contents import Channel, Contents, Format, slices
+from ._contents import Channel, Contents, Format, check_unpacked, slices
 
 FORMAT = Format(
     (".flac", ".w64", ".rf64", ".aif", ".aiff", ".caf", ".au"), library="soundfile", isolated=True
@@ -17,6 +17,8 @@ def contents(path: Path) -> Iterator[Contents]:
 
     with soundfile.SoundFile(path) as file:
         _check_whole(file)
+        # Silence takes no space in a file: a small file can hold any number of samples.
+        check_unpacked(path.stat().st_size, 8 * file.frames * file.channels)
 
         def read(names, n_samples):
             for part in slices(file.frames, n_samples):

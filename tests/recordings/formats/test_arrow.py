@@ -56,16 +56,6 @@ def test_truncated_files(tmp_path, suffix, kept):
 
 
 @pytest.mark.slow
-def test_a_constant_of_gigabytes_is_read_in_parts_only(tmp_path):
-    n = 40_000_000
-    pd.DataFrame({"y": pd.array(np.zeros(n), dtype="float64")}).to_parquet(tmp_path / "run.parquet")
-    with pytest.raises(ValueError, match=r"run.parquet: \d+ bytes would unpack to 320000000"):
-        read_recording(tmp_path / "run.parquet")
-    signal, _ = next(recording_blocks(tmp_path / "run.parquet", 1000))
-    assert len(signal) == 1000
-
-
-@pytest.mark.slow
 def test_parquet_is_read_one_group_of_rows_after_another(tmp_path):
     path, signal = tmp_path / "a.parquet", np.arange(25.0)
     pd.DataFrame({"acc": signal}).to_parquet(path, row_group_size=10)

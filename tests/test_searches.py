@@ -1,0 +1,215 @@
+"""Searches and cross-validation with speeds and weights, against loops written by hand."""
+
+import warnings
+
+import numpy as np
+import pytest
+import sklearn
+from sklearn.base import clone
+from sklearn.exceptions import FitFailedWarning
+from sklearn.experimental import enable_halving_search_cv  # noqa: F401
+from sklearn.model_selection import (
+    GridSearchCV,
+    HalvingGridSearchCV,
+    ParameterGrid,
+    RandomizedSearchCV,
+    StratifiedKFold,
+    cross_validate,
+    learning_curve,
+    validation_curve,
+)
+
+from skarxlag import (
+    SensorFusion,
+    SpeedSplit,
+    make_alpio,
+    make_detector,
+    make_diagnoser,
+    make_known_conditions,
+)
+from skarxlag._answers import answers
+
+RATE = 2_000
+BEARING = {"outer": 3.6, "inner": 5.4}
+CV = StratifiedKFold(3)
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:.* rows of condition .* are too few:UserWarning",
+    "ignore:.* healthy rows are too few:UserWarning",
+    "ignore:All rows of condition .* have one speed:UserWarning",
+)
+
+
+@pytest.fixture
+def routing():
+    with sklearn.config_context(enable_metadata_routing=True):
+        yield
+
+
+@pytest.fixture(scope="module")
+def rows():
+    """Stretches of half a second at two speeds, in two conditions that overlap."""
+    rng = np.random.default_rng(3)
+    X, y, rpm = rng.normal(size=(36, 1000)), np.repeat(["good", "outer"], 18), np.empty(36)
+    rpm[:] = np.tile([600.0, 900.0], 18)
+    for row in range(18, 36):
+        impacts = np.arange(0, 1000, 60 * RATE / (rpm[row] * BEARING["outer"])).astype(int)
+        X[row, impacts] += rng.uniform(1, 5)
+    weight = rng.integers(1, 4, size=36).astype(float)
+    return X, y, {"rpm": rpm, "sample_weight": weight}
+
+
+MODELS = {
+    "windows": (make_diagnoser(), {"identify__pole": [0.0, 0.4]}),
+    "stretches": (make_diagnoser(sampling_rate=RATE), {"decide__false_alarm_rate": [0.01, 0.1]}),
+    "bearing": (
+        make_diagnoser(sampling_rate=RATE, bearing=BEARING),
+        {"decide__slip": [0.01, 0.03], "decide__bearing": [BEARING, "6205"]},
+    ),
+    "nested parameter": (
+        make_diagnoser(sampling_rate=RATE),
+        {"compare__order_residual__n_jobs": [None, 2]},
+    ),
+    "sensors": (
+        SensorFusion(estimator=make_diagnoser()),
+        {"estimator__decide__confidence_scale": [1.0, 2.0]},
+    ),
+}
+
+
+def scores_by_hand(model, grid, X, y, metadata, cv):
+    """Fit each candidate on each split with the metadata of its rows, and score it with them."""
+    found = []
+    for candidate in ParameterGrid(grid):
+        row = []
+        for train, test in cv.split(X, y):
+            own = {name: values[train] for name, values in metadata.items()}
+            fitted = clone(model).set_params(**candidate).fit(X[train], y[train], **own)
+            others = {name: values[test] for name, values in metadata.items()}
+            row.append(fitted.score(X[test], y[test], **others))
+        found.append(row)
+    return np.array(found)
+
+
+def scores_of(search):
+    return np.stack([search.cv_results_[f"split{n}_test_score"] for n in range(3)], axis=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MODELS)
+def test_a_grid_search_is_a_loop_with_the_metadata_of_each_split(routing, rows, name):
+    X, y, metadata = rows
+    (model, grid), metadata = MODELS[name], dict(metadata)
+    if name == "sensors":
+        X = np.stack([X, X[::-1]], axis=1)
+    search = GridSearchCV(clone(model), grid, cv=CV, error_score="raise").fit(X, y, **metadata)
+    expected = scores_by_hand(model, grid, X, y, metadata, CV)
+    np.testing.assert_array_equal(scores_of(search), expected)
+    best = clone(model).set_params(**search.best_params_).fit(X, y, **metadata)
+    # A search of scikit-learn takes no metadata in predict, and its best estimator does.
+    found = search.best_estimator_.predict(X, rpm=metadata["rpm"])
+    np.testing.assert_array_equal(found, best.predict(X, rpm=metadata["rpm"]))
+    assert search.score(X, y, **metadata) == best.score(X, y, **metadata)
+    assert answers(search).speeds == pytest.approx((600.0, 900.0))
+    assert len(np.unique(expected)) > 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [RandomizedSearchCV, HalvingGridSearchCV])
+def test_other_searches_take_metadata_too(routing, rows, kind):
+    X, y, metadata = rows
+    model, grid = MODELS["windows"]
+    options = {"n_iter": 2} if kind is RandomizedSearchCV else {"min_resources": 36}
+    search = kind(clone(model), grid, cv=CV, random_state=0, error_score="raise", **options)
+    search.fit(X, y, **metadata)
+    expected = scores_by_hand(model, grid, X, y, metadata, CV).mean(axis=1)
+    found = dict(zip(search.cv_results_["param_identify__pole"],
+                     search.cv_results_["mean_test_score"], strict=True))  # fmt: skip
+    np.testing.assert_allclose([found[pole] for pole in grid["identify__pole"]], expected)
+
+
+@pytest.mark.slow
+def test_nested_searches_hand_metadata_through_two_levels(routing, rows):
+    X, y, metadata = rows
+    model, grid = MODELS["windows"]
+    inner = GridSearchCV(clone(model), grid, cv=CV, error_score="raise")
+    nested = cross_validate(inner, X, y, cv=CV, params=metadata, error_score="raise")
+    expected = []
+    for train, test in CV.split(X, y):
+        own = {name: values[train] for name, values in metadata.items()}
+        means = scores_by_hand(model, grid, X[train], y[train], own, CV).mean(axis=1)
+        best = clone(model).set_params(**ParameterGrid(grid)[int(means.argmax())])
+        best.fit(X[train], y[train], **own)
+        others = {name: values[test] for name, values in metadata.items()}
+        expected.append(best.score(X[test], y[test], **others))
+    np.testing.assert_array_equal(nested["test_score"], expected)
+
+
+@pytest.mark.slow
+def test_a_search_across_speeds_with_routed_groups(routing, rows):
+    X, y, metadata = rows
+    model, rpm = make_diagnoser(), metadata["rpm"]
+    search = GridSearchCV(
+        model, {"identify__pole": [0.0, 0.4]}, cv=SpeedSplit(), error_score="raise"
+    ).fit(X, y, groups=rpm, rpm=rpm)
+    (train, test), *_ = SpeedSplit().split(X, y, groups=rpm)
+    by_hand = clone(model).set_params(identify__pole=0.0).fit(X[train], y[train], rpm=rpm[train])
+    expected = by_hand.score(X[test], y[test], rpm=rpm[test])
+    assert search.cv_results_["split0_test_score"][0] == expected
+
+
+@pytest.mark.slow
+def test_curves_take_metadata_too(routing, rows):
+    X, y, metadata = rows
+    options = {"cv": CV, "params": metadata, "error_score": "raise"}
+    sizes, _, scores = learning_curve(make_diagnoser(), X, y, train_sizes=[1.0], **options)
+    expected = scores_by_hand(make_diagnoser(), {}, X, y, metadata, CV)
+    assert sizes.tolist() == [24]
+    np.testing.assert_array_equal(scores, expected)
+    named = {"param_name": "identify__pole", "param_range": [0.0, 0.4]}
+    _, scores = validation_curve(make_diagnoser(), X, y, **named, **options)
+    grid = {"identify__pole": [0.0, 0.4]}
+    np.testing.assert_array_equal(
+        scores, scores_by_hand(make_diagnoser(), grid, X, y, metadata, CV)
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("make", [make_detector, make_known_conditions])
+def test_detectors_are_searched_with_a_scorer_that_takes_speeds(rows, make):
+    X, y, metadata = rows
+    rpm = metadata["rpm"]
+
+    def share_of_outliers(model, rows, labels=None):
+        # A scorer of scikit-learn hands no speeds to predict, so the rows carry them.
+        return float(np.mean(model.predict(rows[:, 1:], rpm=rows[:, 0]) == -1))
+
+    class OnRowsWithSpeeds(type(make())):
+        def fit(self, X, y=None):
+            return super().fit(X[:, 1:], y, rpm=X[:, 0])
+
+    pipe = OnRowsWithSpeeds(make().steps)
+    rate = "false_alarm_rate" if make is make_detector else "false_rejection_rate"
+    labels = None if make is make_detector else y
+    search = GridSearchCV(
+        pipe, {f"decide__{rate}": [0.01, 0.2]}, cv=3, scoring=share_of_outliers, error_score="raise"
+    )
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        search.fit(np.column_stack([rpm, X]), labels)
+    assert not any("without rpm" in str(each.message) for each in caught)
+    few, many = search.cv_results_["mean_test_score"]
+    assert few <= many
+
+
+@pytest.mark.slow
+def test_a_candidate_with_unstable_gains_scores_as_failed_and_the_others_count(rows):
+    X, y, _ = rows
+    grid = {"observe__ki": [0.1, 3.0]}
+    search = GridSearchCV(make_alpio(), grid, cv=CV, error_score=np.nan)
+    with (
+        pytest.warns(FitFailedWarning, match="3 fits failed out of a total of 6"),
+        pytest.warns(UserWarning, match="test scores are non-finite"),
+    ):
+        search.fit(X, y)
+    assert np.isnan(search.cv_results_["mean_test_score"]).tolist() == [False, True]
+    assert search.best_params_ == {"observe__ki": 0.1}
