@@ -5,14 +5,17 @@ Run ``python -m benchmarks.cross_speed`` from the root of the repository.
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
 
 from benchmarks.cross_speed import reporting
-from benchmarks.cross_speed.peers import METHODS, OURS, PEERS
+from benchmarks.cross_speed.overview import DIFFERENCES, differences, overview
+from benchmarks.cross_speed.peers import LEFT_OUT, METHODS, OURS, PEERS
 from benchmarks.cross_speed.plots import accuracy_figure
 from benchmarks.cross_speed.protocol import leave_one_speed_in
 from benchmarks.cross_speed.rigs import RIGS, find, find_rig, split_by_crack
 from benchmarks.pages.blocks import write_blocks
+from benchmarks.recipe.left_out import choices, diagnoser_without
 
 DEFAULTS = {
     "rig": list(RIGS),
@@ -28,7 +31,7 @@ def parse(arguments):
     )
     parser.add_argument(
         "--method",
-        nargs="+",
+        nargs="*",
         default=DEFAULTS["method"],
         help=f"of {list(METHODS)}, or module:function",
     )
@@ -39,6 +42,9 @@ def parse(arguments):
         type=Path,
         default=Path("skarxlag-results/cross-speed"),
         help="folder of the CSV files; results of other runs in it are kept",
+    )
+    parser.add_argument(
+        "--resume", action="store_true", help="keep results of the same method, rig and length"
     )
     parser.add_argument(
         "--write",
@@ -73,6 +79,7 @@ def run(rig_name, rig, method, make_classifier, window_length, output):
     pairs = list(with_progress(leave_one_speed_in(make_classifier, rig, window_length)))
     key = {"rig": rig_name, "window_length": window_length, "method": method}
     reporting.merge(output / "confusion.csv", reporting.confusion_frame(pairs), key)
+    reporting.merge(output / "recordings.csv", reporting.recording_frame(pairs), key)
     return reporting.merge(output / "pairs.csv", reporting.pair_frame(pairs), key)
 
 
@@ -88,6 +95,16 @@ def check_installed(methods):
             ) from error
 
 
+def chosen_for(rig_name, methods):
+    """Methods of a rig: constants chosen without it are known for real rigs alone."""
+    chosen = dict(methods)
+    if LEFT_OUT in chosen:
+        del chosen[LEFT_OUT]
+        if rig_name in choices().index:
+            chosen[LEFT_OUT] = partial(diagnoser_without, rig_name)
+    return chosen
+
+
 def main(arguments=None):
     options = parse(arguments)
     methods = {name: find(name, METHODS, "--method") for name in options.method}
@@ -97,16 +114,20 @@ def main(arguments=None):
     for name, make_rig in rigs.items():
         for window_length in options.window_length:
             for label, rig in split_by_crack(name, make_rig(window_length)).items():
-                for method, make_classifier in methods.items():
-                    pairs = run(label, rig, method, make_classifier, window_length, options.output)
+                for method, make_classifier in chosen_for(label, methods).items():
+                    key = (label, window_length, method)
+                    if not (options.resume and reporting.has_run(options.output, *key)):
+                        run(label, rig, method, make_classifier, window_length, options.output)
+    pairs, recordings = (
+        reporting.mean_of_seeds(reporting.with_stored(options.output / name))
+        for name in ("pairs.csv", "recordings.csv")
+    )
     summary = reporting.summarise(pairs)
     summary.to_csv(options.output / "summary.csv", index=False)
     blocks = {
-        # The paper's own diagnosers are kept for comparison: they have no place among five rows.
-        reporting.OVERVIEW: reporting.overview(
-            summary[~summary.method.isin(["make_single_observer_pio", "make_alpio"])], OURS
-        ),
+        reporting.OVERVIEW: overview(summary, recordings),
         reporting.TABLES: reporting.report(summary),
+        DIFFERENCES: differences(recordings),
     }
     tables = "\n\n".join(blocks.values()) + "\n"
     (options.output / "tables.md").write_text(tables, encoding="utf-8")

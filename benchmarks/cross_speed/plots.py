@@ -1,6 +1,10 @@
 """The chart above the tables: mean accuracy of each method at speeds that it was not fitted at."""
 
+from itertools import cycle
+
 from benchmarks.pages.svg_figures import BLUE, GREEN, ORANGE, PURPLE, legend_below, saved_figure
+
+MARKERS = [("o", BLUE), ("s", ORANGE), ("^", GREEN), ("D", PURPLE)]
 
 
 def accuracy_figure(summary, path, ours):
@@ -20,13 +24,16 @@ def accuracy_figure(summary, path, ours):
     means = windows[windows.window_length == length].pivot(
         index="method", columns="rig", values="mean"
     )
+    means = means[windows.rig.unique()]
     real = [rig for rig in means if not rig.startswith("simulated")] or list(means)
+    # Open and filled markers: eight rigs with four colours that can be read on any page.
+    styles = [(marker, color, fill) for fill in ("full", "none") for marker, color in MARKERS]
     means = means.loc[means[real].mean(axis=1).sort_values().index]
     with saved_figure(path, size=(7.0, 0.8 + 0.28 * len(means))) as axes:
         ax = axes[0, 0]
-        styles = zip("os^D", (BLUE, ORANGE, GREEN, PURPLE), strict=True)
-        for rig, (marker, color) in zip(means, styles, strict=False):
-            ax.plot(means[rig], range(len(means)), marker, color=color, label=rig, ls="none")
+        for rig, (marker, color, fill) in zip(means, cycle(styles), strict=False):
+            style = {"marker": marker, "color": color, "fillstyle": fill, "ls": "none"}
+            ax.plot(means[rig], range(len(means)), label=rig, **style)
         ax.set_yticks(range(len(means)), means.index)
         for label in ax.get_yticklabels():
             label.set_fontweight("bold" if label.get_text() in ours else "normal")

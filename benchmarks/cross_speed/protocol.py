@@ -9,6 +9,7 @@ from collections import Counter
 from time import process_time
 
 import numpy as np
+import pandas as pd
 from sklearn.metrics import accuracy_score, recall_score
 
 from skarxlag.model_selection import first_and_second_half
@@ -144,6 +145,19 @@ def score(y_true, y_pred):
     return scores
 
 
+def by_recording(recording, right):
+    """Count windows and right verdicts of each recording.
+
+    Examples
+    --------
+    >>> by_recording(["a", "b", "a"], [True, True, False]).to_numpy().tolist()
+    [['a', 2, 1], ['b', 1, 1]]
+    """
+    verdicts = pd.DataFrame({"recording": recording, "right": np.asarray(right, dtype=int)})
+    counts = verdicts.groupby("recording").right.agg(windows="size", right="sum")
+    return counts.reset_index()
+
+
 def leave_one_speed_in(make_classifier, rig, window_length):
     """Fit at each speed, score at every speed.
 
@@ -161,7 +175,8 @@ def leave_one_speed_in(make_classifier, rig, window_length):
     pair : dict
         ``train_rpm`` and ``test_rpm``; ``fit_seconds`` and ``predict_seconds``, processor time, so
         that a busy machine does not count; ``evidence``, the rule of :func:`log_evidence`;
-        ``window`` and ``group``, the :func:`score` of single windows and of groups of 10. The
+        ``window`` and ``group``, the :func:`score` of single windows and of groups of 10;
+        ``recordings``, for each test recording the number of windows and of right verdicts. The
         pairs of equal speeds are among them.
     """
     check_rig(rig, window_length)
@@ -189,4 +204,5 @@ def leave_one_speed_in(make_classifier, rig, window_length):
                 "evidence": rule,
                 "window": score(y, predicted),
                 "group": score(y[groups[:, 0]], verdicts),
+                "recordings": by_recording(rig.recording[test], predicted == y),
             }

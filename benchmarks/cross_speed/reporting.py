@@ -1,6 +1,5 @@
 """From the scores of speed pairs to data frames, Markdown tables and a block of a README."""
 
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +11,12 @@ from benchmarks.pages.blocks import markdown
 RUN = ["rig", "window_length", "method"]
 #: Names of the marked blocks of a Markdown file: means alone, and everything.
 OVERVIEW, TABLES = "cross-speed overview", "cross-speed tables"
-#: Rows of the small table, and the peer that has one in any case.
-ROWS, PLAIN = 5, "log spectrum + LDA"
+#: Results of the methods that take hours. They are added to those of a run.
+STORED = Path(__file__).parent / "stored"
+#: End of the name of a method that runs with several seeds.
+_SEED = r", seed \d+$"
+#: Columns that differ between seeds.
+_SCORES = {"accuracy", "balanced_accuracy", "fit_seconds", "predict_seconds", "right"}
 
 
 def pair_frame(pairs):
@@ -44,6 +47,26 @@ def pair_frame(pairs):
         }
         for pair in pairs
         for verdict in ("window", "group")
+    )
+
+
+def recording_frame(pairs):
+    """Number of windows and of right verdicts of each test recording, at each training speed.
+
+    Parameters
+    ----------
+    pairs : iterable of dict
+        What ``protocol.leave_one_speed_in`` yields.
+
+    Returns
+    -------
+    frame : DataFrame
+        ``train_rpm``, ``test_rpm``, ``recording``, ``windows``, ``right``, of unequal speeds.
+    """
+    return pd.concat(
+        pair["recordings"].assign(train_rpm=pair["train_rpm"], test_rpm=pair["test_rpm"])
+        for pair in pairs
+        if pair["train_rpm"] != pair["test_rpm"]
     )
 
 
@@ -112,6 +135,57 @@ def summarise(pairs):
     return pd.DataFrame(rows)
 
 
+def with_stored(path):
+    """Read the results of a run, and add the stored ones of methods that it did not repeat.
+
+    Parameters
+    ----------
+    path : Path
+        CSV file of the run; `STORED` holds one of the same name.
+
+    Returns
+    -------
+    frame : DataFrame
+        Stored results are of the same rigs and window lengths.
+    """
+    frame, stored = pd.read_csv(path), pd.read_csv(STORED / path.name)
+    scored = frame[RUN[:2]].drop_duplicates()
+    stored = stored.merge(scored)[frame.columns]
+    return pd.concat([frame, stored[~stored.method.isin(frame.method)]], ignore_index=True)
+
+
+def has_run(folder, rig, window_length, method):
+    """Return whether a folder of results holds this run."""
+    path = folder / "pairs.csv"
+    if not path.exists():
+        return False
+    return (pd.read_csv(path)[RUN] == [rig, window_length, method]).all(axis=1).any()
+
+
+def mean_of_seeds(frame):
+    """Replace the seeds of a method by their mean.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Rows of :func:`pair_frame` or :func:`recording_frame`, with a column ``method``.
+
+    Returns
+    -------
+    frame : DataFrame
+        The other rows are unchanged.
+    """
+    seeded = frame.method.str.contains(_SEED)
+    if not seeded.any():
+        return frame
+    scores = [*_SCORES.intersection(frame.columns)]
+    keys = [name for name in frame if name not in scores]
+    runs = frame[seeded]
+    runs = runs.assign(method=runs.method.str.replace(_SEED, "", regex=True))
+    means = runs.groupby(keys, as_index=False, sort=False)[scores].mean()
+    return pd.concat([frame[~seeded], means], ignore_index=True)
+
+
 def merge(path, rows, run):
     """Write `rows` of one run to a CSV file, and replace earlier rows of the same run.
 
@@ -167,49 +241,6 @@ def rig_table(summary):
     body = body.rename_axis("method").reset_index()
     body.columns = head
     return markdown(body)
-
-
-def overview(summary, ours=()):
-    """Markdown of the small table: all of ours and the best peers, on the real rigs.
-
-    Parameters
-    ----------
-    summary : DataFrame
-        Rows of :func:`summarise`.
-    ours : collection of str, default=()
-        Methods of this package. They are marked, and each of them has a row.
-
-    Returns
-    -------
-    text : str
-        At most `ROWS` methods, among them `PLAIN`, ordered by their mean over the columns. A method
-        that was not run for every column is left out. The best figure of each column is bold.
-    """
-    windows = summary[(summary.verdict == "window") & ~summary.rig.str.startswith("simulated")]
-    wide = windows.pivot(index="method", columns=["rig", "window_length"], values="mean")
-    columns = product(windows.rig.unique(), sorted(windows.window_length.unique()))
-    wide = wide[[column for column in columns if column in wide.columns]].dropna()
-    wide = wide.loc[wide.mean(axis=1).sort_values(ascending=False).index]
-    is_ours = wide.index.isin(list(ours))
-    peers = wide.index[~is_ours]
-    # The plainest peer has a row, wherever it ranks.
-    peers = peers[np.argsort(peers != PLAIN, kind="stable")][: max(ROWS - is_ours.sum(), 0)]
-    wide = wide[is_ours | wide.index.isin(peers)]
-    best = wide.max()
-    cells = wide.apply(
-        lambda column: column.map(lambda value: _emphasised(value, best[column.name]))
-    )
-    cells.columns = [f"{rig}, {length}" for rig, length in wide.columns]
-    cells.index = [f"`{name}` (ours)" if name in ours else name for name in wide.index]
-    table = markdown(cells.rename_axis("method").reset_index())
-    return (
-        "Share of right verdicts at speeds that were not used for training. Each verdict rests on "
-        f"one window; the head of a column states its length in samples.\n\n{table}"
-    )
-
-
-def _emphasised(value, best):
-    return f"**{value:.3f}**" if round(value, 3) == round(best, 3) else f"{value:.3f}"
 
 
 def report(summary):

@@ -1,11 +1,20 @@
 """Rigs of the benchmark: one function each, from a window length to a Bunch of windows."""
 
+import os
 from functools import partial
 from importlib import import_module
 
+import numpy as np
 from sklearn.utils import Bunch
 
-from skarxlag.datasets import FETCHERS, simulate_rig
+from benchmarks.recipe.rigs import real_rigs
+from skarxlag.datasets import FETCHERS, fetch_cwru, fetch_hit_sm, simulate_rig
+from skarxlag.recordings.windows import make_windows
+
+#: Names of rigs in tables, by the names of their fetchers.
+NAMES = {"uestc": "UESTC", "hit_sm": "SpectraQuest"}
+#: Rigs that are read from the folder of recordings, because there is no fetcher.
+STORED = ("motor sound",)
 
 
 def simulated(window_length):
@@ -16,8 +25,60 @@ def fetched(window_length, *, fetch, data_home=None):
     return fetch(window_length=window_length, data_home=data_home)
 
 
+def stored(window_length, *, name, data_home=None):
+    return windows_of(stored_rig(name, data_home), window_length)
+
+
+def stored_rig(name, data_home=None):
+    """Recordings of a rig in the folder `data_home`, or in ``$SKARXLAG_DATA``.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the rig is not there.
+    """
+    home = data_home or os.environ.get("SKARXLAG_DATA", ".")
+    for rig in real_rigs([name], home):
+        return rig
+    raise FileNotFoundError(f"{name}: {home} has no folder of this rig; name other rigs (--rig).")
+
+
+def windows_of(rig, window_length):
+    """Cut the recordings of a rig into windows.
+
+    Parameters
+    ----------
+    rig : Rig
+        As `real_rigs` yields it.
+    window_length : int
+        Samples in a window.
+
+    Returns
+    -------
+    Bunch
+        With `data`, `target`, `target_names`, `rpm`, `recording`, `start` and `sampling_rate`.
+    """
+    windows = [make_windows(each.samples, window_length) for each in rig.recordings]
+    counts = [len(each) for each in windows]
+    conditions = [each.condition for each in rig.recordings]
+    names = [f"{each.condition}, {each.rpm:g} rpm" for each in rig.recordings]
+    return Bunch(
+        data=np.concatenate(windows),
+        target=np.repeat(conditions, counts),
+        target_names=sorted(set(conditions)),
+        rpm=np.repeat([each.rpm for each in rig.recordings], counts),
+        recording=np.repeat(names, counts),
+        start=np.concatenate([window_length * np.arange(n) for n in counts]),
+        sampling_rate=rig.sampling_rate,
+    )
+
+
 RIGS = {
-    **{name: partial(fetched, fetch=fetch) for name, fetch in FETCHERS.items()},
+    **{NAMES.get(name, name): partial(fetched, fetch=fetch) for name, fetch in FETCHERS.items()},
+    "self-built": partial(fetched, fetch=partial(fetch_hit_sm, rig="self-built")),
+    "CWRU drive end": partial(fetched, fetch=partial(fetch_cwru, end="drive")),
+    "CWRU fan end": partial(fetched, fetch=partial(fetch_cwru, end="fan")),
+    **{name: partial(stored, name=name) for name in STORED},
     "simulated rig": simulated,
 }
 
@@ -29,8 +90,13 @@ def find_rig(name, data_home=None):
     ------
     ValueError
         If `name` is neither.
+    FileNotFoundError
+        If it is a rig without a fetcher that is not there.
     """
-    if name in FETCHERS:
+    if name in STORED:
+        # A rig that is not there is named before the first score, not after an hour.
+        return partial(windows_of, stored_rig(name, data_home))
+    if name in RIGS and RIGS[name] is not simulated:
         return partial(RIGS[name], data_home=data_home)
     return find(name, RIGS, "--rig")
 

@@ -18,7 +18,7 @@ from benchmarks.pages.blocks import markdown, page_parser, publish
 
 RATES = (0.01, 0.05)
 #: If the gain differs between recordings, the level contains no information.
-FREE_GAIN = {"hit_sm", "hit_sm self-built"}
+FREE_GAIN = {"SpectraQuest", "self-built"}
 SPLITS = {
     "left out": "healthy rows of all other speeds, tested at the one left out",
     "one speed": "healthy rows of one speed, tested at every other",

@@ -7,7 +7,7 @@ from skarxlag.datasets import FETCHERS, fetch_hit_sm, simulate_rig
 
 WINDOW = 4800
 #: Windows of 4800 samples that make a row of about a second.
-SECOND = {"uestc": 4, "hit_sm": 10, "hit_sm self-built": 10, "simulated rig, 3 mm": 52}
+SECOND = {"UESTC": 4, "SpectraQuest": 10, "self-built": 10, "simulated rig, 3 mm": 52}
 
 
 def simulated(window_length, data_home=None, random_state=0):
@@ -30,9 +30,9 @@ def self_built(window_length, data_home=None):
 
 
 RIGS = {
-    "uestc": partial(fetched, name="uestc"),
-    "hit_sm": partial(fetched, name="hit_sm"),
-    "hit_sm self-built": self_built,
+    "UESTC": partial(fetched, name="uestc"),
+    "SpectraQuest": partial(fetched, name="hit_sm"),
+    "self-built": self_built,
     "simulated rig, 3 mm": simulated,
 }
 

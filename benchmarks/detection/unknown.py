@@ -18,7 +18,7 @@ from benchmarks.pages.blocks import markdown, page_parser, publish
 from skarxlag import make_known_conditions
 
 RATES = (0.01, 0.05)
-RIGS = ("uestc", "hit_sm", "hit_sm self-built")
+RIGS = ("UESTC", "SpectraQuest", "self-built")
 #: Rows of each other kind.
 N_OTHER = 20
 SPLITS = {

@@ -43,7 +43,7 @@ _MOUNTINGS = {
     "remounted strongly": (1.0, 0.3, (0, 1, 2)),
 }
 _SAME_CONDITIONS = [
-    ("HIT-SM SpectraQuest", "HIT-SM self-built"),
+    ("SpectraQuest", "self-built"),
     ("CWRU drive end", "CWRU fan end"),
 ]
 _TAPS, _COSINES = 257, 40

@@ -11,8 +11,8 @@ from skarxlag.fault_places import place_of_label
 
 #: Function that fetches each rig.
 RIGS = {
-    "HIT-SM SpectraQuest": partial(fetch_hit_sm, rig="spectraquest"),
-    "HIT-SM self-built": partial(fetch_hit_sm, rig="self-built"),
+    "SpectraQuest": partial(fetch_hit_sm, rig="spectraquest"),
+    "self-built": partial(fetch_hit_sm, rig="self-built"),
     "UESTC": fetch_uestc,
     "CWRU drive end": partial(fetch_cwru, end="drive"),
     "CWRU fan end": partial(fetch_cwru, end="fan"),
@@ -20,7 +20,7 @@ RIGS = {
 }
 #: Bearings that the authors do not state. Housings UCP 204 hold inserts UC 204; the orders of the
 #: self-built rig are those of a 6205.
-_NOT_STATED = {"UESTC": "UC204", "HIT-SM self-built": "6205"}
+_NOT_STATED = {"UESTC": "UC204", "self-built": "6205"}
 
 
 class Recording(NamedTuple):

@@ -26,9 +26,11 @@ HEALTHY_SHARE = 0.1
 FALSE_ALARM_RATE = 0.05
 #: Hours of signal. With a tenth of a second in ten seconds, 100 hours of a run.
 FALSE_ALARM_INTERVAL = 1.0
+#: Numbers of healthy snapshots that the detector is fitted on, one after the other.
+FEW_HEALTHY = (2, 3, 4, 5, 6, 8, 10, 12)
 
 
-def watch_run(snapshots, seconds, rpm, sampling_rate):
+def watch_run(snapshots, seconds, rpm, sampling_rate, most_healthy=None):
     """Return the verdicts of the monitor on one channel of a run, after its healthy part.
 
     Parameters
@@ -41,6 +43,9 @@ def watch_run(snapshots, seconds, rpm, sampling_rate):
         Nominal speed.
     sampling_rate : float
         In Hz.
+    most_healthy : int or None, default=None
+        Number of snapshots of the healthy part that the detector is fitted on; None for all. The
+        rest of the healthy part is not used.
 
     Returns
     -------
@@ -54,7 +59,7 @@ def watch_run(snapshots, seconds, rpm, sampling_rate):
     with warnings.catch_warnings():
         # A run has one speed and few healthy snapshots; the page states this.
         warnings.simplefilter("ignore", UserWarning)
-        detector.fit(snapshots[healthy], rpm=rpm)
+        detector.fit(snapshots[healthy][:most_healthy], rpm=rpm)
     monitor = ConditionMonitor(
         None,
         sampling_rate,
@@ -63,7 +68,7 @@ def watch_run(snapshots, seconds, rpm, sampling_rate):
         false_alarm_interval=FALSE_ALARM_INTERVAL,
     )
     verdicts = updated(monitor, snapshots[~healthy], seconds[~healthy], rpm)
-    return verdicts, int(healthy.sum())
+    return verdicts, len(snapshots[healthy][:most_healthy])
 
 
 def updated(monitor, snapshots, seconds, rpm):
@@ -102,6 +107,41 @@ def alarm_row(verdicts, end):
         "alarms before, that went off": len(on) - is_on_at_end,
         "snapshots that exceed before": f"{exceeds[:last].mean():.2f}",
     }
+
+
+def few_healthy_table(runs):
+    """Tabulate the alarms of detectors that were fitted on few healthy snapshots.
+
+    Parameters
+    ----------
+    runs : list of tuple
+        As `read_runs` yields them.
+
+    Returns
+    -------
+    DataFrame
+        A row for each number of snapshots.
+    """
+    rows = []
+    for n_healthy in FEW_HEALTHY:
+        of_channels = [
+            alarm_row(watch_run(channel, seconds, rpm, rate, n_healthy)[0], seconds[-1])
+            for _, signal, seconds, rpm, rate in runs
+            for channel in signal.swapaxes(0, 1)
+        ]
+        found = pd.DataFrame(of_channels)
+        at_end = found[found["alarm, s"] != "none"]
+        rows.append(
+            {
+                "healthy snapshots": n_healthy,
+                "channels": len(found),
+                "with an alarm at the end": len(at_end),
+                "earliest, share of the run": min(at_end["share of the run"], default=""),
+                "latest, share of the run": max(at_end["share of the run"], default=""),
+                "alarms before, that went off": found["alarms before, that went off"].sum(),
+            }
+        )
+    return pd.DataFrame(rows)
 
 
 def draw(runs, path):
@@ -149,16 +189,20 @@ def main(arguments=None):
     )
     options = parser.parse_args(arguments)
     rows, runs = [], {}
-    for name, signal, seconds, rpm, sampling_rate in read_runs(options.data_home, options.runs):
+    recorded = list(read_runs(options.data_home, options.runs))
+    for name, signal, seconds, rpm, sampling_rate in recorded:
         end = seconds[-1] + signal.shape[2] / sampling_rate
         for channel in range(signal.shape[1]):
             verdicts, n_healthy = watch_run(signal[:, channel], seconds, rpm, sampling_rate)
             runs.setdefault(name, []).append(verdicts)
             row = {"run": name, "channel": channel, "healthy snapshots": n_healthy}
             rows.append(row | alarm_row(verdicts, end))
-    block = markdown(pd.DataFrame(rows))
-    print(block)
+    blocks = {
+        "runs to failure": markdown(pd.DataFrame(rows)),
+        "few healthy snapshots": markdown(few_healthy_table(recorded)),
+    }
+    print("\n\n".join(blocks.values()))
     if options.figure:
         draw(runs, options.figure)
     if options.write:
-        write_blocks(options.write, {"runs to failure": block})
+        write_blocks(options.write, blocks)

@@ -1,9 +1,13 @@
 """Regenerate the tables and figures of README and docs.
 
 ``python -m benchmarks.pages NAME`` runs the command of that part. Without a name, it runs the
-commands of all parts that an earlier version of the package wrote. ``--check`` runs nothing. It
-lists all parts with their version and date, the oldest first, and the number of commits to the
-package since that day.
+commands of all parts that are out of date. ``--check`` lists all parts, or those that are named,
+with their state and date, the oldest first. It fails if one of them is out of date:
+
+- current: the code, the data and the command are those of the last run.
+- moved: the code was changed since, but its canaries, cells that are recomputed in seconds, are
+  still the same. ``--restamp`` declares these parts current.
+- outdated: a canary differs, or the part has none. The names of the canaries follow.
 """
 
 import argparse
@@ -11,22 +15,34 @@ import shlex
 import subprocess
 import sys
 
-from benchmarks.pages.parts import PARTS, ROOT, outdated, record, states
+from benchmarks.pages.modules import ROOT
+from benchmarks.pages.parts import PARTS
+from benchmarks.pages.states import MOVED, outdated, record, restamp, states
 
 
 def main(arguments=None):
-    """Run the command; with ``--check``, return the number of parts of an earlier version."""
-    parser = argparse.ArgumentParser("python -m benchmarks.pages", description=__doc__)
+    """Run the command; with ``--check``, return the number of parts that are out of date."""
+    parser = argparse.ArgumentParser(
+        "python -m benchmarks.pages",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("part", nargs="*", help=f"one or more of {', '.join(PARTS)}")
-    parser.add_argument("--check", action="store_true", help="list the state of all parts")
+    parser.add_argument("--check", action="store_true", help="list the states")
+    parser.add_argument(
+        "--restamp", action="store_true", help="with --check: record moved parts as current"
+    )
     parser.add_argument("--data-home", help="folder of the downloaded rigs")
     options = parser.parse_args(arguments)
     if unknown := set(options.part) - set(PARTS):
         parser.error(f"{sorted(unknown)}: expected names among {', '.join(PARTS)}")
     if options.check:
-        for name, (version, date) in states().items():
-            print(f"{name:20} {version:8} {date or 'never':17} {_commits_since(date)}")
-        return len(outdated())
+        found = states(options.part)
+        for each in found:
+            print(f"{each.part:20} {each.name:10} {each.date:17} {each.differs}")
+            if options.restamp and each.name == MOVED:
+                restamp(PARTS[each.part])
+        return sum(not each.is_valid for each in found)
     for name in options.part or outdated():
         for arguments in PARTS[name].command.split(" && "):
             command = [sys.executable, *shlex.split(arguments)]
@@ -37,18 +53,6 @@ def main(arguments=None):
         # Blocks are recorded as they are written, with the date that they state.
         record(PARTS[name].images)
     return 0
-
-
-def _commits_since(date):
-    """Return how often the package was changed since then, empty if that is not known."""
-    if not date:
-        return ""
-    command = ["git", "rev-list", "--count", f"--since={date}+0000", "HEAD", "--", "skarxlag"]
-    try:
-        counted = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    except (OSError, subprocess.CalledProcessError):
-        return ""
-    return f"{counted.stdout.strip()} commits since"
 
 
 if __name__ == "__main__":

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from benchmarks.pages.parts import PARTS, ROOT, record, recorded
+from benchmarks.pages.modules import ROOT
+from benchmarks.pages.parts import PARTS
+from benchmarks.pages.states import record, recorded
 
 
 def page_parser(doc, name):

@@ -1,14 +1,6 @@
-"""List of the generated parts of README and docs: their commands, their outputs and their dates."""
+"""List of the generated parts of README and docs: their commands, outputs and dependencies."""
 
-import json
-from datetime import UTC, datetime
-from pathlib import Path
 from typing import NamedTuple
-
-from skarxlag import __version__
-
-ROOT = Path(__file__).parents[2]
-RECORD = ROOT / "docs" / "generated.json"
 
 
 class Part(NamedTuple):
@@ -26,6 +18,11 @@ class Part(NamedTuple):
         Blocks whose tables are stored in a csv file.
     downloads : bool
         Whether it takes ``--data-home``, the folder of the real rigs.
+    data : tuple of str
+        Patterns of files in the repository that its numbers depend on: checksums of recordings, and
+        tables of other parts.
+    canaries : tuple of str
+        Functions of `benchmarks.pages.cells` that show whether its numbers changed.
     """
 
     command: str
@@ -33,6 +30,8 @@ class Part(NamedTuple):
     images: tuple = ()
     tables: tuple = ()
     downloads: bool = False
+    data: tuple = ()
+    canaries: tuple = ()
 
     def outputs(self):
         """Return every block, as "page: block", and the patterns of its images."""
@@ -40,61 +39,95 @@ class Part(NamedTuple):
         return [*blocks, *self.images]
 
 
+_CHECKSUMS = ("skarxlag/datasets/checksums/*.sha256", "benchmarks/recipe/rigs.sha256")
+_WINDOWS = ("windows", "spectraquest")
 _STUDIES = ("noise", "window length", "order", "pole", "gains", "speed", "crack size", "compound")
 _STUDIES += ("torque",)
 _PAPER_RUNS = ("compared", "bank", "single residual", "long windows", "stretches")
 _PAPER_TABLES = tuple(f"paper tables {run}" for run in _PAPER_RUNS)
 PARTS = {
+    "terminal-example": Part(
+        "-m benchmarks.pages.terminal_example --write README.md docs/results.md",
+        {"README.md": ("terminal example",), "docs/results.md": ("terminal example",)},
+        downloads=True,
+        data=_CHECKSUMS,
+        canaries=("stretches", "probabilities", "detector"),
+    ),
     "overview": Part(
-        "-m benchmarks.pages.overview", {}, ("docs/_static/overview.png",), downloads=True
+        "-m benchmarks.pages.overview",
+        {},
+        ("docs/_static/overview.png",),
+        downloads=True,
+        data=_CHECKSUMS,
+        canaries=_WINDOWS,
     ),
     "cross-speed": Part(
         "-m benchmarks.cross_speed "
         "--figure docs/images/cross_speed.svg --write README.md docs/cross_speed.md",
         {
             "README.md": ("cross-speed overview",),
-            "docs/cross_speed.md": ("cross-speed tables",),
+            "docs/cross_speed.md": ("cross-speed tables", "cross-speed differences"),
         },
         ("docs/images/cross_speed*.svg",),
-        ("cross-speed tables",),
+        ("cross-speed tables", "cross-speed differences"),
         downloads=True,
+        data=(
+            *_CHECKSUMS,
+            "docs/tables/constants.csv",
+            "benchmarks/cross_speed/stored/*.csv",
+        ),
+        canaries=(*_WINDOWS, "proposal", "baseline", "cross_speed"),
     ),
     "ablation": Part(
         "-m benchmarks.recipe ablation --write docs/cross_speed.md",
-        {"docs/cross_speed.md": ("ablation",)},
+        {"docs/cross_speed.md": ("ablation overview", "ablation")},
         tables=("ablation",),
         downloads=True,
+        data=_CHECKSUMS,
+        canaries=(*_WINDOWS, "proposal", "baseline"),
     ),
     "constants": Part(
         "-m benchmarks.recipe constants --write docs/cross_speed.md && "
         "-m benchmarks.recipe constants --wide --write docs/cross_speed.md",
         {"docs/cross_speed.md": ("constants", "constants wide")},
         tables=("constants", "constants wide"),
+        data=_CHECKSUMS,
+        canaries=(*_WINDOWS, "stretches"),
     ),
     "targets": Part(
         "-m benchmarks.recipe targets --write docs/cross_speed.md",
         {"docs/cross_speed.md": ("targets",)},
+        data=_CHECKSUMS,
+        canaries=(*_WINDOWS, "stretches"),
     ),
     "recording-evidence": Part(
         "-m benchmarks.recipe recording-evidence --write docs/cross_speed.md",
         {"docs/cross_speed.md": ("recording evidence",)},
+        data=_CHECKSUMS,
+        canaries=(*_WINDOWS, "stretches"),
     ),
     "detection": Part(
         "-m benchmarks.detection rates --write docs/detection.md",
         {"docs/detection.md": ("detection", "detection families", "detection cost")},
         tables=("detection families", "detection cost"),
         downloads=True,
+        data=_CHECKSUMS,
+        canaries=("detector",),
     ),
     "detection-constants": Part(
         "-m benchmarks.detection constants --write docs/detection.md",
         {"docs/detection.md": ("detection constants",)},
         tables=("detection constants",),
+        data=_CHECKSUMS,
+        canaries=("detector",),
     ),
     "detection-unknown": Part(
         "-m benchmarks.detection unknown --write docs/detection.md",
         {"docs/detection.md": ("unknown", "other kinds")},
         tables=("unknown", "other kinds"),
         downloads=True,
+        data=_CHECKSUMS,
+        canaries=("detector",),
     ),
     "detection-runs": Part(
         "-m benchmarks.detection runs --figure docs/images/detection_runs.svg "
@@ -103,13 +136,17 @@ PARTS = {
         ("docs/images/detection_runs.svg",),
         tables=("runs",),
         downloads=True,
+        data=_CHECKSUMS,
+        canaries=("detector",),
     ),
     "runs-to-failure": Part(
         "-m benchmarks.monitoring --figure docs/images/runs_to_failure.svg "
         "--write docs/monitoring.md",
-        {"docs/monitoring.md": ("runs to failure",)},
+        {"docs/monitoring.md": ("runs to failure", "few healthy snapshots")},
         ("docs/images/runs_to_failure.svg",),
         downloads=True,
+        data=_CHECKSUMS,
+        canaries=("detector",),
     ),
     "soak": Part(
         "-m benchmarks.monitoring.soak --write docs/monitoring.md",
@@ -140,6 +177,8 @@ PARTS = {
         {},
         ("docs/images/report.png",),
         downloads=True,
+        data=_CHECKSUMS,
+        canaries=_WINDOWS,
     ),
     "diagram-image": Part("-m benchmarks.pages.diagram_image", {}, ("docs/images/diagram.png",)),
     "stretches": Part(
@@ -147,6 +186,8 @@ PARTS = {
         {"docs/stretches.md": ("stretches overview", "stretches training")},
         tables=("stretches training",),
         downloads=True,
+        data=_CHECKSUMS,
+        canaries=("stretches",),
     ),
     "stretches-simulated": Part(
         "-m benchmarks.stretches --rig simulated --seconds 1 2 --seed 21 22 23 24 "
@@ -154,6 +195,7 @@ PARTS = {
         "'make_diagnoser, windows of 4800 vote' --output skarxlag-results/stretches-simulated "
         "--write docs/stretches.md",
         {"docs/stretches.md": ("stretches simulated",)},
+        canaries=("stretches",),
     ),
     "fault-orders": Part(
         "-m benchmarks.fault_orders --method 'openconmo, envelope' 'openconmo, prewhitening' "
@@ -167,17 +209,23 @@ PARTS = {
         },
         tables=("fault orders stretches", "fault orders settings"),
         downloads=True,
+        data=_CHECKSUMS,
+        canaries=("fault_orders",),
     ),
     "fault-orders-joint": Part(
         "-m benchmarks.fault_orders joint --write docs/fault_orders.md",
         {"docs/fault_orders.md": ("fault orders joint", "fault orders joint settings")},
         tables=("fault orders joint settings",),
         downloads=True,
+        data=_CHECKSUMS,
+        canaries=("fault_orders", "stretches"),
     ),
     "fault-orders-runs": Part(
         "-m benchmarks.fault_orders runs --write docs/fault_orders.md",
         {"docs/fault_orders.md": ("fault orders runs",)},
         downloads=True,
+        data=_CHECKSUMS,
+        canaries=("fault_orders",),
     ),
     "speed": Part(
         "-m benchmarks.speed --write benchmarks/README.md",
@@ -201,6 +249,7 @@ PARTS = {
         {"docs/paper/tables.md": _PAPER_TABLES},
         ("docs/paper/images/tables_averages.svg",),
         _PAPER_TABLES,
+        canaries=("windows", "stretches", "proposal", "baseline"),
     ),
     "sensitivity": Part(
         "-m benchmarks.paper sensitivity --write docs/paper/sensitivity.md",
@@ -211,6 +260,7 @@ PARTS = {
         },
         ("docs/paper/images/sensitivity_*.svg",),
         tuple(f"sensitivity {name}" for name in _STUDIES if name != "torque"),
+        canaries=("proposal", "baseline"),
     ),
     "fault-estimation": Part(
         "-m benchmarks.paper fault-estimation --write docs/paper/fault_estimation.md",
@@ -222,50 +272,12 @@ PARTS = {
         },
         ("docs/paper/images/fault_estimation_*.svg",),
         tuple(f"fault estimation {name}" for name in ("synthetic", "bearing", "gains")),
+        canaries=("proposal", "baseline"),
     ),
     "paper-figures": Part(
         "-m benchmarks.pages.paper_figures",
         {},
         tuple(f"docs/paper/images/{stem}" for stem in ("figure_*", "ladder.png", "bank.png")),
+        canaries=("windows", "proposal", "baseline"),
     ),
 }
-
-
-def recorded():
-    """Return version and date of each output."""
-    return json.loads(RECORD.read_text("utf-8")) if RECORD.exists() else {}
-
-
-def record(outputs):
-    """Record that these outputs have just been written with the present version."""
-    known, outputs = recorded(), set(outputs)
-    for part in PARTS.values():
-        for output in outputs.intersection(part.outputs()):
-            known[output] = {"version": __version__, "date": f"{datetime.now(UTC):%Y-%m-%d %H:%M}"}
-    if known:
-        RECORD.write_text(json.dumps(known, indent=1, sort_keys=True) + "\n", "utf-8")
-
-
-def states():
-    """Return the oldest version and date of the outputs of each part, the oldest part first.
-
-    Returns
-    -------
-    dict of str to (str, str)
-        Version and date, both empty for a part with an output that was never written.
-    """
-    known = recorded()
-    never = {"version": "", "date": ""}
-    found = {
-        name: min(
-            (state["date"], state["version"])
-            for state in (known.get(output, never) for output in part.outputs())
-        )[::-1]
-        for name, part in PARTS.items()
-    }
-    return dict(sorted(found.items(), key=lambda each: each[1][::-1]))
-
-
-def outdated():
-    """Return the parts that were not written with the present version of the package."""
-    return [name for name, (version, _) in states().items() if version != __version__]

@@ -12,10 +12,12 @@ import pandas as pd
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer
 
+from benchmarks.cross_speed import reporting
 from benchmarks.cross_speed.command import run
 from benchmarks.cross_speed.peers import LabelsOnly, unit_rms
 from benchmarks.pages.blocks import markdown, publish
 from benchmarks.recipe.options import options, rigs
+from benchmarks.recipe.parts import OVERVIEW, PROPOSAL, RECIPE, WITHOUT, part_table
 from skarxlag import (
     ARXLaguerre,
     ExtendedStatePIObserver,
@@ -25,6 +27,7 @@ from skarxlag import (
     ThresholdLadder,
     make_diagnoser,
 )
+from skarxlag.fault_places import place_of_label
 from skarxlag.observers import RESIDUAL_EVALUATIONS
 
 EVALUATIONS = {name: name.replace("_", " ") for name in RESIDUAL_EVALUATIONS}
@@ -57,7 +60,6 @@ PARTS = {
 MODELS = ("measured inputs left out", "plain windows, no model", "model order 32")
 #: The paper's proposal as its printed equations suggest it.
 ONE_OBSERVER = "extended state, switching gain"
-RECIPE, PROPOSAL = "make_diagnoser", "make_extended_state_pio"
 
 
 def observing(observer, healthy, **identification):
@@ -240,13 +242,43 @@ def report(pairs):
     )
 
 
+def healthy_condition(rig):
+    """Return the healthy condition of a rig, None if it has none."""
+    return next((name for name in rig.target_names if place_of_label(name) == "healthy"), None)
+
+
+def variants_of(rig, parts_alone=False):
+    """Yield name and classifier of the variants that a rig is scored with.
+
+    A variant with a model of the healthy condition needs a rig that has one.
+
+    Parameters
+    ----------
+    rig : Bunch
+        Windows of a rig.
+    parts_alone : bool, default=False
+        Whether to leave out what the table of parts does not show.
+    """
+    healthy = healthy_condition(rig)
+    for name, make in variants().items():
+        is_part = name == RECIPE or name in WITHOUT.values()
+        needs_healthy = name.startswith("healthy model")
+        if (is_part or not parts_alone) and not (needs_healthy and healthy is None):
+            yield name, partial(verdicts_only, make, healthy)
+
+
 def main(arguments=None):
+    """Run the command."""
     chosen = options(__doc__, "ablation", arguments)
     chosen.output.mkdir(parents=True, exist_ok=True)
-    for label, rig in rigs(chosen):
-        for name, make in variants().items():
-            classifier = partial(verdicts_only, make, rig.target_names[0])
-            pairs = run(label, rig, name, classifier, chosen.window_length, chosen.output)
-    pairs = pairs[pairs.window_length == chosen.window_length]
+    all_variants = chosen.window_length[0]
+    for length in chosen.window_length:
+        for label, rig in rigs(chosen, length):
+            for name, classifier in variants_of(rig, parts_alone=length != all_variants):
+                if not (chosen.resume and reporting.has_run(chosen.output, label, length, name)):
+                    run(label, rig, name, classifier, length, chosen.output)
+    pairs = pd.read_csv(chosen.output / "pairs.csv")
+    pairs = pairs[pairs.window_length == all_variants]
     differences(pairs).to_csv(chosen.output / "differences.csv", index=False)
-    publish(chosen, {"ablation": report(pairs)})
+    recordings = pd.read_csv(chosen.output / "recordings.csv")
+    publish(chosen, {OVERVIEW: part_table(recordings), "ablation": report(pairs)})

@@ -18,13 +18,16 @@ def options(doc, name, arguments):
     parser.add_argument(
         "--rig", nargs="+", default=list(RIGS), help=f"of {list(RIGS)}, or module:function"
     )
-    parser.add_argument("--window-length", type=int, default=1200)
+    parser.add_argument("--window-length", nargs="+", type=int, default=[1200, 4800])
+    parser.add_argument(
+        "--resume", action="store_true", help="keep results that the output folder holds"
+    )
     parser.add_argument("--data-home", help="folder of the downloaded rigs")
     return parser.parse_args(arguments)
 
 
-def rigs(options):
+def rigs(options, window_length):
     """Label and windows of every rig that the options name, one for each crack size."""
     for name in options.rig:
-        rig = find_rig(name, options.data_home)(options.window_length)
+        rig = find_rig(name, options.data_home)(window_length)
         yield from split_by_crack(name, rig).items()

@@ -3,33 +3,45 @@
 Run ``python -m benchmarks.recipe targets`` from the root of the repository. First halves of the
 recordings are for training and second halves for testing. "One speed" is trained at one speed and
 tested at every other, "others" is trained at all speeds but one and tested at that one; each number
-is the mean over the pairs. The folder of the rigs is ``$SKARXLAG_DATA``.
+is the mean over the pairs. Two peers receive the speed, as `make_diagnoser` does. The folder of the
+rigs is ``$SKARXLAG_DATA``. The verdicts of each rig and method are kept in a file of the folder
+``--output``, and ``--resume`` does not repeat them.
 """
 
 import os
+import sys
 from functools import partial
 
 import numpy as np
 import pandas as pd
 
 from benchmarks.cross_speed import peers
-from benchmarks.cross_speed.command import check_installed
+from benchmarks.cross_speed.peers_with_speed import SpectrumWithSpeed
 from benchmarks.pages.blocks import markdown, page_parser, publish
 from benchmarks.recipe.calibration import expected_calibration_error
 from benchmarks.recipe.rigs import real_rigs, simulated_rigs
 from benchmarks.stretches.methods import WindowsVote
 from skarxlag import make_diagnoser
+from skarxlag.evidence import SMALLEST_PROBABILITY
 
 #: Samples of a row; None means one second.
 ROWS = {"windows of 1200": 1200, "windows of 4800": 4800, "stretches of 1 s": None}
 STATED, UNSTATED = "make_diagnoser", "make_diagnoser, rpm not stated"
 VOTE = "make_diagnoser, windows of 4800 vote"
 PEERS = {
-    "log spectrum + LDA": peers.spectrum_lda,
+    "log spectrum + shrinkage LDA": peers.spectrum_shrinkage_lda,
     "log spectrum + SVM": peers.spectrum_svm,
-    "band energies + random forest": peers.bands_forest,
-    "MiniRocket": peers.minirocket,
+    "STFT percentiles + shrinkage LDA": peers.percentiles_lda,
+    "STFT percentiles + shrinkage LDA, augmented": peers.percentiles_lda_augmented,
 }
+#: Peers that receive the speed in `fit` and in `predict`.
+WITH_SPEED = {
+    "log spectrum + shrinkage LDA, speed as a feature": SpectrumWithSpeed,
+    "log spectrum over orders + shrinkage LDA": partial(SpectrumWithSpeed, over_orders=True),
+}
+METHODS = [STATED, UNSTATED, *PEERS, *WITH_SPEED, VOTE]
+#: Samples of the windows in a stretch that vote, of peers.
+PEER_WINDOW = 1200
 
 
 def rows_of(rig, length, half, speeds):
@@ -105,34 +117,61 @@ def of_votes(train, test):
 def of_peer(make, train, test):
     """Verdicts of a peer; of stretches those of its windows of 1200."""
     if train[0].shape[-1] > 4800:
-        return WindowsVote(make, 1200).fit(*train).predict(test[0], test[2]), None
+        return WindowsVote(make, PEER_WINDOW).fit(*train).predict(test[0], test[2]), None
     return make().fit(train[0], train[1]).predict(test[0]), None
 
 
-def scores(rig, kinds, methods):
-    """Yield a row for each method, kind of rows, protocol and pair of speeds."""
+def of_peer_with_speed(make, train, test):
+    """Verdicts of a peer that receives the speed; of stretches by the evidence of its windows."""
+    length = PEER_WINDOW if train[0].shape[-1] > 4800 else train[0].shape[-1]
+    (X, y, rpm), (X_test, _, rpm_test) = train, test
+    windows, n = _windows(X, length)
+    fitted = make().fit(windows, np.repeat(y, n), np.repeat(rpm, n))
+    windows, n = _windows(X_test, length)
+    probability = fitted.predict_proba(windows, np.repeat(rpm_test, n))
+    logs = np.log(np.maximum(probability, SMALLEST_PROBABILITY))
+    evidence = logs.reshape(len(X_test), n, -1).sum(axis=1)
+    return fitted.classes_[evidence.argmax(axis=1)], None
+
+
+def _windows(X, length):
+    """Cut the output channel of rows into windows; their number in a row."""
+    X = X[:, 0] if X.ndim == 3 else X
+    n = X.shape[1] // length
+    return X[:, : n * length].reshape(-1, length), n
+
+
+def verdicts(rig, kinds, method):
+    """Return a frame with a row for each verdict of a method on a rig.
+
+    Returns
+    -------
+    DataFrame
+        ``rig``, ``rows``, ``trained at``, ``method``, ``trained rpm``, ``rpm``, ``right`` and
+        ``confidence``, NaN where no probability is stated.
+    """
+    frames = []
     for kind in kinds:
+        if method == VOTE and ROWS[kind] is not None:
+            continue
         length = ROWS[kind] or int(rig.sampling_rate)
         for protocol, trained, tested in folds(rig):
             train, test = (
                 rows_of(rig, length, half, speeds) for half, speeds in enumerate((trained, tested))
             )
-            for method in methods:
-                if method == VOTE and ROWS[kind] is not None:
-                    continue
-                verdict, confidence = _verdicts(method, train, test, rig, kind)
-                for speed in tested:
-                    at = test[2] == speed
-                    yield {
-                        "rig": rig.name,
-                        "rows": kind,
-                        "trained at": protocol,
-                        "method": method,
-                        "rpm": speed,
-                        "right": np.mean(verdict[at] == test[1][at]),
-                        "verdicts": verdict[at] == test[1][at],
-                        "confidence": None if confidence is None else confidence[at],
-                    }
+            verdict, confidence = _verdicts(method, train, test, rig, kind)
+            columns = {
+                "rig": rig.name,
+                "rows": kind,
+                "trained at": protocol,
+                "method": method,
+                "trained rpm": " ".join(f"{speed:g}" for speed in trained),
+                "rpm": test[2],
+                "right": (verdict == test[1]).astype(int),
+                "confidence": np.nan if confidence is None else confidence,
+            }
+            frames.append(pd.DataFrame(columns))
+    return pd.concat(frames) if frames else pd.DataFrame()
 
 
 def _verdicts(method, train, test, rig, kind):
@@ -140,27 +179,40 @@ def _verdicts(method, train, test, rig, kind):
         return of_votes(train, test)
     if method in PEERS:
         return of_peer(PEERS[method], train, test)
+    if method in WITH_SPEED:
+        return of_peer_with_speed(WITH_SPEED[method], train, test)
     rate = rig.sampling_rate if ROWS[kind] is None else None
     return of_ours(train, test, rate, method == STATED)
 
 
 def accuracy_table(found):
     """Mean accuracy over pairs: a row for each kind, protocol and method, a column for each rig."""
-    table = found.pivot_table(
-        index=["rows", "trained at", "method"], columns="rig", values="right", sort=False
-    )
+    keys = ["rows", "trained at", "method", "rig"]
+    of_pair = found.groupby([*keys, "trained rpm", "rpm"], sort=False).right.mean()
+    table = of_pair.groupby(keys, sort=False).mean().unstack("rig", sort=False)
+    is_real = ~table.columns.str.startswith("simulated")
+    table.insert(0, "mean of rigs", table.loc[:, is_real].mean(axis=1))
     return table.reset_index()
 
 
 def calibration_table(found):
     """Expected calibration error over all pairs, where probabilities are stated."""
-    rows = {}
     keys = ["rows", "trained at", "rig"]
-    for key, group in found[found.method == STATED].groupby(keys, sort=False):
-        confidence, right = (np.concatenate(list(group[n])) for n in ("confidence", "verdicts"))
-        rows[key] = expected_calibration_error(confidence, right)
-    index = pd.MultiIndex.from_tuples(rows, names=keys)
-    return pd.Series(rows.values(), index).unstack("rig", sort=False).reset_index()
+    stated = found[found.method == STATED].groupby(keys, sort=False)
+    errors = {key: expected_calibration_error(of.confidence, of.right) for key, of in stated}
+    index = pd.MultiIndex.from_tuples(errors, names=keys)
+    return pd.Series(errors.values(), index).unstack("rig", sort=False).reset_index()
+
+
+def read_verdicts(folder, rigs):
+    """Read the verdicts of all methods on these rigs, in the order of the tables."""
+    names = [f"{rig}; {method}.csv" for rig in rigs for method in METHODS]
+    paths = [folder / name for name in names if (folder / name).exists()]
+    frames = (pd.read_csv(path) for path in paths if path.stat().st_size > 2)
+    found = pd.concat(frames, ignore_index=True)
+    order = {"rows": list(ROWS), "trained at": ["one speed", "others"], "method": METHODS}
+    places = {name: found[name].map(values.index) for name, values in order.items()}
+    return found.iloc[pd.DataFrame(places).sort_values(list(order), kind="stable").index]
 
 
 def main(arguments=None):
@@ -168,26 +220,22 @@ def main(arguments=None):
     parser = page_parser(__doc__, "targets")
     parser.add_argument("--rig", nargs="*", help="names of rigs; default: all and the simulated")
     parser.add_argument("--rows", nargs="*", default=list(ROWS), choices=list(ROWS))
-    parser.add_argument("--no-peers", action="store_true")
+    parser.add_argument("--method", nargs="*", default=METHODS, choices=METHODS)
+    parser.add_argument("--resume", action="store_true", help="keep verdicts of earlier runs")
     parser.add_argument("--data-home", default=os.environ.get("SKARXLAG_DATA"))
     options = parser.parse_args(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
-    methods = [STATED, UNSTATED, VOTE]
-    if not options.no_peers:
-        check_installed(PEERS)
-        methods += PEERS
-    rigs = list(real_rigs(options.rig, options.data_home))
-    sources = [partial(scores, rig, options.rows, methods) for rig in rigs]
+    sources = [(rig, options.rows) for rig in real_rigs(options.rig, options.data_home)]
     if options.rig is None:
         windows = [kind for kind in options.rows if ROWS[kind] is not None]
-        sources += [partial(scores, rig, windows, methods) for rig in simulated_rigs()]
-    found = []
-    for source in sources:
-        found += source()
-        table = pd.DataFrame(found)
-        table.drop(columns=["verdicts", "confidence"]).to_csv(
-            options.output / "pairs.csv", index=False, float_format="%.4f"
-        )
+        sources += [(rig, windows) for rig in simulated_rigs()]
+    for rig, kinds in sources:
+        for method in options.method:
+            path = options.output / f"{rig.name}; {method}.csv"
+            if not (options.resume and path.exists()):
+                verdicts(rig, kinds, method).to_csv(path, index=False, float_format="%.5f")
+                print(path.stem, file=sys.stderr, flush=True)
+    table = read_verdicts(options.output, [rig.name for rig, _ in sources])
     calibration = calibration_table(table)
     accuracy = accuracy_table(table)
     accuracy.to_csv(options.output / "accuracy.csv", index=False, float_format="%.4f")

@@ -20,7 +20,7 @@ from skarxlag import bearing_orders
 
 BLOCK = "stretches {}"
 DEFAULTS = {
-    "rig": ["hit_sm", "uestc"],
+    "rig": ["SpectraQuest", "UESTC"],
     "method": [*CONDITIONS, *TRAINING, *RACES],
     "seconds": [0.5, 1.0, 2.0],
     "seed": [0],

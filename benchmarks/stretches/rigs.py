@@ -9,7 +9,7 @@ from skarxlag.datasets import simulate_rig
 #: Inserts of the series UC 204 have the inside of a bearing 6204.
 _UC204 = BearingGeometry(n_elements=8, element_diameter=7.938, pitch_diameter=33.5)
 #: Bearing of each rig, and the place of the fault by the first letters of a condition.
-BEARINGS = {"hit_sm": SKF_6205, "uestc": _UC204, "simulated": SKF_6205}
+BEARINGS = {"SpectraQuest": SKF_6205, "UESTC": _UC204, "simulated": SKF_6205}
 _PLACES = {"IR": "inner", "I": "inner", "OR": "outer", "O": "outer", "B": "ball", "N": "healthy"}
 #: Seconds of a recording of the simulated rig, its sampling rate in Hz, and its cracks in mm.
 _SECONDS, _RATE, _CRACKS = 4, 250_000, (3, 6)

@@ -22,6 +22,8 @@ _AT_ONCE = 4
 #: Groups of `_AT_ONCE` samples in which the switching gain settles: it can cross 11 decades of
 #: power at a step of 0.05.
 _SETTLING = 64
+#: Groups after which sums of steps go to double precision. Sums of so many samples are exact.
+_EXACT = 4096
 #: Share of the innovations' power by which the square of every estimate is raised: an estimate that
 #: is nothing but rounding is steady.
 _FLOOR = 1e-12
@@ -140,14 +142,14 @@ def bank_levels(
     )
     levels = levels.reshape(3, n_windows, -1)[..., : len(kp)]
     power, settled = np.log(levels[:2] / size[:, np.newaxis] ** 2)
-    return power, settled + 2 * step * (2 * levels[2] / n_samples - (n_samples + 1) / 2)
+    return power, settled + 2 * step * levels[2] / n_samples
 
 
 @compiled
 def _fill_levels(innovations, pole, scale, floor, members, ratios, signal, state, squares, levels):
-    """Write the mean square, the square of the settled gain, and the sum of its steps up.
+    """Write the mean square, the square of the settled gain, and the sum of the steps from there.
 
-    A step up counts for the sample of its vote and for all samples after it.
+    The sum is over all samples, of the number of steps up minus that of steps down.
     """
     n, n_samples = _TOGETHER, innovations.shape[1]
     up, down, lift = ratios[0], ratios[1], ratios[2]
@@ -170,10 +172,14 @@ def _fill_levels(innovations, pole, scale, floor, members, ratios, signal, state
                     levels[1, w, block, i] = state[i]
                     # The zeros before the first sample vote, too: these steps make up for them.
                     state[i] *= lift
-                    state[i + n] = 0.0
-                _vote(sizes, up, down, state)
-            for i in range(n):
-                levels[2, w, block, i] = state[i + n]
+                    state[i + n] = padding
+                    levels[2, w, block, i] = -padding * (padding - 1) / 2
+                for group in range(0, len(sizes), _EXACT):
+                    for i in range(n):
+                        state[i + 2 * n] = 0.0
+                    _vote(sizes[group : group + _EXACT], up, down, state)
+                    for i in range(n):
+                        levels[2, w, block, i] += state[i + 2 * n]
 
 
 @inlined
@@ -206,16 +212,17 @@ def _estimate(signal, floor, state, squares):
 def _vote(squares, up, down, state):
     """Run the switching gains over `squares` once.
 
-    `state` holds the squared gain, and the sum of its steps up.
+    `state` holds the squared gain, its steps up minus its steps down, and the sum of these over the
+    samples.
     """
     n = _TOGETHER
     for group in range(len(squares)):
         sizes = squares[group]
-        left = np.float32((len(squares) - group) * _AT_ONCE)
         for i in range(n):
-            gain, total = state[i], state[i + n]
+            gain, steps, total = state[i], state[i + n], state[i + 2 * n]
             for j in range(_AT_ONCE):
                 above = sizes[i + j * n] > gain
                 gain = gain * (up if above else down)
-                total = total + (left - np.float32(j)) if above else total
-            state[i], state[i + n] = gain, total
+                steps = steps + np.float32(1.0 if above else -1.0)
+                total = total + steps
+            state[i], state[i + n], state[i + 2 * n] = gain, steps, total

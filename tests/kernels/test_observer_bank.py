@@ -55,6 +55,17 @@ def test_levels_against_the_literal_recursion(n_samples, n_members, share):
             assert gain[w, m] + unit == pytest.approx(expected[1], abs=0.03)
 
 
+def test_sums_over_long_windows_keep_their_precision():
+    signals = coloured(1, 200_001)
+    kp, ki = observer_bank.member_gains(POLE, 2, 1.5)
+    power, gain = observer_bank.bank_levels(signals, POLE, kp, ki, np.zeros(2), STEP)
+    unit = 2 * np.log(np.abs(signals).max())
+    for m in range(2):
+        expected = literal_levels(signals[0], kp[m], ki[m], 0.0)
+        assert power[0, m] + unit == pytest.approx(expected[0], abs=1e-3)
+        assert gain[0, m] + unit == pytest.approx(expected[1], abs=0.005)
+
+
 def test_a_member_is_the_observer_of_a_single_frequency():
     signals = coloured(1, 200)
     kp, ki = observer_bank.member_gains(POLE, 8, 1.5)

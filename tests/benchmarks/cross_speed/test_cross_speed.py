@@ -20,7 +20,9 @@ def pair(train, test, accuracy, confusion=(), balanced=None):
         "verdicts": 10,
         "confusion": Counter(dict(confusion)),
     }
+    counts = {"recording": ["a", "b"], "windows": [5, 5], "right": [round(5 * accuracy), 5]}
     return {
+        "recordings": pd.DataFrame(counts),
         "train_rpm": train,
         "test_rpm": test,
         "fit_seconds": 2.0,
@@ -56,6 +58,40 @@ def test_summary_by_hand():
 def test_confusion_is_summed_over_unequal_speeds_only():
     frame = reporting.confusion_frame(PAIRS).set_index(["verdict", "true", "predicted"])["count"]
     assert frame["window"].to_dict() == {("a", "a"): 14, ("a", "b"): 2, ("b", "a"): 4}
+
+
+def test_recordings_are_counted_at_unequal_speeds():
+    frame = reporting.recording_frame(PAIRS)
+    columns = ["train_rpm", "test_rpm", "recording", "right", "windows"]
+    assert frame[columns].to_numpy().tolist() == [
+        [100.0, 200.0, "a", 3, 5],
+        [100.0, 200.0, "b", 5, 5],
+        [200.0, 100.0, "a", 4, 5],
+        [200.0, 100.0, "b", 5, 5],
+    ]
+
+
+def test_seeds_of_a_method_become_their_mean():
+    frames = [
+        reporting.pair_frame(PAIRS[1:2]).assign(rig="r", window_length=4, method="m", accuracy=each)
+        for each in (0.2, 0.4)
+    ]
+    seeds = [frame.assign(method=f"n, seed {i}") for i, frame in enumerate(frames)]
+    found = reporting.mean_of_seeds(pd.concat([frames[0], *seeds])).groupby("method").accuracy
+    assert found.size().to_dict() == {"m": 2, "n": 2}
+    np.testing.assert_allclose(found.mean()[["m", "n"]], [0.2, 0.3])
+
+
+def test_stored_results_are_added_where_a_method_was_not_run(tmp_path, monkeypatch):
+    monkeypatch.setattr(reporting, "STORED", tmp_path / "stored")
+    reporting.STORED.mkdir()
+    columns = [*reporting.RUN, "accuracy"]
+    stored = [("r", 4, "slow", 0.1), ("r", 4, "fast", 0.1), ("other", 4, "slow", 0.1)]
+    pd.DataFrame(stored, columns=columns).to_csv(reporting.STORED / "pairs.csv", index=False)
+    path = tmp_path / "pairs.csv"
+    pd.DataFrame([("r", 4, "fast", 0.9)], columns=columns).to_csv(path, index=False)
+    found = reporting.with_stored(path)
+    assert found.to_numpy().tolist() == [["r", 4, "fast", 0.9], ["r", 4, "slow", 0.1]]
 
 
 def test_merge_replaces_the_same_run_only(tmp_path):
@@ -126,34 +162,6 @@ def test_command_writes_tables_and_the_block_of_a_readme(module, tmp_path, capsy
     ]
 
 
-def overview_rows(cells, ours=()):
-    summary = pd.DataFrame(cells, columns=["rig", "window_length", "method", "mean"])
-    text = reporting.overview(summary.assign(verdict="window"), ours)
-    return text.splitlines()[2:]
-
-
-def test_overview_has_a_row_a_method_and_a_column_a_rig_and_length():
-    cells = [("r", 4, "m", 0.5), ("r", 8, "m", 0.25), ("r", 4, "n", 0.75), ("r", 8, "n", 0.125)]
-    cells += [("r", 4, "run for one column only", 1.0)]
-    assert overview_rows(cells, {"m"}) == [
-        "| method | r, 4 | r, 8 |",
-        "| --- | --- | --- |",
-        "| n | **0.750** | 0.125 |",
-        "| `m` (ours) | 0.500 | **0.250** |",
-    ]
-
-
-def test_overview_keeps_ours_and_the_best_peers_and_leaves_simulations_out():
-    cells = [("r", 4, f"peer {i}", i / 10) for i in range(8)]
-    cells += [("r", 4, "mine", 0.05), ("simulated rig", 4, "mine", 1.0)]
-    rows = overview_rows(cells, {"mine"})
-    assert len(rows) == 2 + reporting.ROWS
-    assert rows[0] == "| method | r, 4 |"
-    assert rows[2].startswith("| peer 7 ") and rows[-1].startswith("| `mine` (ours) ")
-    rows = overview_rows([*cells, ("r", 4, reporting.PLAIN, 0.01)], {"mine"})
-    assert len(rows) == 2 + reporting.ROWS and rows[-1].startswith(f"| {reporting.PLAIN} ")
-
-
 def test_results_of_other_runs_are_kept(module, tmp_path):
     options = ["--rig", "bench_module:rig", "--method", "bench_module:neighbours"]
     for length in ("4", "8"):
@@ -162,9 +170,30 @@ def test_results_of_other_runs_are_kept(module, tmp_path):
     assert "4: mean" in text and "8: mean" in text
 
 
+def test_resume_keeps_what_was_scored(module, tmp_path):
+    options = ["--rig", "bench_module:rig", "--window-length", "4", "--output", str(tmp_path)]
+    options += ["--method", "bench_module:neighbours"]
+    main(options)
+    path = tmp_path / "pairs.csv"
+    pd.read_csv(path).assign(accuracy=0.25).to_csv(path, index=False)
+    main([*options, "--resume"])
+    assert pd.read_csv(path).accuracy.eq(0.25).all()
+    main(options)
+    assert not pd.read_csv(path).accuracy.eq(0.25).any()
+
+
+def test_tables_of_earlier_runs_are_made_without_a_method(module, tmp_path):
+    options = ["--rig", "bench_module:rig", "--window-length", "4", "--output", str(tmp_path)]
+    main([*options, "--method", "bench_module:neighbours"])
+    text = (tmp_path / "tables.md").read_text()
+    (tmp_path / "tables.md").unlink()
+    main([*options, "--method"])
+    assert (tmp_path / "tables.md").read_text() == text
+
+
 def test_missing_library_is_named_before_anything_runs(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "aeon", None)
     output = tmp_path / "out"
-    with pytest.raises(SystemExit, match="'MiniRocket' needs 'aeon"):
-        main(["--rig", "simulated rig", "--method", "MiniRocket", "--output", str(output)])
+    with pytest.raises(SystemExit, match="'MiniRocket, seed 0' needs 'aeon"):
+        main(["--rig", "simulated rig", "--method", "MiniRocket, seed 0", "--output", str(output)])
     assert not output.exists()

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from sklearn.utils import Bunch
 
-from benchmarks.cross_speed.rigs import RIGS, find, find_rig, split_by_crack
+from benchmarks.cross_speed.rigs import NAMES, RIGS, find, find_rig, split_by_crack, windows_of
+from benchmarks.recipe.rigs import Recording, Rig
 from skarxlag.datasets import FETCHERS
 
 
@@ -48,7 +49,25 @@ def test_find_names_what_is_known():
         find("uest", RIGS, "--rig")
 
 
-def test_data_home_reaches_the_downloaded_rigs():
+def test_data_home_reaches_the_rigs():
     for name, fetch in FETCHERS.items():
-        assert find_rig(name, data_home="here").keywords == {"fetch": fetch, "data_home": "here"}
+        keywords = find_rig(NAMES[name], data_home="here").keywords
+        assert keywords == {"fetch": fetch, "data_home": "here"}
     assert find_rig("simulated rig", data_home="here") is RIGS["simulated rig"]
+
+
+def test_a_rig_that_is_not_stored_is_named(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"motor sound: .* has no folder of this rig"):
+        find_rig("motor sound", data_home=tmp_path)
+
+
+def test_recordings_are_cut_into_windows():
+    speeds = {"b": 100.0, "a": 200.0}
+    samples = {"b": np.arange(250.0), "a": np.zeros(100)}
+    recordings = [Recording(samples[name], name, speed) for name, speed in speeds.items()]
+    rig = windows_of(Rig("mine", 1000.0, recordings), 100)
+    assert rig.target.tolist() == ["b", "b", "a"] and rig.target_names == ["a", "b"]
+    assert rig.start.tolist() == [0, 100, 0]
+    assert rig.recording.tolist() == ["b, 100 rpm", "b, 100 rpm", "a, 200 rpm"]
+    assert rig.rpm.tolist() == [100.0, 100.0, 200.0]
+    assert rig.data[1].tolist() == list(range(100, 200))

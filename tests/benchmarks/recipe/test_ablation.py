@@ -1,6 +1,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from sklearn.utils import Bunch
 
 from benchmarks.cross_speed.protocol import leave_one_speed_in
 from benchmarks.recipe import ablation
@@ -12,7 +13,10 @@ from benchmarks.recipe.ablation import (
     differences,
     variants,
 )
+from benchmarks.recipe.parts import WITHOUT, part_table
 from tests.benchmarks.speed_rig import LENGTH, OPTIONS, moving_rig
+
+MARKS = ("begin", "end")
 
 
 def frame(scores, rig="a"):
@@ -89,10 +93,53 @@ def test_command(monkeypatch, tmp_path, capsys):
     few = {name: make for name, make in variants().items() if name in chosen}
     monkeypatch.setattr(ablation, "variants", lambda: few)
     page = tmp_path / "page.md"
-    page.write_text("x\n<!-- ablation: begin -->\n<!-- ablation: end -->\n", encoding="utf-8")
+    marks = [f"<!-- {n}: {m} -->\n" for n in ("ablation overview", "ablation") for m in MARKS]
+    page.write_text("x\n" + "".join(marks), encoding="utf-8")
     ablation.main([*OPTIONS, "--output", str(tmp_path / "out"), "--write", str(page)])
     printed = capsys.readouterr().out
     assert "| observer against innovations | linear, power | no observer, power |" in printed
-    assert printed.strip() in page.read_text("utf-8")
+    for block in printed.strip().split("\n\n"):
+        assert block in page.read_text("utf-8")
     written = pd.read_csv(tmp_path / "out" / "differences.csv")
     assert len(written) == 1
+
+
+def test_resume_keeps_results(monkeypatch, tmp_path):
+    few = {"linear, power": variants()["linear, power"]}
+    monkeypatch.setattr(ablation, "variants", lambda: few)
+    options = [*OPTIONS, "--output", str(tmp_path)]
+    ablation.main(options)
+    path = tmp_path / "pairs.csv"
+    pd.read_csv(path).assign(accuracy=0.25).to_csv(path, index=False)
+    ablation.main([*options, "--resume"])
+    assert pd.read_csv(path).accuracy.eq(0.25).all()
+    ablation.main(options)
+    assert not pd.read_csv(path).accuracy.eq(0.25).any()
+
+
+def test_a_rig_without_a_healthy_condition_has_no_healthy_model():
+    rigs = [Bunch(target_names=names) for names in (["Normal", "IR"], ["inner007", "ball007"])]
+    with_healthy, without = ([name for name, _ in ablation.variants_of(rig)] for rig in rigs)
+    assert set(with_healthy) - set(without) == {
+        "healthy model alone, unit RMS",
+        "healthy model alone, sensor's unit",
+    }
+    shown = {name for name, _ in ablation.variants_of(rigs[0], parts_alone=True)}
+    assert shown == {RECIPE, *WITHOUT.values()}
+
+
+def test_a_part_earns_what_is_lost_without_it():
+    rows = []
+    for rig, all_parts, without in (("a", 90, 70), ("b", 80, 80), ("simulated rig", 50, 10)):
+        methods = {RECIPE: all_parts, f"{RECIPE}, no drift at all": without}
+        for method, right in methods.items():
+            for train, test in ((1.0, 2.0), (2.0, 1.0)):
+                rows.append((rig, 4, method, train, test, f"x{test}", 100, right))
+    names = ["rig", "window_length", "method", "train_rpm", "test_rpm", "recording", "windows"]
+    text = part_table(pd.DataFrame(rows, columns=[*names, "right"]))
+    assert text.splitlines()[-4:] == [
+        "| part | mean of rigs | 90 % interval | a | b | simulated rig |",
+        "| --- | ---: | --- | ---: | ---: | ---: |",
+        "| all parts | 0.850 |  | 0.900 | 0.800 | 0.500 |",
+        "| expected change with speed | +0.100 | 0.000 to 0.200 | +0.200 | +0.000 | +0.400 |",
+    ]

@@ -88,12 +88,15 @@ def test_command_writes_results_and_the_block_of_a_page(rig, tmp_path, monkeypat
     monkeypatch.setattr(command, "rigs_of_stretches", lambda name, *args: [(name, rig)])
     page = tmp_path / "page.md"
     page.write_text("<!-- stretches overview: begin -->\n<!-- stretches overview: end -->\n")
-    arguments = ["--rig", "hit_sm", "--seconds", "1", "--output", str(tmp_path), "--write"]
+    arguments = ["--rig", "SpectraQuest", "--seconds", "1", "--output", str(tmp_path), "--write"]
     methods = ["orders alone", "largest peak at the orders"]
     command.main([*arguments, str(page), "--method", *methods])
     out, err = capsys.readouterr()
-    assert "| hit_sm | orders alone |" in out and "hit_sm | seed 0 | 1 s | orders alone: " in err
-    assert "| hit_sm | orders alone |" in page.read_text()
+    assert (
+        "| SpectraQuest | orders alone |" in out
+        and "SpectraQuest | seed 0 | 1 s | orders alone: " in err
+    )
+    assert "| SpectraQuest | orders alone |" in page.read_text()
     pairs = pd.read_csv(tmp_path / "pairs.csv")
     assert len(pairs) == 4
     command.main([*arguments, str(page), "--method", "orders alone"])
@@ -120,8 +123,8 @@ def test_training_on_few_stretches(rig):
 def test_tables_of_real_and_simulated_rigs_and_of_training():
     ours, few = command._OURS, next(iter(command.TRAINING))
     rows = [
-        ("uestc", 1.0, ours, 0, 1.0), ("uestc", 1.0, ours, 0, 0.5), ("uestc", 1.0, few, 0, 0.25),
-        ("uestc", 2.0, ours, 0, 1.0), ("simulated, 3 mm", 1.0, ours, 21, 0.5),
+        ("UESTC", 1.0, ours, 0, 1.0), ("UESTC", 1.0, ours, 0, 0.5), ("UESTC", 1.0, few, 0, 0.25),
+        ("UESTC", 2.0, ours, 0, 1.0), ("simulated, 3 mm", 1.0, ours, 21, 0.5),
         ("simulated, 3 mm", 1.0, ours, 21, 0.7), ("simulated, 3 mm", 1.0, ours, 22, 1.0),
     ]  # fmt: skip
     pairs = pd.DataFrame(rows, columns=["rig", "seconds", "method", "seed", "accuracy"])
@@ -131,9 +134,9 @@ def test_tables_of_real_and_simulated_rigs_and_of_training():
     assert overview[2:] == [
         "| rig | method | 1 s | 2 s |",
         "| --- | --- | --- | --- |",
-        f"| uestc | {ours} | 0.750 / 0.500 (1.000) | 1.000 / 1.000 (1.000) |",
+        f"| UESTC | {ours} | 0.750 / 0.500 (1.000) | 1.000 / 1.000 (1.000) |",
     ]
-    assert training[4] == f"| uestc | {few} | 0.250 / 0.250 (1.000) |  |"
+    assert training[4] == f"| UESTC | {few} | 0.250 / 0.250 (1.000) |  |"
     assert "over 2 seeds" in simulated[0]
     assert simulated[4] == f"| simulated, 3 mm | {ours} | 0.800 ± 0.283 / 0.500 |"
 

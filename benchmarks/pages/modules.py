@@ -1,0 +1,72 @@
+"""Modules of this repository that a program imports, found by reading its source.
+
+Every import statement counts, also those within functions, so that the list is a little too long
+rather than too short. Names that the package imports when they are first used lead to the module
+that defines them.
+"""
+
+import ast
+from functools import cache
+from importlib.util import resolve_name
+from pathlib import Path
+
+from skarxlag import _MODULES as PUBLIC_MODULES
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("skarxlag", "benchmarks")
+
+
+def imported_modules(names, leave_out=()):
+    """Return the names of the given modules and of all that they import, sorted.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Modules in the packages of this repository.
+    leave_out : collection of str, default=()
+        Modules that do not count, nor what they import.
+    """
+    found, waiting = set(), list(names)
+    while waiting:
+        name = waiting.pop()
+        if name in found or name in leave_out or source_path(name) is None:
+            continue
+        found.add(name)
+        waiting += direct_imports(name)
+    return sorted(found)
+
+
+def source_path(name):
+    """Return the file of a module, None if it is none of this repository."""
+    if name.partition(".")[0] not in PACKAGES:
+        return None
+    base = ROOT.joinpath(*name.split("."))
+    candidates = (base.with_suffix(".py"), base / "__init__.py")
+    return next((path for path in candidates if path.exists()), None)
+
+
+def direct_imports(name):
+    """Return the names that the import statements of a module may mean."""
+    path = source_path(name)
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    return _imports(path.read_text("utf-8"), package)
+
+
+@cache
+def _imports(source, package):
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            found += [each.name for each in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            origin = resolve_name("." * node.level + (node.module or ""), package)
+            found.append(origin)
+            found += [_defining(origin, each.name) for each in node.names]
+    return found
+
+
+def _defining(origin, name):
+    """Module of a name: a module of this name, or one that the package imports on demand."""
+    if origin == "skarxlag" and name in PUBLIC_MODULES:
+        return f"skarxlag.{PUBLIC_MODULES[name]}"
+    return f"{origin}.{name}"
