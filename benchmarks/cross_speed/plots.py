@@ -29,7 +29,8 @@ def accuracy_figure(summary, path, ours):
     # Open and filled markers: eight rigs with four colours that can be read on any page.
     styles = [(marker, color, fill) for fill in ("full", "none") for marker, color in MARKERS]
     means = means.loc[means[real].mean(axis=1).sort_values().index]
-    with saved_figure(path, size=(7.0, 0.8 + 0.28 * len(means))) as axes:
+    height = 0.8 + 0.28 * len(means) + 0.11 * means.shape[1]
+    with saved_figure(path, size=(7.0, height)) as axes:
         ax = axes[0, 0]
         for rig, (marker, color, fill) in zip(means, cycle(styles), strict=False):
             style = {"marker": marker, "color": color, "fillstyle": fill, "ls": "none"}

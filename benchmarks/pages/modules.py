@@ -14,6 +14,8 @@ from skarxlag import _MODULES as PUBLIC_MODULES
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("skarxlag", "benchmarks")
+#: Package that imports its modules by names which it is given: all of them count.
+COMMANDS = "skarxlag.commands"
 
 
 def imported_modules(names, leave_out=()):
@@ -49,7 +51,10 @@ def direct_imports(name):
     """Return the names that the import statements of a module may mean."""
     path = source_path(name)
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
-    return _imports(path.read_text("utf-8"), package)
+    found = _imports(path.read_text("utf-8"), package)
+    if name == COMMANDS:
+        found = found + [f"{name}.{each.stem}" for each in path.parent.glob("*.py")]
+    return found
 
 
 @cache

@@ -226,6 +226,11 @@ def test_the_package_that_names_are_imported_from_on_demand_is_followed():
     assert "skarxlag.monitoring.monitor" not in found
 
 
+def test_the_commands_of_the_package_are_followed():
+    found = modules.imported_modules(["benchmarks.pages.terminal_example"])
+    assert {"skarxlag.commands.fit", "skarxlag.kernels.observer_bank"} <= set(found)
+
+
 @pytest.mark.skipif("SKARXLAG_DATA" not in os.environ, reason="needs the recordings")
 def test_recordings_are_those_of_the_checksums():
     home = Path(os.environ["SKARXLAG_DATA"])
