@@ -19,7 +19,13 @@ from ._answers import answers, offers, requests
 from ._base import SignalEstimator
 from ._on_demand import OnDemand, TakesRowsOnDemand
 from ._state import INNOVATIONS, FittedOn, Labels, Values, expect, finish_fit, uses_fitted
-from ._validation import check_rate, check_real, validate_innovations, weighted_windows
+from ._validation import (
+    check_rate,
+    check_real,
+    validate_innovations,
+    warn_of_lost_speeds,
+    weighted_windows,
+)
 from .fault_places import PLACES, place_of_label
 from .kernels import ladder, posterior
 from .kernels.speed_references import drift_factor, speed_distance
@@ -370,6 +376,8 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, B
         is_plausible = np.ones(len(X), dtype=bool)
         if len(speeds) > 0:
             rpm, is_plausible = with_plausible_speeds(rpm, len(X), speeds)
+            if rpm is None:
+                warn_of_lost_speeds(self)
         levels = self._levels(X, rpm)
         # Equal residuals name no condition.
         levels[~is_plausible] = 1.0

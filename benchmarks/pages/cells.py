@@ -48,7 +48,7 @@ def _cell(make, rig, train_rpm, test_rpm, **speeds):
     fit_speeds = {name: train_rpm for name in speeds}
     diagnoser = make().fit(rig.data[train], rig.target[train], **fit_speeds)
     X = rig.data[test]
-    residuals = diagnoser[:-1].transform(X, **speeds)
+    residuals = diagnoser.diagnose(X, **speeds).levels
     return {
         "accuracy": float(np.mean(diagnoser.predict(X, **speeds) == rig.target[test])),
         "mean log residual": float(np.log(residuals).mean()),
