@@ -8,15 +8,13 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import fft
-from scipy.special import log_softmax
-from sklearn.base import BaseEstimator, ClassifierMixin, clone
-from sklearn.metrics import accuracy_score
+from sklearn.base import BaseEstimator, clone
 from sklearn.utils import Bunch, column_or_1d
 from sklearn.utils.metaestimators import available_if
 
 from ._answers import answers, offers, requests
 from ._base import SignalEstimator
+from ._diagnosing_classifier import DiagnosingClassifier
 from ._on_demand import OnDemand, TakesRowsOnDemand
 from ._state import INNOVATIONS, FittedOn, Labels, Values, expect, finish_fit, uses_fitted
 from ._validation import (
@@ -28,20 +26,15 @@ from ._validation import (
 )
 from .fault_places import PLACES, place_of_label
 from .kernels import ladder, posterior
+from .kernels.coloured_noises import coloured_noises
 from .kernels.speed_references import drift_factor, speed_distance
+from .left_out_specimens import place_exponent
 from .pipelines import DiagnosisPipeline
 from .speeds import log_speeds, with_plausible_speeds
 from .stretches import StretchResidual
 
-#: Number of noises that probe a fitted comparison, cosines in their random log spectra, and the
-#: standard deviation of the first cosine in nepers of power.
-_N_NOISES, _N_COSINES, _NOISE_SIZE = 16, 16, 1.0
 #: Log probability of an unknown condition in rows that name none.
 _NEVER = -700.0
-#: Exponents that left-out specimens may choose, and the standard deviation of the logarithm of the
-#: exponent over rigs, which counts as much as they do.
-_EXPONENTS = np.array([0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0])
-_EXPONENT_DEVIATION = 0.7
 
 
 def _is_healthy(index, estimator):
@@ -53,7 +46,7 @@ def _is_healthy(index, estimator):
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, BaseEstimator):
+class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, DiagnosingClassifier, BaseEstimator):
     r"""Classifier of conditions by residuals, with a probability of an unknown condition.
 
     A diagnoser is trained on some specimens, such as bearings, and is used on others. This
@@ -168,11 +161,6 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, B
 
     #: Metadata routing passes these without `set_fit_request` and its siblings.
     __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True, "specimen": True}
-    __metadata_request__predict: ClassVar = {"rpm": True}
-    __metadata_request__predict_proba: ClassVar = {"rpm": True}
-    __metadata_request__predict_log_proba: ClassVar = {"rpm": True}
-    __metadata_request__decision_function: ClassVar = {"rpm": True}
-    __metadata_request__score: ClassVar = {"rpm": True, "sample_weight": True}
 
     def fit(
         self,
@@ -236,7 +224,9 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, B
         self.noise_gaps_: NDArray[Any] = self._probe(X, rpm)
         self.place_exponent_: float = posterior.PLACE_EXPONENT
         if specimens is not None:
-            self._learn_from_specimens(X, y, specimens, metadata)
+            self.place_exponent_ = place_exponent(
+                self._residual(), X, y, specimens, self._place_of_rows(y), metadata
+            )
         return finish_fit(self)
 
     def _residual(self):
@@ -298,57 +288,17 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, B
         speeds = None
         if rpm is not None:
             speeds = np.full(len(rows), np.exp(np.median(log_speeds(rpm, len(X)))))
-        logs = _logarithms(self._levels(rows, speeds))
+        logs = posterior.logarithms(self._levels(rows, speeds))
         return posterior.question_gaps(logs, *self.questions()).max(axis=0)
+
+    def _place_of_rows(self, y):
+        return self.class_places_[np.searchsorted(self.classes_, y)]
 
     def questions(self) -> tuple[NDArray[Any], int]:
         """Number of the place of each class from 0 on, and that of the healthy one."""
         present, places = np.unique(self.class_places_, return_inverse=True)
         healthy = np.flatnonzero(present == PLACES.index("healthy"))
         return places, int(healthy[0]) if len(healthy) > 0 else -1
-
-    def _learn_from_specimens(self, X, y, specimens, metadata):
-        """Choose the exponent of places by specimens that are left out, one of each place."""
-        of_class = np.searchsorted(self.classes_, y)
-        of_place = self.class_places_[of_class]
-        by_place = [sorted(set(specimens[of_place == p])) for p in sorted(set(of_place))]
-        several = [names for names in by_place if len(names) > 1]
-        scores = np.zeros((0, len(_EXPONENTS)))
-        for fold in range(max(map(len, several), default=0)):
-            left = {names[fold] for names in several if fold < len(names)}
-            is_left = np.isin(specimens, list(left))
-            scores = np.vstack([scores, self._scores_of(X, y, specimens, is_left, metadata)])
-        if len(scores) > 0:
-            distance = np.log(_EXPONENTS / posterior.PLACE_EXPONENT) / _EXPONENT_DEVIATION
-            total = scores.sum(axis=0) - distance**2 / 2
-            self.place_exponent_ = float(_EXPONENTS[total.argmax()])
-
-    def _scores_of(self, X, y, specimens, is_left, metadata):
-        """Mean log probability of the place of each left-out faulty specimen, by exponent."""
-        kept = {
-            name: value if np.ndim(value) == 0 else np.asarray(value)[~is_left]
-            for name, value in metadata.items()
-        }
-        learner = clone(self._residual()).fit(X[~is_left], y[~is_left], **kept)
-        rows = np.flatnonzero(is_left)
-        params = {}
-        if "rpm" in metadata:
-            rpm = metadata["rpm"]
-            params["rpm"] = rpm if np.ndim(rpm) == 0 else np.asarray(rpm)[rows]
-        logs = _logarithms(np.asarray(learner.transform(X[rows], **params)))
-        places = self.class_places_[np.searchsorted(self.classes_, learner.classes_)]
-        is_fault = places != PLACES.index("healthy")
-        faults = np.unique(places[is_fault])
-        true = self.class_places_[np.searchsorted(self.classes_, y[rows])]
-        counted = np.isin(true, faults)
-        if len(faults) < 2 or not counted.any():
-            return np.zeros((0, len(_EXPONENTS)))
-        nearest = np.stack([logs[:, places == p].min(axis=1) for p in faults], axis=1)
-        found = [log_softmax(-k * nearest[counted], axis=1) for k in _EXPONENTS]
-        at = np.searchsorted(faults, true[counted])
-        of_rows = np.stack([each[np.arange(len(at)), at] for each in found], axis=1)
-        names = specimens[rows][counted]
-        return np.stack([of_rows[names == name].mean(axis=0) for name in sorted(set(names))])
 
     @uses_fitted
     def diagnose(self, X: ArrayLike, rpm: ArrayLike | None = None) -> Bunch:
@@ -383,7 +333,7 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, B
         levels[~is_plausible] = 1.0
         places, healthy = self.questions()
         found = posterior.condition_log_probabilities(
-            _logarithms(levels),
+            posterior.logarithms(levels),
             places,
             healthy,
             self._drift(rpm, X),
@@ -394,7 +344,7 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, B
         equal = np.append(np.full(len(self.classes_), -np.log(len(self.classes_))), _NEVER)
         found.log_probability[~is_plausible] = equal
         known = Bunch(levels=levels, **found._asdict())
-        known.update(decided(found.log_probability, self.classes_, places, healthy))
+        known.update(posterior.decided(found.log_probability, self.classes_, places, healthy))
         if self.healthy_index_ >= 0:
             known.alarm = levels[:, self.healthy_index_] > self.detection_threshold_
         return known
@@ -406,70 +356,6 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, B
             return np.ones(len(X))
         speeds = log_speeds(rpm, len(X), X.shape[-1])
         return drift_factor(speed_distance(speeds, np.log(known)).variance)
-
-    def predict(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Return the condition of each row.
-
-        It is decided in this order: healthy or not, place, condition.
-
-        Parameters
-        ----------
-        X, rpm : array-like
-            As in `diagnose`.
-
-        Returns
-        -------
-        ndarray of shape (n_rows,)
-            Conditions.
-        """
-        return self.diagnose(X, rpm).verdict
-
-    def predict_proba(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Compute the probability of each condition.
-
-        Parameters
-        ----------
-        X, rpm : array-like
-            As in `diagnose`.
-
-        Returns
-        -------
-        ndarray of shape (n_rows, n_classes)
-            Rows sum to 1. The probability of an unknown condition is divided equally among the
-            conditions. If the verdict is not the most probable condition, the probabilities are
-            changed as little as makes it the largest.
-        """
-        return self.diagnose(X, rpm).probability
-
-    def predict_log_proba(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Compute the logarithm of the probability of each condition.
-
-        Parameters
-        ----------
-        X, rpm : array-like
-            As in `diagnose`.
-
-        Returns
-        -------
-        ndarray of shape (n_rows, n_classes)
-            Natural logarithms.
-        """
-        return np.log(self.predict_proba(X, rpm))
-
-    def decision_function(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Compute the scores of the conditions; the highest is the verdict.
-
-        Parameters
-        ----------
-        X, rpm : array-like
-            As in `diagnose`.
-
-        Returns
-        -------
-        ndarray of shape (n_rows, n_classes), or (n_rows,) for two conditions
-            Log probabilities. For two conditions the second's score less the first's.
-        """
-        return self.diagnose(X, rpm).score
 
     @uses_fitted
     def detect(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
@@ -518,27 +404,6 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, B
         self.residual_.adapt(X, y, **self._metadata(rpm, None))
         return self
 
-    def score(
-        self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None, **params: Any
-    ) -> float:
-        """Compute the share of rows whose condition is right.
-
-        Parameters
-        ----------
-        X, **params : array-like
-            As in `diagnose`.
-        y : array-like of shape (n_rows,)
-            Their conditions.
-        sample_weight : array-like of shape (n_rows,) or None, default=None
-            Weight of each row.
-
-        Returns
-        -------
-        float
-            From 0 to 1.
-        """
-        return float(accuracy_score(y, self.predict(X, **params), sample_weight=sample_weight))
-
     def _answers(self):
         inner = vars(answers(self.residual_))
         own = {name: inner[name] for name in ("speeds", "is_stretch", "sampling_rate")}
@@ -567,70 +432,3 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, B
         # Made for signals of machines: on arbitrary features it need not separate anything.
         tags.classifier_tags.poor_score = True
         return tags
-
-
-def _logarithms(levels):
-    """Natural logarithms of residuals, also of 0."""
-    return np.log(np.maximum(levels.astype(np.float64), np.finfo(float).tiny))
-
-
-def coloured_noises(shape: tuple[int, int]) -> NDArray[np.float64]:
-    r"""Return Gaussian noises with random smooth spectra, the same at each call.
-
-    The log spectrum of a noise is :math:`\sum_{n=1}^{16} a_n \cos(\pi n f)` over the frequencies
-    f from 0 to 1, with normally distributed :math:`a_n` of standard deviation 1 / n nepers.
-
-    Parameters
-    ----------
-    shape : tuple of two ints
-        Channels and samples of each noise.
-
-    Returns
-    -------
-    ndarray of shape (16, n_channels, n_samples)
-        Noises.
-
-    Examples
-    --------
-    >>> coloured_noises((1, 4800)).shape
-    (16, 1, 4800)
-    """
-    rng = np.random.default_rng(0)
-    n = np.arange(1, _N_COSINES + 1)
-    sizes = rng.normal(size=(_N_NOISES, 1, _N_COSINES)) * _NOISE_SIZE / n
-    noises = rng.normal(size=(_N_NOISES, *shape))
-    frequencies = np.linspace(0, 1, shape[1] // 2 + 1)
-    log_power = sizes @ np.cos(np.pi * np.outer(n, frequencies))
-    return fft.irfft(fft.rfft(noises) * np.exp(log_power / 2), shape[1])
-
-
-def decided(
-    log_probability: NDArray[Any], classes: NDArray[Any], places: NDArray[Any], healthy: int
-) -> dict[str, NDArray[Any]]:
-    """Return verdict, probability and score from the log probabilities of conditions.
-
-    Parameters
-    ----------
-    log_probability : ndarray of shape (n_rows, n_classes + 1)
-        That of each class, and of an unknown condition.
-    classes : ndarray of shape (n_classes,)
-        Labels.
-    places, healthy
-        Places of the classes, as in
-        :func:`skarxlag.kernels.posterior.condition_log_probabilities`.
-
-    Returns
-    -------
-    dict of str to ndarray
-        "verdict", the class that is decided for; "probability" of shape (n_rows, n_classes), in
-        which the probability of an unknown condition is divided equally and the verdict is the
-        largest; and "score", the logarithm of the probability, for two classes the second's less
-        the first's.
-    """
-    every = np.exp(log_probability)
-    chosen = posterior.decided_condition(every[:, :-1], places, healthy)
-    shared = every[:, :-1] + every[:, -1:] / len(classes)
-    probability = posterior.with_largest(shared / shared.sum(axis=1, keepdims=True), chosen)
-    logs = np.log(probability)
-    score = logs[:, 1] - logs[:, 0] if len(classes) == 2 else logs
-    return {"probability": probability, "verdict": classes[chosen], "score": score}

@@ -10,13 +10,14 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import log_softmax
-from sklearn.base import BaseEstimator, ClassifierMixin, clone
+from sklearn.base import BaseEstimator, clone
 from sklearn.utils import Bunch
 from sklearn.utils.metaestimators import available_if
 
 from . import fault_places
 from ._answers import answers
 from ._base import SignalEstimator
+from ._diagnosing_classifier import DiagnosingClassifier
 from ._on_demand import TakesRowsOnDemand
 from ._parallel import map_rows
 from ._state import INNOVATIONS, FittedOn, Labels, Values, expect, finish_fit, uses_fitted
@@ -29,11 +30,11 @@ from ._validation import (
     weighted_windows,
 )
 from .bearings import BearingLike, bearing_orders, listed
-from .condition_classifier import decided
 from .envelope_spectra import LEAST_TURNS, best_combs, turns_of_rows
 from .evidence import COMB_CORRELATION, effective_number
 from .fault_places import FAULTS, HEALTHY, NOT_IDENTIFIABLE, PLACES
 from .kernels.fault_orders import N_ORDERS, NEPER_IN_DB, order_contrast
+from .kernels.posterior import decided
 from .speeds import samples_a_turn, speeds_of_rows
 
 #: Logarithm of speed up to which rows count as rows of the same speed.
@@ -46,7 +47,7 @@ _NO_COMBS = "combs need a plausible speed, and two turns of the shaft in a row"
 
 
 @dataclass(kw_only=True, eq=False, repr=False)
-class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, BaseEstimator):
+class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, DiagnosingClassifier, BaseEstimator):
     r"""Classifier that names the place of a bearing fault without recordings of faults.
 
     A fault of a race or a rolling element causes impacts at orders of the shaft that follow from
@@ -67,6 +68,10 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
     these, at their speeds. At other speeds the limit is at least that of a Gumbel distribution
     (location .06, scale .31), as other machines show it. If all rows are healthy and their label is
     a text, the places are added to the classes.
+
+    The probabilities are those of :func:`skarxlag.fault_places.comb_evidence` for scores above the
+    limit, and faults that show their comb with the probability .6. The probability of healthy is
+    thus at most .45 if all places are classes.
 
     With `conditions`, a classifier that learned the spectra of several conditions, the probability
     of condition c is
@@ -188,10 +193,6 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
 
     #: Metadata routing passes `rpm` without `set_fit_request` and its siblings.
     __metadata_request__fit: ClassVar = {"rpm": True, "sample_weight": True, "specimen": True}
-    __metadata_request__predict: ClassVar = {"rpm": True}
-    __metadata_request__predict_proba: ClassVar = {"rpm": True}
-    __metadata_request__decision_function: ClassVar = {"rpm": True}
-    __metadata_request__score: ClassVar = {"rpm": True, "sample_weight": True}
 
     def fit(
         self,
@@ -513,54 +514,6 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
             error += ", which is more than slip explains: check the speed and the bearing"
         return f"impacts at {order:.2f} orders, {where}, {size}, {error}"
 
-    def predict(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Return the class of each row.
-
-        Parameters
-        ----------
-        X, rpm : array-like
-            As in `diagnose`.
-
-        Returns
-        -------
-        ndarray of shape (n_rows,)
-            Classes.
-        """
-        return self.diagnose(X, rpm).verdict
-
-    def predict_proba(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Compute the probability of each class.
-
-        Parameters
-        ----------
-        X, rpm : array-like
-            As in `diagnose`.
-
-        Returns
-        -------
-        ndarray of shape (n_rows, n_classes)
-            Of combs alone, those of :func:`skarxlag.fault_places.comb_evidence` for scores above
-            the limit, and faults that show their comb with the probability .6. The probability of
-            healthy is thus at most .45 if all places are classes. Rows sum to 1.
-        """
-        return self.diagnose(X, rpm).probability
-
-    def decision_function(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
-        """Compute the scores of the classes; the highest is the verdict.
-
-        Parameters
-        ----------
-        X, rpm : array-like
-            As in `diagnose`.
-
-        Returns
-        -------
-        ndarray of shape (n_rows, n_classes), or (n_rows,) for two classes
-            Log probabilities, up to a constant in each row. For two classes the second's score less
-            the first's.
-        """
-        return self.diagnose(X, rpm).score
-
     def p_values(self, X: ArrayLike, rpm: ArrayLike | None = None) -> NDArray[Any]:
         """Compute the probability that a healthy row has a comb as strong.
 
@@ -576,30 +529,6 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, ClassifierMixin, 
             exponential tail above all of them.
         """
         return self.diagnose(X, rpm).p_value
-
-    def score(
-        self, X: ArrayLike, y: ArrayLike, sample_weight: ArrayLike | None = None, **params: Any
-    ) -> float:
-        """Compute the share of rows whose class is right.
-
-        Parameters
-        ----------
-        X, **params : array-like
-            As in `diagnose`.
-        y : array-like of shape (n_rows,)
-            Their classes.
-        sample_weight : array-like of shape (n_rows,) or None, default=None
-            Weight of each row.
-
-        Returns
-        -------
-        float
-            From 0 to 1.
-        """
-        # No other method needs this package, which takes long to import.
-        from sklearn.metrics import accuracy_score
-
-        return float(accuracy_score(y, self.predict(X, **params), sample_weight=sample_weight))
 
     def _answers(self):
         own = {"alarm": True, "sampling_rate": self.sampling_rate}

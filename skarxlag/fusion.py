@@ -17,9 +17,9 @@ from ._answers import answers
 from ._base import SignalEstimator
 from ._state import WINDOWS, expect, finish_fit, is_fitted, uses_fitted
 from ._validation import check_count, validate_signals
-from .condition_classifier import decided
 from .evidence import SMALLEST_PROBABILITY
 from .fault_places import HEALTHY
+from .kernels.posterior import decided
 from .pipelines import in_one_pass
 
 #: Parameters of detectors that are shares of rows.

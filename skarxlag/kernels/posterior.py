@@ -54,6 +54,22 @@ class Posterior(NamedTuple):
     recorded: NDArray[np.float64]
 
 
+def logarithms(residuals: NDArray[Any]) -> NDArray[np.float64]:
+    """Compute the natural logarithms of residuals, also of 0.
+
+    Parameters
+    ----------
+    residuals : ndarray
+        At least 0.
+
+    Returns
+    -------
+    ndarray of the same shape
+        That of 0 is that of the smallest normal number.
+    """
+    return np.log(np.maximum(residuals.astype(np.float64), np.finfo(float).tiny))
+
+
 def recorded_log_odds(
     residuals: NDArray[Any], noise_gap: float, prior: float = 0.5
 ) -> NDArray[Any]:
@@ -360,3 +376,34 @@ def with_largest(probability: NDArray[Any], chosen: NDArray[np.intp]) -> NDArray
     found[rows] = np.minimum(probability[rows], level)
     found[rows, chosen[rows]] = level[:, 0] * (1 + 1e-6)
     return found / found.sum(axis=1, keepdims=True)
+
+
+def decided(
+    log_probability: NDArray[Any], classes: NDArray[Any], places: NDArray[Any], healthy: int
+) -> dict[str, NDArray[Any]]:
+    """Return verdict, probability and score from the log probabilities of conditions.
+
+    Parameters
+    ----------
+    log_probability : ndarray of shape (n_rows, n_classes + 1)
+        That of each class, and of an unknown condition.
+    classes : ndarray of shape (n_classes,)
+        Labels.
+    places, healthy
+        Places of the classes, as in `condition_log_probabilities`.
+
+    Returns
+    -------
+    dict of str to ndarray
+        "verdict", the class that is decided for; "probability" of shape (n_rows, n_classes), in
+        which the probability of an unknown condition is divided equally and the verdict is the
+        largest; and "score", the logarithm of the probability, for two classes the second's less
+        the first's.
+    """
+    every = np.exp(log_probability)
+    chosen = decided_condition(every[:, :-1], places, healthy)
+    shared = every[:, :-1] + every[:, -1:] / len(classes)
+    probability = with_largest(shared / shared.sum(axis=1, keepdims=True), chosen)
+    logs = np.log(probability)
+    score = logs[:, 1] - logs[:, 0] if len(classes) == 2 else logs
+    return {"probability": probability, "verdict": classes[chosen], "score": score}
