@@ -1208,3 +1208,110 @@ def test_slopes_against_speed(rng, known, mean, deviation, drift):
     )
     assert slope == pytest.approx(np.dot(rows, targets) / precision, abs=1e-9)
     assert variance == pytest.approx(1 / precision)
+
+
+# fault_orders, order_spectra and drift: what is put together from several kernels
+
+
+def literal_squared_envelope(samples, n_fft, first, last, prewhiten):
+    """Squared size of the sum of all frequencies of a band, one sample after another."""
+    k, centred = np.arange(len(samples)), samples - samples.mean()
+    total = np.zeros(len(samples), dtype=complex)
+    for f in range(n_fft // 2 + 1):
+        turning = np.exp(2j * np.pi * f * k / n_fft)
+        amplitude = centred @ turning.conj()
+        if first <= Fraction(f, n_fft) <= last:
+            # The mean, which has been taken off, is nothing but rounding.
+            size = abs(amplitude) if prewhiten and f > 0 else 1.0
+            total += amplitude / size * turning / n_fft
+    return np.abs(total) ** 2
+
+
+@some_examples
+@given(
+    generators,
+    st.integers(16, 120),
+    st.integers(0, 20).map(lambda percent: Fraction(percent, 100)),
+    st.integers(25, 50).map(lambda percent: Fraction(percent, 100)),
+    st.booleans(),
+)
+def test_squared_envelope_spectrum(rng, n, first, last, prewhiten):
+    # A limit that is a frequency, which only a fraction meets, is a matter of rounding.
+    first, last = first + Fraction(1, 10_007), last - Fraction(1, 10_007)
+    samples = 5 + rng.normal(size=n)
+    squared = literal_squared_envelope(samples, n, first, last, prewhiten)
+    k = np.arange(n)
+    windowed = (squared / squared.mean() - 1) * np.sin(np.pi * (k + 1) / (n + 1)) ** 2
+    expected = [
+        abs(windowed @ np.exp(-2j * np.pi * f * k / n)) ** 2 * 16 / n**2 for f in range(n // 2 + 1)
+    ]
+    band = (float(first), float(last))
+    found = fault_orders.squared_envelope_spectrum(samples, band, prewhiten)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+@some_examples
+@given(generators, st.sampled_from([64, 90, 120]), st.floats(50, 900))
+def test_prewhitened_envelope(rng, n, turn):
+    samples = 5 + rng.normal(size=n)
+    squared = literal_squared_envelope(samples, n, 0, Fraction(1, 2), True)
+    block = max(int(turn / 100), 1)
+    expected = [np.mean(squared[i : i + block]) for i in range(0, n - block + 1, block)]
+    # Prewhitened samples have no size of their own.
+    found, step = fault_orders.prewhitened_envelope(samples, turn)
+    assert step == pytest.approx(block / turn)
+    np.testing.assert_allclose(found[0] / found.mean(), expected / np.mean(expected), rtol=1e-7)
+
+
+@some_examples
+@given(generators, st.integers(10, 60), st.floats(0, 0.3))
+def test_match(rng, n_values, deviation):
+    envelopes, step = 1 + rng.exponential(size=(2, n_values)), 0.05
+    orders, n_turns = np.linspace(0.5, 6, 12), n_values * step / 2
+    references, variances = rng.normal(size=(3, 2, 12)), rng.uniform(0.5, 2, (2, 12))
+    least, factors, closest = order_spectra.match(
+        envelopes, step, n_turns, orders, deviation, references, variances
+    )
+    # Groups of factors, each as wide as 0.4 at most, with steps of 0.02 from its middle.
+    n_groups = next(n for n in range(1, 9) if 4 * deviation / n <= 0.4 + 1e-9)
+    tried = []
+    for group in range(n_groups):
+        centre = 2 * deviation * ((2 * group + 1) / n_groups - 1)
+        log_power, cell = order_spectra.order_spectrum(envelopes, step * math.exp(centre), n_turns)
+        n_steps = math.floor(2 * deviation / n_groups / 0.02 + 1e-9)
+        for number in range(-n_steps, n_steps + 1):
+            near = np.array([math.exp(0.02 * number)])
+            spectra_, inside = order_spectra.at_orders(log_power, cell, orders, near)
+            away = order_spectra.distances(spectra_, inside, references, variances)[0]
+            log = centre + 0.02 * number
+            unlikely = (log / deviation) ** 2 / 50 if deviation > 0 else 0.0
+            tried.append((np.sqrt(away**2 + unlikely), math.exp(log), spectra_[0]))
+    for c in range(3):
+        residual, factor, spectrum = min(tried, key=lambda each: each[0][c])
+        assert least[c] == pytest.approx(residual[c])
+        assert factors[c] == pytest.approx(factor)
+        np.testing.assert_allclose(closest[c], spectrum)
+
+
+@some_examples
+@given(generators, st.integers(1, 3), st.integers(2, 60), st.integers(2, 20))
+def test_covariance_of_drift(rng, n_speeds, n_frequencies, n_bands):
+    colour, steadiness = walk(rng, n_speeds, n_frequencies), walk(rng, n_speeds, n_bands)
+    n_colour = min(48, n_frequencies - 1)
+    numbers = [*range(1, n_colour + 1), *range(1, n_bands)]
+    expected = np.diag([0.1 / n**2 + 0.01 for n in numbers])
+
+    def moved(row, factor):
+        places = [f + 0.5 for f in range(len(row))]
+        return [between(factor * x, places, row) - y for x, y in zip(places, row, strict=True)]
+
+    for c, s in zip(colour, steadiness, strict=True):
+        for shift in (0.1, -0.1):
+            both = [literal_cepstrum(moved(row, math.exp(shift))) for row in (c, s)]
+            change = [*both[0][:48], *both[1]]
+            expected += 0.1 * np.outer(change, change) / (2 * n_speeds)
+        for share in (10**-2, 10**-2.6):
+            raised = np.log(np.exp(c) + share * np.mean(np.exp(c))) - c
+            change = [*literal_cepstrum(raised)[:48], *[0.0] * (n_bands - 1)]
+            expected += 0.5 * np.outer(change, change) / (2 * n_speeds)
+    np.testing.assert_allclose(drift.drift_covariance(colour, steadiness), expected, atol=1e-9)
