@@ -8,7 +8,6 @@ from benchmarks.pages import canaries, digests, terminal_example
 from benchmarks.paper import comparison, printed_tables
 from benchmarks.paper import protocol as paper_protocol
 
-
 MODULES = [pages, canaries, digests, terminal_example]
 MODULES += [protocol, intervals, peers_with_speed]
 MODULES += [comparison, printed_tables, paper_protocol]
