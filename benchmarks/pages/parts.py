@@ -278,7 +278,7 @@ PARTS = {
         {"docs/paper/tables.md": _PAPER_TABLES},
         ("docs/paper/images/tables_averages.svg",),
         _PAPER_TABLES,
-        canaries=("windows", "stretches", "proposal", "baseline"),
+        canaries=("windows", "stretches", "proposal", "proposal_in_stretches", "baseline"),
     ),
     "sensitivity": Part(
         "-m benchmarks.paper sensitivity --write docs/paper/sensitivity.md",

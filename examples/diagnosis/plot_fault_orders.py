@@ -4,7 +4,8 @@ A fault that was never recorded
 
 There is no recording of a fault of this machine. Its bearing and its speed are known, and so are
 the orders of the impacts of a fault at each place. `FaultOrderClassifier` identifies the place from
-these orders. The recording is one of HIT-SM if it is available; otherwise it is simulated.
+these orders. The recording is of the SpectraQuest rig if it is available; otherwise it is
+simulated.
 """
 
 import matplotlib.pyplot as plt

@@ -202,6 +202,7 @@ def test_what_is_outdated_is_run(page):
         command.main(["unknown"])
 
 
+@pytest.mark.slow
 def test_what_the_first_page_shows_is_of_the_present_code():
     shown = [
         name

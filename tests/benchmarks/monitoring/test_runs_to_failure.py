@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from benchmarks.monitoring import runs_to_failure
 from benchmarks.monitoring.runs_to_failure import alarm_row, main, watch_run
 from skarxlag.monitoring import MonitorVerdict
 
@@ -40,7 +41,8 @@ def test_alarm_goes_on_after_the_impacts_began(run):
 
 
 @pytest.mark.slow
-def test_command_writes_the_table_and_the_figure(run, tmp_path, capsys):
+def test_command_writes_the_tables_and_the_figure(run, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(runs_to_failure, "FEW_HEALTHY", (8,))
     path, page, figure = (tmp_path / name for name in ("a.npz", "page.md", "a.svg"))
     snapshots, seconds = run
     np.savez(
@@ -50,7 +52,24 @@ def test_command_writes_the_table_and_the_figure(run, tmp_path, capsys):
         rpm=1000,
         sampling_rate=10_000.0,
     )
-    page.write_text("<!-- runs to failure: begin -->\n<!-- runs to failure: end -->\n")
+    names = ("runs to failure", "few healthy snapshots")
+    marks = [f"<!-- {name}: {mark} -->\n" for name in names for mark in ("begin", "end")]
+    page.write_text("".join(marks))
     main([str(path), "--write", str(page), "--figure", str(figure)])
-    assert capsys.readouterr().out.strip() in page.read_text()
+    for table in capsys.readouterr().out.strip().split("\n\n"):
+        assert table in page.read_text()
     assert "| a | 0 | 30 |" in page.read_text() and figure.read_text().count("<svg") == 1
+
+
+@pytest.mark.slow
+def test_detectors_of_few_healthy_snapshots_are_compared(run, monkeypatch):
+    snapshots, seconds = run
+    monkeypatch.setattr(runs_to_failure, "FEW_HEALTHY", (2, 8))
+    _, n_healthy = watch_run(snapshots, seconds, 1000.0, 10_000.0, most_healthy=8)
+    assert n_healthy == 8
+    recorded = [("a", np.stack([snapshots, snapshots], axis=1), seconds, 1000.0, 10_000.0)]
+    table = runs_to_failure.few_healthy_table(recorded)
+    assert table["healthy snapshots"].tolist() == [2, 8]
+    assert table["channels"].tolist() == [2, 2]
+    assert table["with an alarm at the end"].tolist()[1] == 2
+    assert table["earliest, share of the run"].tolist()[1] > "0.66"
