@@ -39,7 +39,7 @@ FACTOR_STEP = 0.002
 _LEAST_POWER = 1e-12
 #: Nepers that the largest slip costs a comb, and that an error of the speed of the same size costs
 #: all combs together.
-_SLIP_COST, _SPEED_COST = 0.15, 0.4
+_SLIP_COST, _SPEED_COST = 0.15, 0.6
 #: Multiples of each part of a fault's comb.
 RACE_MULTIPLES, SPIN_MULTIPLES, CAGE_MULTIPLES = 3, 4, 4
 #: Weight of the cage's comb in the score of a ball.
@@ -275,7 +275,7 @@ def fault_comb(
     with the contrast C and the slip :math:`\sigma`. A race has the comb of its order with 3
     multiples. A ball has half the sum of the combs of twice its spin (3) and of its spin (4), plus
     .6 times the comb of the cage (4), but at most .6 nepers. The common d maximises the median of
-    the three scores less :math:`0.4\, (d / \sigma)^2`, so that a line that fits a single comb
+    the three scores less :math:`0.6\, (d / \sigma)^2`, so that a line that fits a single comb
     does not move the speed.
 
     Parameters
