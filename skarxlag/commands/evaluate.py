@@ -66,7 +66,11 @@ def run(args: argparse.Namespace) -> int:
             across_speeds = verdicts[verdicts["protocol"].isin(case.protocols)]
             tables = _tables(case, across_speeds)
             table = protocols.summary(verdicts)
-            sentences = [protocols.reading(table, case.recommended), *case.sentences]
+            sentences = [
+                protocols.reading(table, case.recommended),
+                *protocols.better_ones(table, case.recommended),
+                *case.sentences,
+            ]
             block = _block(case.title, "summary, windows in %", table)
             shown = [_heading(case), block + _LEGEND, "", *sentences, ""]
             bar.clear()

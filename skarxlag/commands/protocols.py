@@ -236,5 +236,40 @@ def reading(table: pd.DataFrame, diagnoser: str) -> str:
     return f"{sentence}; {stated}, {of_stated} are right."
 
 
+def better_ones(table: pd.DataFrame, diagnoser: str) -> list[str]:
+    """Return sentences on diagnosers that name more conditions right than one of them.
+
+    Parameters
+    ----------
+    table : DataFrame
+        As `summary` returns it.
+    diagnoser : str
+        Name of the one that is recommended.
+
+    Returns
+    -------
+    list of str
+        A sentence for each test in which another diagnoser is better by a percent or more.
+
+    Examples
+    --------
+    >>> tests = pd.MultiIndex.from_product([["another speed"], ["ALPIO", "D"]])
+    >>> better_ones(pd.DataFrame({"condition": [97.1, 95.0]}, tests), "D")
+    ['Another speed: ALPIO names the right condition in 97 % of the windows, D in 95 %.']
+    """
+    found = []
+    for test, shares in table["condition"].groupby(level=0, sort=False):
+        of_diagnosers = shares.droplevel(0).dropna()
+        if diagnoser not in of_diagnosers:
+            continue
+        own, best = of_diagnosers[diagnoser], of_diagnosers.idxmax()
+        if of_diagnosers[best] >= own + 1:
+            found.append(
+                f"{test.capitalize()}: {best} names the right condition in "
+                f"{of_diagnosers[best]:.0f} % of the windows, {diagnoser} in {own:.0f} %."
+            )
+    return found
+
+
 def _shares(shares):
     return ", ".join(f"{share:.0f} % ({test})" for test, share in shares.items())

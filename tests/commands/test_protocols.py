@@ -213,6 +213,15 @@ def test_a_share_of_few_stated_verdicts_is_not_given():
     assert "probability" not in protocols.reading(few, "D")
 
 
+def test_better_diagnosers_are_named_where_they_are_better():
+    tests = pd.MultiIndex.from_product([["another speed", "another bearing"], ["A", "B", "D"]])
+    shares = [80.0, 92.0, 90.0, 60.0, 40.9, 60.5]
+    table = pd.DataFrame({"condition": shares}, tests)
+    (sentence,) = protocols.better_ones(table, "D")
+    assert sentence.startswith("Another speed: B names") and "92 %" in sentence
+    assert protocols.better_ones(table.assign(condition=np.nan), "D") == []
+
+
 def test_a_rig_leaves_bearings_out_at_the_chosen_training_speed(
     run, rig, tmp_path, monkeypatch, no_figures
 ):
