@@ -1,19 +1,18 @@
-"""``python -m benchmarks.another_bearing [COMMAND] ...``."""
+"""``python -m benchmarks.another_bearing [COMMAND] ...``; without a command, the verdicts."""
 
 import sys
 
-from benchmarks.another_bearing import command, constants, curve, noise
+from benchmarks.commands import run_command
 
 COMMANDS = {
-    "constants": constants.main,
-    "noise": noise.main,
-    "curve": curve.main,
+    "verdicts": "benchmarks.another_bearing.command",
+    "noise": "benchmarks.another_bearing.noise",
+    "curve": "benchmarks.another_bearing.curve",
+    "constants": "benchmarks.another_bearing.constants",
 }
 
 if __name__ == "__main__":
     arguments = sys.argv[1:]
-    main = COMMANDS.get(arguments[0]) if arguments else None
-    if main is None:
-        command.main(arguments)
-    else:
-        main(arguments[1:])
+    if not arguments or arguments[0].startswith("--"):
+        arguments = ["verdicts", *arguments]
+    run_command("benchmarks.another_bearing", COMMANDS, arguments)
