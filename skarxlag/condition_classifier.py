@@ -295,7 +295,7 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, DiagnosingClassifi
         return self.class_places_[np.searchsorted(self.classes_, y)]
 
     def questions(self) -> tuple[NDArray[Any], int]:
-        """Number of the place of each class from 0 on, and that of the healthy one."""
+        """Return the number of the place of each class from 0 on, and that of the healthy one."""
         present, places = np.unique(self.class_places_, return_inverse=True)
         healthy = np.flatnonzero(present == PLACES.index("healthy"))
         return places, int(healthy[0]) if len(healthy) > 0 else -1
@@ -350,7 +350,7 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, DiagnosingClassifi
         return known
 
     def _drift(self, rpm, X):
-        """Factor on the drift at the speed of each row; 1 if the speed is not known."""
+        """Return the factor on the drift at the speed of each row; 1 if the speed is not known."""
         known = np.array(answers(self.residual_).speeds)
         if rpm is None or len(known) == 0:
             return np.ones(len(X))
@@ -416,7 +416,7 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, DiagnosingClassifi
         return own | {"healthy": healthy, "alarm": True, "stated_rate": self.false_alarm_rate}
 
     def _place_names(self):
-        """Place of each class; None for a condition that is a place of its own."""
+        """Return the place of each class; None for a condition that is a place of its own."""
         named = self.class_places_.tolist()
         return tuple(PLACES[p] if p < len(PLACES) else None for p in named)
 

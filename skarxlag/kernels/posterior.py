@@ -1,9 +1,9 @@
 """Probabilities of places, conditions and "unknown" from residuals, for this and other specimens.
 
-A residual tells most about the specimen that was recorded. Another specimen of the same fault
-resembles the recorded one less, and resembles other faults nearly as much. These functions ask two
-questions, which place of a fault and whether there is one, and mix two answers to each: that for a
-specimen that was recorded, and that for another one.
+Residuals separate the conditions best for the specimens that were recorded. Another specimen of the
+same fault resembles the recorded one less, and it resembles other faults nearly as much. These
+functions ask two questions: whether there is a fault, and which place it has. For each question
+they mix two answers: that for a specimen that was recorded, and that for another one.
 """
 
 from typing import Any, NamedTuple
