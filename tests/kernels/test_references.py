@@ -1363,6 +1363,7 @@ def test_calibration_on_blocks_of_time(healthy):
     np.testing.assert_allclose(limits.deviations, expected)
 
 
+@pytest.mark.slow
 @some_examples
 @given(healthy_recordings(2))
 def test_scale_of_the_drift(healthy):
