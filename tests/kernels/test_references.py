@@ -42,6 +42,7 @@ from skarxlag.kernels import (
 from skarxlag.kernels.lanes import LANES, TILE
 
 from .test_comb import literal_frequency
+from .test_healthy_limits import literal_score, noise_rows
 from .test_laguerre import cascade, impulse_responses
 from .test_linear_prediction import literal_predictor
 from .test_observer import literal_observer
@@ -57,6 +58,7 @@ some_examples = settings(
     database=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
 )
+many_examples = settings(some_examples, max_examples=int(EXAMPLES or 60))
 generators = st.integers(0, 2**32 - 1).map(np.random.default_rng)
 shares = st.floats(0, 1)
 
@@ -209,7 +211,7 @@ def test_comb_frequency(rng, n_samples, n_harmonics, fundamental, tolerance):
     assert found == pytest.approx(expected, rel=1e-9)
 
 
-@some_examples
+@many_examples
 @given(st.lists(st.integers(-5, 5), min_size=1, max_size=30), st.integers(0, 40), st.booleans())
 def test_running_median(values, half, mirrored):
     values, n = np.array(values, dtype=float), len(values)
@@ -263,7 +265,7 @@ def test_alarm_limit(run_length, step, rate, persistence):
     assert lengths[-1] >= run_length * (1 - 1e-7)
 
 
-@some_examples
+@many_examples
 @given(st.floats(1e-4, 0.49), st.floats(1e-3, 0.999))
 def test_reference_step(healthy, share):
     faulty = healthy + share * (0.999 - healthy)
@@ -423,7 +425,7 @@ def test_mean_contrast(rng, n_bands, n_values, step):
 # healthy_limits
 
 
-@some_examples
+@many_examples
 @given(st.lists(st.integers(1, 400), min_size=1, max_size=4), st.randoms(use_true_random=False))
 def test_blocks_of_time(numbers, random):
     at = [speed for speed, number in enumerate(numbers) for _ in range(number)]
@@ -436,7 +438,7 @@ def test_blocks_of_time(numbers, random):
         assert own == [i * n_blocks // n_rows for i in range(n_rows)]
 
 
-@some_examples
+@many_examples
 @given(st.lists(st.integers(1, 9), min_size=1, max_size=4), st.integers(1, 20))
 def test_parts_of_rows(numbers, n_windows):
     at = np.repeat(np.arange(len(numbers)), numbers)
@@ -582,11 +584,11 @@ def test_features_of_rows(rng, n_windows, length, left_over, with_level):
 # ladder
 
 levels_and_numbers = st.lists(
-    st.tuples(st.integers(0, 9).map(float), st.integers(1, 9)), min_size=1, max_size=30
+    st.tuples(st.integers(0, 30).map(float), st.integers(1, 3)), min_size=1, max_size=30
 )
 
 
-@some_examples
+@many_examples
 @given(levels_and_numbers, st.integers(1, 99))
 def test_thresholds(rows, percent):
     levels, numbers = (np.array(column) for column in zip(*rows, strict=True))
@@ -598,14 +600,14 @@ def test_thresholds(rows, percent):
     assert ladder.weighted_median(levels, numbers.astype(float)) == np.median(repeated)
 
 
-@some_examples
+@many_examples
 @given(st.integers(1, 999))
 def test_rows_that_hold(per_mille):
     enough = (n for n in range(1, 1000) if Fraction(1, n + 1) <= Fraction(per_mille, 1000))
     assert ladder.rows_that_hold(per_mille / 1000) == next(enough)
 
 
-@some_examples
+@many_examples
 @given(
     st.lists(st.floats(1e-30, 1e30) | st.just(0.0), min_size=1, max_size=9),
     st.lists(st.floats(1e-20, 1e20), min_size=0, max_size=4).map(sorted),
@@ -671,7 +673,7 @@ def test_solution_of_sums(rng, n_states, n_rows, alpha):
     assert error == pytest.approx(np.sum((output - states @ expected) ** 2), abs=1e-8)
 
 
-@some_examples
+@many_examples
 @given(
     st.lists(st.lists(st.integers(0, 1), min_size=3, max_size=3), min_size=1, max_size=12),
     st.data(),
@@ -1108,7 +1110,7 @@ known_speeds = st.lists(st.integers(1, 60), min_size=1, max_size=5, unique=True)
 )
 
 
-@some_examples
+@many_examples
 @given(generators, known_speeds, st.lists(st.floats(-1, 3), min_size=1, max_size=5))
 def test_speeds_beside_known_ones(rng, known, places):
     values = rng.normal(size=(len(known), 2))
@@ -1123,7 +1125,7 @@ def test_speeds_beside_known_ones(rng, known, places):
         assert factors[row] == pytest.approx(max(variance * math.log(1.3) / 0.4, 0.2))
 
 
-@some_examples
+@many_examples
 @given(st.lists(st.integers(0, 40), min_size=1, max_size=25))
 def test_groups_of_speeds(numbers):
     # In steps of 0.7 % no two speeds differ by exactly 2 %.
@@ -1315,3 +1317,80 @@ def test_covariance_of_drift(rng, n_speeds, n_frequencies, n_bands):
             change = [*literal_cepstrum(raised)[:48], *[0.0] * (n_bands - 1)]
             expected += 0.5 * np.outer(change, change) / (2 * n_speeds)
     np.testing.assert_allclose(drift.drift_covariance(colour, steadiness), expected, atol=1e-9)
+
+
+# healthy_limits as a whole
+
+
+@st.composite
+def healthy_recordings(draw, fewest):
+    """Rows of noise at some speeds, in any order of speeds, with weights."""
+    numbers = draw(st.lists(st.integers(3, 8), min_size=fewest, max_size=3))
+    at = np.array(draw(st.permutations(np.repeat(np.arange(len(numbers)), numbers).tolist())))
+    rng = draw(generators)
+    rows = noise_rows(len(at), seed=int(rng.integers(1000)), n_windows=draw(st.integers(1, 2)))
+    rows.values[:] += rng.normal(size=(len(numbers), 1))[at]
+    known = np.log(1000.0) + np.cumsum(rng.uniform(0.05, 0.5, len(numbers)))
+    return healthy_limits.HealthyRows(rows, known, at, rng.uniform(0.5, 3, len(at)))
+
+
+@some_examples
+@given(healthy_recordings(1))
+def test_calibration_on_blocks_of_time(healthy):
+    rows, _, at, weights = healthy
+    block = np.zeros(len(at), dtype=int)
+    for speed in range(at.max() + 1):
+        own = np.flatnonzero(at == speed)
+        block[own] = [i * min(5, len(own)) // len(own) for i in range(len(own))]
+    scores, squares = [], []
+    for number in range(block.max() + 1):
+        speeds = set(at[block == number])
+        rest = np.array([i for i in range(len(at)) if block[i] != number and at[i] in speeds])
+        for speed in speeds:
+            here = np.flatnonzero((block == number) & (at == speed))
+            others = rest[at[rest] == speed]
+            scores.append((literal_score(rows, here, rest, at, weights), weights[here]))
+            mean = np.average(rows.values[others], axis=0, weights=weights[others])
+            square = (rows.values[here] - mean) ** 2
+            squares.append(np.average(square, axis=0, weights=weights[here]))
+    limits = healthy_limits.calibrate(healthy)
+    n, mean = len(scores), np.mean([np.average(s, weights=w) for s, w in scores])
+    spread = sum(np.average((score - mean) ** 2, weights=w) for score, w in scores) / (n - 1)
+    assert limits.n_blocks == n
+    assert limits.score_mean == pytest.approx(mean, abs=1e-6)
+    assert limits.score_deviation == pytest.approx(max(math.sqrt(spread), 0.05), rel=1e-6)
+    expected = np.maximum(np.sqrt(np.sum(squares, axis=0) / (n - 1)), 0.02)
+    np.testing.assert_allclose(limits.deviations, expected)
+
+
+@pytest.mark.slow
+@some_examples
+@given(healthy_recordings(2))
+def test_scale_of_the_drift(healthy):
+    rows, known, at, weights = healthy
+    limits = healthy_limits.calibrate(healthy)
+    measured = ("deviations", "score_mean", "score_deviation", "n_blocks")
+
+    def logs_of(scale):
+        logs = np.empty(len(at))
+        for speed in range(len(known)):
+            own, rest = np.flatnonzero(at == speed), np.flatnonzero(at != speed)
+            others = healthy_limits.calibrate(healthy.take(rest))
+            others = others._replace(**{name: getattr(limits, name) for name in measured})
+            logs[own] = healthy_limits.log_p_values(others, rows.take(own), known[at[own]], scale)
+        return logs
+
+    expected = 64.0
+    for half_steps in range(19):
+        logs, holds = logs_of(2.0 ** (half_steps / 2 - 3)), True
+        for speed in range(len(known)):
+            for rate in (0.01, 0.05):
+                own = at == speed
+                flagged = math.fsum(weights[own & (logs < math.log(rate))])
+                holds &= flagged <= rate * math.fsum(weights[own])
+        if holds:
+            expected = 2.0 ** (half_steps / 2 - 3)
+            break
+    scale, found = healthy_limits.drift_scale(healthy, limits)
+    assert scale == pytest.approx(2 * expected)
+    np.testing.assert_allclose(found, logs_of(2 * expected), atol=1e-9)
