@@ -14,8 +14,9 @@ SMALLEST_PROBABILITY = 1e-6
 #: error of the model at this speed.
 CORRELATION = 0.7
 #: Correlation of the p-values of two windows of one recording: they share the error of the limits
-#: at this speed. Of 0.5, 0.8 and 1, it had the fewest false alarms and missed no fault on UESTC and
-#: both HIT-SM rigs, with limits from rows of 1 s at one speed, asked at the others.
+#: at this speed. Of 0.5, 0.8 and 1, it had the fewest false alarms and missed no fault on UESTC,
+#: SpectraQuest and the self-built rig, with limits from rows of 1 s at one speed, asked at the
+#: others.
 P_VALUE_CORRELATION = 0.8
 #: The same for the p-values of the nearest condition, whose limits move less with the speed: most
 #: unknown conditions are rejected at training speeds only.
