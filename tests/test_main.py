@@ -116,13 +116,19 @@ sys.meta_path.insert(0, Interrupter())
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows sends Ctrl-C to a whole group of processes")
 @pytest.mark.parametrize("library", ["numpy", "scipy", "sklearn", "sklearn.pipeline"])
-@pytest.mark.parametrize("command", [["fit", "x.csv"], ["diagnose", "m.skops", "x.npy"]])
+@pytest.mark.parametrize(
+    "command", [["fit", "x.csv", "-o", "m.skops"], ["diagnose", "m.skops", "x.npy"]]
+)
 def test_control_c_during_imports_ends_with_one_line(tmp_path, library, command):
     (tmp_path / "sitecustomize.py").write_text(INTERRUPTER)
+    # Usage is checked before the imports, so the arguments are complete and the files exist.
+    (tmp_path / "x.csv").write_text("path,condition,sampling_rate\nx.npy,good,5000\n")
+    for name in ("x.npy", "m.skops"):
+        (tmp_path / name).touch()
     paths = [str(tmp_path), os.path.dirname(os.path.dirname(skarxlag.__file__))]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths), "INTERRUPT_AT": library}
     arguments = [sys.executable, "-m", "skarxlag", *command]
-    found = subprocess.run(arguments, capture_output=True, text=True, env=environment)
+    found = subprocess.run(arguments, capture_output=True, text=True, env=environment, cwd=tmp_path)
     assert found.returncode == 130 and found.stdout == ""
     assert re.fullmatch(r"skarxlag( fit| diagnose)?: interrupted", found.stderr.strip())
 

@@ -29,7 +29,9 @@ def accuracy_figure(summary, path, ours):
     # Open and filled markers: eight rigs with four colours that can be read on any page.
     styles = [(marker, color, fill) for fill in ("full", "none") for marker, color in MARKERS]
     means = means.loc[means[real].mean(axis=1).sort_values().index]
-    with saved_figure(path, size=(7.0, 0.8 + 0.28 * len(means))) as axes:
+    n_columns = 2
+    legend_inches = 0.16 * -(-len(means.columns) // n_columns)
+    with saved_figure(path, size=(7.0, 0.6 + legend_inches + 0.28 * len(means))) as axes:
         ax = axes[0, 0]
         for rig, (marker, color, fill) in zip(means, cycle(styles), strict=False):
             style = {"marker": marker, "color": color, "fillstyle": fill, "ls": "none"}
@@ -39,4 +41,4 @@ def accuracy_figure(summary, path, ours):
             label.set_fontweight("bold" if label.get_text() in ours else "normal")
         ax.set_xlabel(f"mean accuracy over pairs of different speeds, windows of {length} samples")
         ax.grid(axis="x")
-        legend_below(axes, n_columns=2)
+        legend_below(axes, n_columns)

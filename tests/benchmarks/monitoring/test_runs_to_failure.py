@@ -50,7 +50,10 @@ def test_command_writes_the_table_and_the_figure(run, tmp_path, capsys):
         rpm=1000,
         sampling_rate=10_000.0,
     )
-    page.write_text("<!-- runs to failure: begin -->\n<!-- runs to failure: end -->\n")
+    blocks = ("runs to failure", "few healthy snapshots")
+    page.write_text("\n".join(f"<!-- {name}: begin -->\n<!-- {name}: end -->" for name in blocks))
     main([str(path), "--write", str(page), "--figure", str(figure)])
-    assert capsys.readouterr().out.strip() in page.read_text()
+    printed = capsys.readouterr().out.strip().split("\n\n")
+    assert len(printed) == len(blocks)
+    assert all(block in page.read_text() for block in printed)
     assert "| a | 0 | 30 |" in page.read_text() and figure.read_text().count("<svg") == 1
