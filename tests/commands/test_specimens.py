@@ -33,7 +33,7 @@ def table(tmp_path):
         colour = [1.0, -0.9] if condition == "good" else [1.0, 0.9]
         noise = np.random.default_rng(seed).normal(size=N_WINDOWS * WINDOW)
         np.save(tmp_path / f"{seed}.npy", lfilter([1.0], colour, noise))
-        rows.append((f"{seed}.npy", condition, specimen, ["", "2.5"][seed % 2], 300, 50_000))
+        rows.append((f"{seed}.npy", condition, specimen, ["", "2.5"][seed % 2], 300, 5_000))
     columns = ["path", "condition", "specimen", "load", "rpm", "sampling_rate"]
     pd.DataFrame(rows, columns=columns).to_csv(tmp_path / "table.csv", index=False)
     return tmp_path / "table.csv"
