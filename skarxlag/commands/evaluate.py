@@ -73,9 +73,6 @@ def run(args: argparse.Namespace) -> int:
             ]
             block = _block(case.title, "summary, windows in %", table)
             shown = [_heading(case), block + _LEGEND, "", *sentences, ""]
-            bar.clear()
-            print(*shown, sep="\n", flush=True)
-            bar.show()
             texts += [*shown, *(_block(case.title, *each) for each in tables.values())]
             if missing is None:
                 _save_figure(case, across_speeds, args.output)
@@ -84,6 +81,10 @@ def run(args: argparse.Namespace) -> int:
             for name, (_, table) in tables.items():
                 content = table.to_csv(float_format="%.6g").encode()
                 write_atomically(args.output / f"{case.stem}_{name}.csv", content)
+            # A summary whose tables cannot be written is not printed.
+            bar.clear()
+            print(*shown, sep="\n", flush=True)
+            bar.show()
             bar.advance("tables", len(case.data))
         stem = args.rig if is_rig else cases[0].stem
         write_atomically(args.output / f"{stem}_report.txt", "\n".join(texts).encode())

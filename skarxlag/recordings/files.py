@@ -1,7 +1,5 @@
 """Read recordings from files, whole or block by block."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -160,7 +158,7 @@ def iter_windows(
     yield from cut_blocks((signal for signal, _ in blocks), str(path), window_length)
 
 
-def list_channels(path: StrPath, *, dtype: str | None = None) -> pd.DataFrame:
+def list_channels(path: StrPath, *, dtype: str | None = None) -> "pd.DataFrame":
     r"""List the channels of a recording and what the file states about them.
 
     Parameters

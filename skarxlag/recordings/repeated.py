@@ -41,8 +41,10 @@ def check_repeated(listed: Sequence[ListedRecording]) -> None:
         for entry in same:
             other = channels.setdefault(_channels(entry, same), entry)
             if other is not entry:
-                found = f"{entry.path} is the same recording as {other.path} of {_where(other)}"
-                raise ValueError(f"{_where(entry)}: {found}")
+                place = f"{entry.where}: " if entry.where else ""
+                other_place = f" of {other.where}" if other.where else ""
+                found = f"{entry.path} is the same recording as {other.path}{other_place}"
+                raise ValueError(f"{place}{found}")
 
 
 def _check_looks(listed, name):

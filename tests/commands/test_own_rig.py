@@ -87,7 +87,7 @@ def test_own_recordings_are_evaluated_across_speeds(run, workshop, name):
     for title in ("make_diagnoser", "log-spectrum-+-lda"):
         matrix = pd.read_csv(output / f"{name}_confusion_{title}.csv", index_col="true")
         assert matrix.iloc[:2, :2].to_numpy().sum() == 12
-    assert re.search("confusion matrix of recordings, .*, trained at all speeds but one", out)
+    assert re.search("confusion matrix of recordings, .*, trained at all speeds but one", report)
     # 12 recordings of 5 windows; one speed in tests each of them twice, one speed out once.
     assert len(outside) == 3 * 60 and len(inside) == 3 * 120
     accuracy = (verdicts["true"] == verdicts["predicted"]).groupby(verdicts["diagnoser"]).mean()

@@ -24,10 +24,10 @@ COUNTER = itertools.count()
 def plant(tmp_path_factory):
     """Recordings of several formats, some of which are damaged."""
     folder = tmp_path_factory.mktemp("plant")
-    good, worn = np.random.default_rng(0).normal(size=(2, 12 * WINDOW))
+    good, again, worn = np.random.default_rng(0).normal(size=(3, 12 * WINDOW))
     worn = lfilter([1.0], [1.0, -0.9], worn)
-    for name in ("good.npy", "=1 ä.npy"):
-        np.save(folder / name, good)
+    np.save(folder / "good.npy", good)
+    np.save(folder / "=1 ä.npy", again)
     np.savetxt(folder / "worn.csv", worn)
     np.savez(folder / "both.npz", drive=worn, fan=good, fs=RATE, rpm=300)
     wavfile.write(folder / "sound.wav", 2 * RATE, good.astype(np.float32))

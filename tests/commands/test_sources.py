@@ -20,12 +20,12 @@ def signal(condition, seed, n_samples=10 * WINDOW):
 def folder(tmp_path):
     """A folder of recordings whose names say what they are of."""
     runs = tmp_path / "runs"
-    for hall in "ab":
+    for place, hall in enumerate("ab"):
         (runs / hall).mkdir(parents=True)
         for seed, condition in enumerate(["good", "worn"]):
             for rpm in (300, 310, 500):
                 name = f"{condition}_{rpm}_{hall}.npy"
-                np.save(runs / hall / name, signal(condition, seed + rpm + 1000 * (hall == "b")))
+                np.save(runs / hall / name, signal(condition, seed + rpm + 1000 * place))
     return tmp_path
 
 

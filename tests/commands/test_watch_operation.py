@@ -469,8 +469,10 @@ def test_a_status_line_says_that_there_is_not_yet_an_alarm(run, two_models, pipe
     ticks = itertools.count()
     monkeypatch.setattr(time, "monotonic", lambda: next(ticks))
     piped(lines_of(50 * sound("good", 450, 3)))
-    err = run("watch", two_models[0], "-", "-v")[2]
-    assert "0.4 s, good, probability 99.9%, not yet an alarm, at " in err
+    _, out, err = run("watch", two_models[0], "-", "-v")
+    ((*_, last),) = of_kind(out).values()
+    probability = f"probability {last['probability']:.1%}"
+    assert f"0.4 s, good, {probability}, not yet an alarm, at " in err
 
 
 def test_the_model_of_a_stream_is_exchanged_while_the_stream_stays_open(two_models, fitted):
