@@ -364,31 +364,45 @@ def test_distances_along_axes(rng, n_rows, n_groups, n_classes, n_axes, n_tried)
 )
 def test_fault_comb(rng, orders, tolerance, slip, cage_weight):
     contrast = rng.exponential(size=4001)
-    steps = math.floor(tolerance / 0.002 + 1e-9)
     places = 0.01 * np.arange(4001)
+    n_errors, n_slips = (math.floor(size / 0.002 + 1e-9) for size in (tolerance, slip))
 
-    def best(order, n_multiples):
-        found = []
-        for number in range(-steps, steps + 1):
-            factor, total = math.exp(0.002 * number), 0.0
+    def heights(order, n_multiples):
+        found = {}
+        for shift in range(-n_errors - n_slips, n_errors + n_slips + 1):
+            total = 0.0
             for k in range(1, n_multiples + 1):
-                at = k * factor * order
+                at = k * math.exp(0.002 * shift) * order
                 below = int(at / 0.01)
                 if at <= places[-1]:
                     near = slice(max(below - 2, 0), below + 3)
                     total += between(at, places[near], contrast[near])
-            score = total / n_multiples - 0.15 * (0.002 * number / slip) ** 2
-            found.append((score, factor))
-        return max(found)
+            found[shift] = total / n_multiples
+        return found
 
-    cage, spin, twice = best(orders[0], 4), best(orders[1], 4), best(2 * orders[1], 3)
-    inner, outer = best(orders[2], 3), best(orders[3], 3)
-    ball = (spin[0] + twice[0]) / 2 + cage_weight * min(cage[0], 1.0)
+    def best(comb, error):
+        return max(
+            (comb[error + own] - 0.15 * (0.002 * own / slip) ** 2, -abs(own), error + own)
+            for own in range(-n_slips, n_slips + 1)
+        )
+
+    cage, spin, inner, outer = orders
+    lines = (cage, 4), (spin, 4), (2 * spin, 3), (inner, 3), (outer, 3)
+    combs = [heights(*line) for line in lines]
+    fits = []
+    for error in range(-n_errors, n_errors + 1):
+        cage, spin, twice, inner, outer = (best(comb, error) for comb in combs)
+        ball = (spin[0] + twice[0]) / 2 + cage_weight * min(cage[0], 1.0)
+        expected = [ball, inner[0], outer[0]]
+        shifts = [max(spin, twice)[2], inner[2], outer[2]]
+        fit = sorted(expected)[1] - 0.6 * (0.002 * error / slip) ** 2
+        fits.append((fit, -abs(error), expected, shifts))
+    *_, expected, shifts = max(fits)
     scores, factors = fault_orders.fault_comb(
         contrast, np.array(orders), tolerance, slip, cage_weight
     )
-    np.testing.assert_allclose(scores, [ball, inner[0], outer[0]], atol=1e-9)
-    np.testing.assert_allclose(factors, [max(spin, twice)[1], inner[1], outer[1]], rtol=1e-12)
+    np.testing.assert_allclose(scores, expected, atol=1e-9)
+    np.testing.assert_allclose(factors, np.exp(0.002 * np.array(shifts)), rtol=1e-12)
 
 
 @some_examples
