@@ -200,11 +200,12 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, DiagnosingClassifi
         X, y = validate_innovations(self, X, y, reset=True)
         self._check_parameters()
         rows, target, weights = weighted_windows(np.arange(len(X)), y, sample_weight)
-        self.classes_, target = np.unique(target, return_inverse=True)
+        classes, target = np.unique(target, return_inverse=True)
+        self.classes_: NDArray[Any] = classes
         self._name_places()
         specimens = self._specimens(specimen, len(X))
         numbers = None if specimens is None else specimens[rows]
-        self.n_specimens_ = self._counted(numbers, target)
+        self.n_specimens_: NDArray[Any] = self._counted(numbers, target)
         metadata = self._metadata(rpm, sample_weight)
         residual = clone(self._residual())
         if isinstance(X, OnDemand) and not isinstance(

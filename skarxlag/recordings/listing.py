@@ -358,7 +358,8 @@ class UnusedFactError(ValueError):
     """
 
     def __init__(self, source: Path, name: str, value: Any) -> None:
-        self.source, self.name = source, name
+        self.source: Path = source
+        self.name: str = name
         super().__init__(f"{name}={value!r} has no effect: each line of {source} states it")
 
 
