@@ -104,6 +104,9 @@ def test_control_c_ends_without_a_traceback(monkeypatch, capsys, tmp_path):
 INTERRUPTER = """
 import os, signal, sys
 
+# A parent may have let this process ignore Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
 class Interrupter:
     def find_spec(self, name, path=None, target=None):
         if name == os.environ["INTERRUPT_AT"]:
