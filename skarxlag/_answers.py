@@ -18,7 +18,7 @@ from sklearn.utils.metadata_routing import get_routing_for_object
 from ._state import CheckedEstimator, as_fitted, estimators_within, is_fitted
 
 #: Fields that describe the last step; other fields may come from any step.
-_OF_THE_DECISION = {"alarm", "healthy_p_value", "none_of_these", "stated_rate"}
+_OF_THE_DECISION = {"alarm", "healthy_p_value", "n_healthy", "none_of_these", "stated_rate"}
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,9 @@ class Answers:
         The healthy condition among them. None if it is not known.
     alarm : bool, default=False
         Whether it flags rows that exceed healthy limits.
+    n_healthy : int or None, default=None
+        Healthy rows in `fit`, from which the limits of the alarm were learned. None if it is not
+        known.
     healthy_p_value : bool, default=False
         Whether it returns the probability that a healthy row deviates as much.
     none_of_these : bool, default=False
@@ -70,6 +73,7 @@ class Answers:
     states_probabilities: bool = False
     healthy: Any = None
     alarm: bool = False
+    n_healthy: int | None = None
     healthy_p_value: bool = False
     none_of_these: bool = False
     states_unknown: bool = False

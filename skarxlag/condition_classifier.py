@@ -98,6 +98,8 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, DiagnosingClassifi
         Index of the healthy condition in `classes_`; -1 if there is none.
     detection_threshold_ : float
         Limit of the residual of the healthy condition; 0 if there is none.
+    n_healthy_ : int
+        Number of rows of the healthy condition; 0 if there is none.
     noise_gaps_ : ndarray of shape (2,)
         Largest gap of noise in the questions about the fault and about its place.
     place_exponent_ : float
@@ -149,6 +151,9 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, DiagnosingClassifi
         ),
         "healthy_index_": Values((), (_is_healthy, "the index of a healthy class, or -1"), "i"),
         "detection_threshold_": Values((), "at least 0"),
+        "n_healthy_": Values(
+            (), (lambda n, e: 0 <= n < 1e9 and (n > 0) == (e.healthy_index_ >= 0), "a count"), "i"
+        ),
         # Larger gaps or exponents overflow.
         "noise_gaps_": Values((2,), (lambda g, e: np.all((g >= 0) & (g < 1e3)), "in [0, 1e3)")),
         "place_exponent_": Values((), (lambda k, e: 0 < k < 1e3, "a number in (0, 1e3)")),
@@ -216,9 +221,11 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, DiagnosingClassifi
         self.residual_: Any = residual.fit(X, y, **metadata)
         levels = self._levels(X, rpm)[rows]
         self.detection_threshold_: float = 0.0
+        self.n_healthy_: int = 0
         if self.healthy_index_ >= 0:
             own = target == self.healthy_index_
             healthy = levels[own, self.healthy_index_]
+            self.n_healthy_ = len(healthy)
             rate = self.false_alarm_rate
             threshold = ladder.false_alarm_threshold(healthy, weights[own], rate)
             self.detection_threshold_ = threshold
@@ -414,7 +421,8 @@ class ConditionClassifier(TakesRowsOnDemand, SignalEstimator, DiagnosingClassifi
         if self.healthy_index_ < 0:
             return own | {"alarm": False}
         healthy = self.classes_.tolist()[self.healthy_index_]
-        return own | {"healthy": healthy, "alarm": True, "stated_rate": self.false_alarm_rate}
+        own |= {"alarm": True, "n_healthy": self.n_healthy_}
+        return own | {"healthy": healthy, "stated_rate": self.false_alarm_rate}
 
     def _place_names(self):
         """Return the place of each class; None for a condition that is a place of its own."""

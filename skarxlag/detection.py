@@ -528,6 +528,7 @@ class FaultDetector(RowOutlierDetector):
 
     def _answers(self):
         own = {"alarm": True, "healthy_p_value": True, "stated_rate": self.false_alarm_rate}
+        own["n_healthy"] = self.n_rows_
         common = super()._answers()
         return common | own | {"needs_rpm": common["takes_rpm"]}
 

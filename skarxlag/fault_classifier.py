@@ -535,7 +535,7 @@ class FaultOrderClassifier(TakesRowsOnDemand, SignalEstimator, DiagnosingClassif
         if self.conditions_ is not None:
             learned = vars(answers(self.conditions_))
             names = "alarm", "healthy", "stated_rate", "speeds", "is_stretch"
-            names += "places", "n_specimens", "states_unknown"
+            names += "places", "n_specimens", "states_unknown", "n_healthy"
             return own | {name: learned[name] for name in names}
         healthy = self.classes_[self.class_places_ == PLACES.index(HEALTHY)].tolist()
         own |= {"healthy": healthy[0] if healthy else None, "stated_rate": self.false_alarm_rate}

@@ -34,6 +34,8 @@ from .verdict_names import (
 HOLD = "hold"
 #: The same for a recording that resembles no recorded specimen closely.
 HOLD_FOR_RECORDED = "hold for the recorded bearing, load and mounting only"
+#: The same if fewer healthy rows than the second number were learned.
+FEW_HEALTHY, LEAST_HEALTHY = "too few healthy rows", 9
 #: Probability of a fault by combs above which a condition is named although spectra resemble none.
 _CLEAR_COMB = 0.9
 _NOTHING = pd.Series(dtype=float)
@@ -135,6 +137,7 @@ class Judge:
         self.states_unknown: bool = described.states_unknown
         self.n_answers: int = n_conditions + described.states_unknown
         self.alarm_rate: float | None = limits.stated_rate
+        self._has_few_healthy = limits.n_healthy is not None and limits.n_healthy < LEAST_HEALTHY
         speeds = [train_rpm, *(can.speeds for can in self._can.values())]
         n_outputs = max(can.n_outputs for can in self._can.values())
         self.outputs: list[str] = [f"output {s}" for s in range(1, n_outputs + 1)]
@@ -362,6 +365,7 @@ class Judge:
             exceeds = within["alarm"].astype(float).mean() > _MOST_WINDOWS
         recorded = within.get("probability of a recorded specimen", _NOTHING).median()
         limits = HOLD_FOR_RECORDED if recorded < _MOST_WINDOWS else HOLD
+        limits = FEW_HEALTHY if self._has_few_healthy else limits
         return "yes" if exceeds else "no", p_value, limits
 
     def _recording_condition(self, usable, answer):

@@ -39,7 +39,12 @@ LADDER = {
     "alarm": True,
     "stated_rate": 0.01,
 }
-SPECIMENS = {"states_unknown": True, "places": ("healthy", None), "n_specimens": (1, 1)}
+SPECIMENS = {
+    "states_unknown": True,
+    "places": ("healthy", None),
+    "n_specimens": (1, 1),
+    "n_healthy": 30,
+}
 FOREIGN = {"conditions": CONDITIONS, "states_probabilities": True}
 
 
@@ -84,7 +89,8 @@ def test_detector_and_known_conditions_answer_different_questions(X):
     rpm = np.repeat([900, 1200], 120)
     detector = answers(make_detector(false_alarm_rate=0.05).fit(rows, rpm=rpm))
     asked = {"stated_rate": 0.05, "takes_rpm": True, "speeds": (900.0, 1200.0)} | ROWS
-    assert detector == Answers(alarm=True, healthy_p_value=True, needs_rpm=True, **asked)
+    own = {"alarm": True, "n_healthy": 240, "healthy_p_value": True, "needs_rpm": True}
+    assert detector == Answers(**own, **asked)
     known = make_known_conditions(false_rejection_rate=0.05).fit(rows, np.tile(Y, 4), rpm=rpm)
     assert answers(known) == Answers(none_of_these=True, **asked)
     without = answers(make_detector().fit(rows))

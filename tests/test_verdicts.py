@@ -25,6 +25,8 @@ from skarxlag.evidence import (
 )
 from skarxlag.fault_places import NOT_IDENTIFIABLE
 from skarxlag.verdicts import (
+    FEW_HEALTHY,
+    HOLD,
     Judge,
     check_conditions,
     no_verdict,
@@ -150,6 +152,14 @@ def test_alarm_where_the_detection_threshold_holds(arguments, alarm, limits, dia
     row = recording_verdicts(diagnoser, windows[0][:20], np.zeros(20), **arguments).iloc[0]
     assert (row["verdict"], row["alarm"], row["limits"]) == ("white", alarm, limits)
     assert row["probability"] > 0.5 and np.isnan(row["p-value"])
+
+
+@pytest.mark.parametrize(("n_healthy", "limits"), [(8, FEW_HEALTHY), (9, HOLD)])
+def test_limits_of_few_healthy_rows_are_said_to_be_weak(n_healthy, limits, healthy):
+    with warnings.catch_warnings(action="ignore", category=UserWarning):
+        detector = make_detector().fit(healthy[:n_healthy], rpm=900.0)
+    row = recording_verdicts(detector, healthy[20:24], np.zeros(4), rpm=900.0).iloc[0]
+    assert (row["alarm"], row["limits"]) == ("no", limits)
 
 
 def test_classifier_without_healthy_limits_raises_no_alarm(windows):

@@ -11,6 +11,7 @@ from ..fusion import SensorFusion
 from ..recordings.files import list_channels
 from ..recordings.listing import ListedRecording
 from ..speeds import LEAST_TURNS
+from ..verdicts import LEAST_HEALTHY
 from .files import is_model_file
 from .messages import as_command_error
 from .models import SavedModel
@@ -56,10 +57,12 @@ def _line(name, value):
 def limits(model: SavedModel) -> list[str]:
     """Return sentences on what a model cannot do."""
     facts, can, names_faults = model.facts, model.can, model.can.conditions is not None
+    has_limit = bool(model.train_rpm) and names_faults and can.alarm
+    has_limit &= can.n_healthy is None or can.n_healthy >= LEAST_HEALTHY
     cases = {
         "It distinguishes healthy from faulty and names no fault.": not names_faults,
         "It names the most similar of its conditions, also for any other fault.": names_faults,
-        "Its detection threshold holds at its training speeds.": model.train_rpm and names_faults,
+        "Its detection threshold holds at its training speeds.": has_limit,
         "It has no detection threshold, so it raises no alarm.": names_faults and not can.alarm,
         "At other speeds, it may raise false alarms.": len(can.speeds) < 2 and not names_faults,
         "The sampling rate of recordings cannot be checked.": model.sampling_rate is None,

@@ -26,7 +26,7 @@ from ..recordings.rates import NO_RATE, rates_agree, resampled_blocks, unit_advi
 from ..recordings.windows import block_length, cut_blocks
 from ..speeds import SPEED_FACTOR
 from ..verdict_names import CHANGED, NO_SIGNAL, UNCERTAIN, UNKNOWN
-from ..verdicts import HOLD, HOLD_FOR_RECORDED, Judge
+from ..verdicts import FEW_HEALTHY, HOLD, HOLD_FOR_RECORDED, LEAST_HEALTHY, Judge
 from .channels import channel_remarks, channels_of_model
 from .diagnosis import Diagnosis, cancelled
 from .messages import CommandError, as_command_error, counted, listed, printable
@@ -290,7 +290,12 @@ def _remarks(windows, verdict):
         reasons = windows.loc[windows["quality"] != "good", "quality"].value_counts()
         listed = ", ".join(f"{reason}: {count}" for reason, count in reasons.items())
         yield f"{verdict['no signal']} of {verdict['windows']} windows carry no signal ({listed})."
-    if verdict["limits"] == HOLD_FOR_RECORDED:
+    if verdict["limits"] == FEW_HEALTHY:
+        yield (
+            f"The alarm rests on fewer than {LEAST_HEALTHY} healthy rows, so a fault may be within "
+            "its limits."
+        )
+    elif verdict["limits"] == HOLD_FOR_RECORDED:
         yield (
             "The recording resembles none of the training closely: it is of another bearing, load, "
             "mounting or machine. Healthy limits may not hold for it."

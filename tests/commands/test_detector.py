@@ -51,6 +51,15 @@ def model(run, plant):
     return path
 
 
+def test_an_alarm_by_few_healthy_stretches_is_said_to_be_weak(run, plant):
+    (plant / "one.csv").write_text(f"path,rpm,sampling_rate\n600.npy,600,{RATE}\n")
+    path = plant / "few.skops"
+    assert run("fit", plant / "one.csv", "-o", path, "--diagnoser", "detector")[0] == 0
+    _, out, _ = run("diagnose", path, plant / "well.npy", "--rpm", 600, "--sampling-rate", RATE)
+    assert "rests on fewer than 9 healthy rows" in out
+    assert "few to hold" in run("info", path)[1]
+
+
 @pytest.mark.parametrize(
     ("condition", "options", "kind"),
     [("Normal", (), "detector"), ("x", ("--healthy", "x"), "detector"), ("worn", (), None)],
