@@ -1,4 +1,4 @@
-"""Names of verdicts: what a reader is told, given the probabilities of conditions."""
+"""Choice of the name of a verdict, given the probabilities of conditions."""
 
 from __future__ import annotations
 
