@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import skarxlag
 from skarxlag import datasets, kernels
 from skarxlag.datasets import simulate_rig
 from skarxlag.datasets.rig import Rig
@@ -227,3 +228,11 @@ def test_every_parameter_of_the_simulated_rig_is_in_its_table():
         if isinstance(default, float | int | tuple) and not isinstance(default, bool):
             values = [float(each) for each in re.sub(r"(?<=\d),(?=\d)", "", shown).split(",")]
             assert values == list(np.ravel(default)), name
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_name_of_a_module_in_a_page_exists(page):
+    modules = {each.name for each in pkgutil.iter_modules(skarxlag.__path__)}
+    for name in re.findall(r"`(?:skarxlag\.)?([a-z_]+(?:\.\w+)+)`", page.read_text("utf-8")):
+        if name.partition(".")[0] in modules:
+            pkgutil.resolve_name(f"skarxlag.{name}")
