@@ -352,7 +352,8 @@ ASKED = {"alarm": True, "healthy_p_value": True, "stated_rate": RATE, "window_le
 
 
 def test_what_it_can_answer(fitted):
-    two = Answers(takes_rpm=True, needs_rpm=True, speeds=(800.0, 1200.0), **ASKED)
+    speeds = {"takes_rpm": True, "needs_rpm": True, "speeds": (800.0, 1200.0)}
+    two = Answers(n_healthy=fitted.n_rows_, **speeds, **ASKED)
     assert answers(fitted) == two
 
 
@@ -360,9 +361,8 @@ def test_one_speed_is_needed_too():
     X = healthy(4, 1000, 0)
     with warnings.catch_warnings(action="ignore"):
         one = FaultDetector(false_alarm_rate=RATE, window_length=LENGTH // 2).fit(X, rpm=1000)
-    of_one_speed = Answers(
-        takes_rpm=True, needs_rpm=True, speeds=(1000.0,), is_stretch=True, **ASKED
-    )
+    speed = {"takes_rpm": True, "needs_rpm": True, "speeds": (1000.0,)}
+    of_one_speed = Answers(n_healthy=4, is_stretch=True, **speed, **ASKED)
     assert answers(one) == of_one_speed
     with pytest.raises(ValueError, match="rpm == None, expected the speed of each row"):
         one.predict(X)
@@ -372,7 +372,7 @@ def test_a_speed_that_fit_did_not_know_is_not_looked_at():
     X = healthy(4, 1000, 0)
     with warnings.catch_warnings(action="ignore"):
         none = FaultDetector(false_alarm_rate=RATE).fit(X)
-    assert answers(none) == Answers(**ASKED)
+    assert answers(none) == Answers(n_healthy=4, **ASKED)
     expected = none.score_samples(X)
     with warnings.catch_warnings(action="error"):
         np.testing.assert_array_equal(none.score_samples(X, rpm=123), expected)
