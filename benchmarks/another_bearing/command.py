@@ -5,22 +5,21 @@ is ``$SKARXLAG_DATA``. Rows are 1 s long; `protocol.py` describes the folds. Res
 kept in a csv file in the output folder and are not computed again.
 """
 
-import os
 import sys
 
 import pandas as pd
 
+from benchmarks.another_bearing.arguments import parse
 from benchmarks.another_bearing.methods import METHODS
 from benchmarks.another_bearing.metrics import table
 from benchmarks.another_bearing.protocol import (
     ANOTHER,
     ANOTHER_LOAD,
     ANOTHER_SPEED,
-    BEARINGS,
     SAME_BEARING,
     folds,
 )
-from benchmarks.pages.blocks import markdown, page_parser, publish
+from benchmarks.pages.blocks import markdown, publish
 from benchmarks.recipe.rigs import real_rigs
 from skarxlag.fault_places import PLACES
 
@@ -76,11 +75,7 @@ def side_by_side(found):
 
 def main(arguments=None):
     """Run the command."""
-    parser = page_parser(__doc__, "another_bearing")
-    parser.add_argument("--rig", nargs="+", choices=list(BEARINGS), default=list(BEARINGS))
-    parser.add_argument("--data-home", default=os.environ.get("SKARXLAG_DATA"))
-    options = parser.parse_args(arguments)
-    options.output.mkdir(parents=True, exist_ok=True)
+    options = parse(arguments, __doc__, "another_bearing")
     frames = []
     for name in options.rig:
         path = options.output / f"{name}.csv"

@@ -8,17 +8,17 @@ the worst rig. A setting that states more than 1 % of noise and sines with at le
 Each rig is left out in turn: the table shows the score on it of what the others choose.
 """
 
-import os
 import sys
 from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
 
+from benchmarks.another_bearing.arguments import parse
 from benchmarks.another_bearing.metrics import STATED
 from benchmarks.another_bearing.noise import synthetic
 from benchmarks.another_bearing.protocol import BEARINGS, SAME_BEARING, folds
-from benchmarks.pages.blocks import markdown, page_parser, publish
+from benchmarks.pages.blocks import markdown, publish
 from benchmarks.recipe.rigs import real_rigs
 from skarxlag import make_diagnoser
 from skarxlag.fault_places import PLACES, comb_evidence
@@ -148,11 +148,7 @@ def left_out(scores, noise):
 
 def main(arguments=None):
     """Run the command."""
-    parser = page_parser(__doc__, "another_bearing_constants")
-    parser.add_argument("--rig", nargs="+", choices=list(BEARINGS), default=list(BEARINGS))
-    parser.add_argument("--data-home", default=os.environ.get("SKARXLAG_DATA"))
-    options = parser.parse_args(arguments)
-    options.output.mkdir(parents=True, exist_ok=True)
+    options = parse(arguments, __doc__, "another_bearing_constants")
     scores, noise = {}, {}
     for rig in real_rigs(options.rig, options.data_home):
         parts = compared(rig)

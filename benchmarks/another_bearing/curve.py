@@ -5,16 +5,16 @@ those with three specimens of a place. Of the specimens that a fold keeps, the f
 each place train, as in the main command. ``specimen`` is given to `fit`.
 """
 
-import os
 import sys
 
 import numpy as np
 import pandas as pd
 
+from benchmarks.another_bearing.arguments import parse
 from benchmarks.another_bearing.methods import by_place
 from benchmarks.another_bearing.metrics import table
 from benchmarks.another_bearing.protocol import ANOTHER, ANOTHER_SPEED, BEARINGS, folds
-from benchmarks.pages.blocks import markdown, page_parser, publish
+from benchmarks.pages.blocks import markdown, publish
 from benchmarks.recipe.rigs import real_rigs
 from skarxlag import make_diagnoser
 from skarxlag.fault_places import PLACES
@@ -56,12 +56,8 @@ _PROTOCOLS = (ANOTHER, ANOTHER_SPEED)
 
 def main(arguments=None):
     """Run the command."""
-    parser = page_parser(__doc__, "another_bearing_curve")
     names = [name for name in BEARINGS if name != "UESTC"]
-    parser.add_argument("--rig", nargs="+", choices=names, default=names)
-    parser.add_argument("--data-home", default=os.environ.get("SKARXLAG_DATA"))
-    options = parser.parse_args(arguments)
-    options.output.mkdir(parents=True, exist_ok=True)
+    options = parse(arguments, __doc__, "another_bearing_curve", names)
     parts = []
     for rig in real_rigs(options.rig, options.data_home):
         parts += scored(rig)

@@ -5,17 +5,17 @@ diagnoser, trained at one setting, gets synthetic noise and sines, at the traini
 times that speed, and the first second of each recording of all other rigs, at their own speeds.
 """
 
-import os
 import sys
 
 import numpy as np
 import pandas as pd
 from scipy.signal import lfilter
 
+from benchmarks.another_bearing.arguments import parse
 from benchmarks.another_bearing.methods import by_place
 from benchmarks.another_bearing.metrics import STATED
 from benchmarks.another_bearing.protocol import BEARINGS, folds
-from benchmarks.pages.blocks import markdown, page_parser, publish
+from benchmarks.pages.blocks import markdown, publish
 from benchmarks.recipe.rigs import real_rigs
 from skarxlag import make_diagnoser
 
@@ -80,11 +80,7 @@ def scored(rig, data_home):
 
 def main(arguments=None):
     """Run the command."""
-    parser = page_parser(__doc__, "another_bearing_noise")
-    parser.add_argument("--rig", nargs="+", choices=list(BEARINGS), default=list(BEARINGS))
-    parser.add_argument("--data-home", default=os.environ.get("SKARXLAG_DATA"))
-    options = parser.parse_args(arguments)
-    options.output.mkdir(parents=True, exist_ok=True)
+    options = parse(arguments, __doc__, "another_bearing_noise")
     found = []
     for rig in real_rigs(options.rig, options.data_home):
         found += scored(rig, options.data_home)
