@@ -11,7 +11,7 @@ import pandas as pd
 
 from benchmarks.another_bearing.arguments import parse
 from benchmarks.another_bearing.methods import METHODS
-from benchmarks.another_bearing.metrics import table
+from benchmarks.another_bearing.metrics import labelled, table
 from benchmarks.another_bearing.protocol import (
     ANOTHER,
     ANOTHER_LOAD,
@@ -21,7 +21,6 @@ from benchmarks.another_bearing.protocol import (
 )
 from benchmarks.pages.blocks import markdown, publish
 from benchmarks.recipe.rigs import real_rigs
-from skarxlag.fault_places import PLACES
 
 _ORDER = [ANOTHER, ANOTHER_SPEED, ANOTHER_LOAD, SAME_BEARING]
 _OURS = list(METHODS)[:2]
@@ -47,9 +46,8 @@ def scored(rig):
         for name, method in METHODS.items():
             for protocol, probability in method(rig, fold.train, fold.tests):
                 rows = fold.tests[protocol]
-                part = pd.DataFrame(probability, columns=list(PLACES))
                 facts = {"rig": rig.name, "protocol": protocol, "method": name}
-                parts.append(part.assign(place=rows.place, specimen=rows.specimen, **facts))
+                parts.append(labelled(probability, rows, facts))
         print(rig.name, len(parts), file=sys.stderr, flush=True)
     return pd.concat(parts, ignore_index=True)
 

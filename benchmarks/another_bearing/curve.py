@@ -11,13 +11,11 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.another_bearing.arguments import parse
-from benchmarks.another_bearing.methods import by_place
-from benchmarks.another_bearing.metrics import table
+from benchmarks.another_bearing.methods import fitted
+from benchmarks.another_bearing.metrics import labelled, table
 from benchmarks.another_bearing.protocol import ANOTHER, ANOTHER_SPEED, BEARINGS, folds
 from benchmarks.pages.blocks import markdown, publish
 from benchmarks.recipe.rigs import real_rigs
-from skarxlag import make_diagnoser
-from skarxlag.fault_places import PLACES
 
 _NUMBERS = (1, 2)
 
@@ -38,17 +36,12 @@ def scored(rig):
         for number in _NUMBERS if tests else ():
             train = chosen(fold.train, number)
             for bearing in (BEARINGS[rig.name], None):
-                diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, bearing=bearing)
-                diagnoser.fit(train.X, train.condition, rpm=train.rpm, specimen=train.specimen)
-                place = dict(zip(train.condition, train.place, strict=True))
-                of_class = np.array([place[name] for name in diagnoser.classes_])
+                probabilities = fitted(rig, train, bearing, specimen=train.specimen)
                 method = f"{number} of each place{', with the bearing' if bearing else ''}"
                 for protocol, rows in tests.items():
-                    logs = diagnoser.diagnose(rows.X, rpm=rows.rpm).log_probability
-                    probability = by_place(np.exp(logs[:, :-1]), of_class)
-                    part = pd.DataFrame(probability, columns=list(PLACES))
+                    probability = probabilities(rows.X, rows.rpm)
                     facts = {"rig": rig.name, "protocol": protocol, "method": method}
-                    yield part.assign(place=rows.place, specimen=rows.specimen, **facts)
+                    yield labelled(probability, rows, facts)
 
 
 _PROTOCOLS = (ANOTHER, ANOTHER_SPEED)

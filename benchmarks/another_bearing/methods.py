@@ -13,15 +13,25 @@ from skarxlag import make_diagnoser, make_fault_order_classifier
 from skarxlag.fault_places import PLACES
 
 
-def ours(rig, train, tests, bearing=None):
-    """Yield the probabilities of places by make_diagnoser for each test set."""
+def fitted(rig, train, bearing=None, **metadata):
+    """Fit make_diagnoser; return its function from rows and speeds to probabilities of places."""
     diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate, bearing=bearing)
-    diagnoser.fit(train.X, train.condition, rpm=train.rpm)
+    diagnoser.fit(train.X, train.condition, rpm=train.rpm, **metadata)
     place = dict(zip(train.condition, train.place, strict=True))
     of_class = np.array([place[name] for name in diagnoser.classes_])
+
+    def probabilities(X, rpm):
+        logs = diagnoser.diagnose(X, rpm=rpm).log_probability
+        return by_place(np.exp(logs[:, :-1]), of_class)
+
+    return probabilities
+
+
+def ours(rig, train, tests, bearing=None):
+    """Yield the probabilities of places by make_diagnoser for each test set."""
+    probabilities = fitted(rig, train, bearing)
     for name, rows in tests.items():
-        found = diagnoser.diagnose(rows.X, rpm=rows.rpm)
-        yield name, by_place(np.exp(found.log_probability[:, :-1]), of_class)
+        yield name, probabilities(rows.X, rows.rpm)
 
 
 def with_bearing(rig, train, tests):

@@ -13,6 +13,12 @@ _LEAST = 1e-6
 _RESAMPLES = 1000
 
 
+def labelled(probability, rows, facts):
+    """Return a table of the probabilities of places, with the labels of the rows, for `table`."""
+    part = pd.DataFrame(probability, columns=list(PLACES))
+    return part.assign(place=rows.place, specimen=rows.specimen, **facts)
+
+
 def measured(rows):
     """Measure the verdicts on the rows of one rig, protocol and method.
 

@@ -12,12 +12,11 @@ import pandas as pd
 from scipy.signal import lfilter
 
 from benchmarks.another_bearing.arguments import parse
-from benchmarks.another_bearing.methods import by_place
+from benchmarks.another_bearing.methods import fitted
 from benchmarks.another_bearing.metrics import STATED
 from benchmarks.another_bearing.protocol import BEARINGS, folds
 from benchmarks.pages.blocks import markdown, publish
 from benchmarks.recipe.rigs import real_rigs
-from skarxlag import make_diagnoser
 
 
 def synthetic(rate, n_samples, seed=0):
@@ -60,21 +59,16 @@ def scored(rig, data_home):
     n_samples = int(rig.sampling_rate)
     other, speeds = foreign_rows(rig.name, n_samples, data_home)
     for seed, fold in enumerate(folds(rig)):
-        train = fold.train
-        diagnoser = make_diagnoser(sampling_rate=rig.sampling_rate)
-        diagnoser.fit(train.X, train.condition, rpm=train.rpm)
-        place = dict(zip(train.condition, train.place, strict=True))
-        of_class = np.array([place[each] for each in diagnoser.classes_])
+        probabilities = fitted(rig, fold.train)
         noise = np.stack(list(synthetic(rig.sampling_rate, n_samples, seed).values()))
-        speed = train.rpm[0]
+        speed = fold.train.rpm[0]
         kinds = {
             "noise and sines, training speed": (noise, np.full(len(noise), speed)),
             "noise and sines, 1.5 times the speed": (noise, np.full(len(noise), 1.5 * speed)),
             "recordings of other rigs": (other, speeds),
         }
         for kind, (rows, rpm) in kinds.items():
-            logs = diagnoser.diagnose(rows, rpm=rpm).log_probability
-            stated = by_place(np.exp(logs[:, :-1]), of_class).max(axis=1) >= STATED
+            stated = probabilities(rows, rpm).max(axis=1) >= STATED
             yield {"rig": rig.name, "rows": kind, "number": len(rows), "stated": stated.sum()}
 
 
